@@ -4,7 +4,7 @@ The paper chooses oils by cage slip. Up to a limit of slip it takes the oil with
 above the limit an oil with more traction. Where the friction equilibrium gives the slip with each
 oil, the choice follows from it alone (`oilfilm.torque.best_oil`).
 
-The paper's rules (`selection` of the configuration) are its sentences in the order of its
+The paper's rules (`selection` of the study's settings) are its sentences in the order of its
 conclusion. The first rule whose conditions are met decides. Of the oils that it prefers, the first
 one with enough film is advised. The rules are applied in two steps:
 
@@ -25,11 +25,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from deng2026_study.settings import SelectionLimits, SelectionSettings, study_settings
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
@@ -57,13 +57,13 @@ def advice_in_band(
     Args:
         oils: Oils with their laws.
         results: Table of cage slip, the nominal scenario.
-        settings: `bearing`, `gates` and `selection`, and the campaign's bearing.
+        settings: `bearing`, `gates` and `studies`, and the campaign's bearing.
 
     Returns:
         The tables `slip_advice` and `advice_band`; empty where the rules name an oil that has no
         law.
     """
-    selection = settings.selection
+    selection = study_settings(settings).selection
     lambda_limit = settings.gates.lambda_limit
     nominal = advise(results.cage_slip, selection, lambda_limit)
     if nominal.empty:
@@ -89,7 +89,7 @@ def _slip_at_band_temperatures(
 ) -> pd.DataFrame:
     """Table of cage slip, with rows for the supply temperatures of the band that it lacks."""
     points = operating_points(cage_slip).drop(columns="bearing")
-    band_temperatures = set(settings.selection.band.inlet_temperature_c)
+    band_temperatures = set(study_settings(settings).selection.band.inlet_temperature_c)
     missing = band_temperatures - set(points["inlet_temperature_c"])
     groups = [
         (oil, "stress", points.assign(inlet_temperature_c=temperature))
@@ -114,7 +114,7 @@ def advise(
 
     Args:
         cage_slip: Table of cage slip.
-        settings: `selection` of the settings.
+        settings: `selection` of the study's settings.
         lambda_limit: Full film above.
 
     Returns:
@@ -187,26 +187,24 @@ def _choices(slip_map: SlipMap, settings: SelectionSettings, lambda_limit: float
     names = np.array([*oils, ""])
     rule_names = np.array([rule.name for rule in settings.rules])
     return points.assign(
-        oils_within_limit=_joined(within_limit, oils),
+        oils_within_limit=tables.lists(_names_of(within_limit, oils), points.index),
         selection_rule=rule_names[deciding],
         advised_oil=names[advised],
         best_oil=names[best],
-        good_oils=_joined(good, oils),
+        good_oils=tables.lists(_names_of(good, oils), points.index),
         judgement=judgement,
         **dict(zip(oils, good, strict=True)),
     )
 
 
-def _joined(chosen: BoolArray, oils: Sequence[str]) -> np.ndarray:
+def _names_of(chosen: BoolArray, oils: Sequence[str]) -> list[tuple[str, ...]]:
     """Names of the oils that are chosen at each operating point.
 
     Args:
         chosen: Whether an oil is chosen, shape (oils, points).
         oils: Their names.
     """
-    combinations, combination_of_point = np.unique(chosen.T, axis=0, return_inverse=True)
-    texts = ["; ".join(itertools.compress(oils, chosen_oils)) for chosen_oils in combinations]
-    return np.array(texts)[combination_of_point]
+    return [tuple(itertools.compress(oils, chosen_at_point)) for chosen_at_point in chosen.T]
 
 
 def decide(
@@ -221,7 +219,7 @@ def decide(
     Args:
         points: Pressure, dmN and temperature of operating points.
         slip: Their cage slip, shape (points,).
-        settings: `selection` of the settings.
+        settings: `selection` of the study's settings.
         oils: The oils that may be advised.
         enough: Whether an oil has enough film, shape (oils, points).
 
@@ -248,8 +246,8 @@ def decide(
         first = levels.assign(cage_slip=slip)[without_rule].iloc[0]
         condition = ", ".join(f"{name} {level:.3g}" for name, level in first.items())
         raise OilfilmError(
-            f"selection.rules of the configuration: no rule applies at {condition}; end the list "
-            "with rules for `slipping` and for `gripping`."
+            f"selection.rules of the study's settings: no rule applies at {condition}; end the "
+            "list with rules for `slipping` and for `gripping`."
         )
     advice = []
     for rule in settings.rules:
@@ -273,7 +271,7 @@ def _by_rules(
         points: As for `decide`.
         slip: Cage slip, shape (oils, points).
         oils: The oils that may be advised.
-        settings: `selection` of the settings.
+        settings: `selection` of the study's settings.
         enough: As for `decide`.
     """
     slip_limit = settings.limits.slip_limit

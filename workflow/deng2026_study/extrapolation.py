@@ -4,6 +4,7 @@ The errors tell about laws, not about oils. A law that fails here fails for a tr
 simulated one. Nothing follows for the real oils.
 """
 
+import itertools
 from collections.abc import Hashable, Mapping
 from typing import Any
 
@@ -11,12 +12,15 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import INTERVALS, FittedLaw
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
+from simulated_lab.truth import known_contact, true_tractions
 
 # Largest size of mu in the table, for laws that run away: their errors must be finite.
 _LARGEST_MU = 1e6
@@ -24,6 +28,26 @@ _LARGEST_MU = 1e6
 _WORST = [*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient"]
 # Short names of `CONDITIONS`.
 _SHORT_NAMES = np.array(["pressure", "speed", "temperature"])
+
+
+def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
+    """The true traction at the conditions of Figs 7-10, as table `truth_grid`.
+
+    Raises:
+        OilfilmError: As `true_tractions`.
+    """
+    contact = known_contact(settings)
+    grids = []
+    for oil, traction in true_tractions(settings, constants).items():
+        for figure, conditions in study_settings(settings).extrapolation.items():
+            levels = conditions.model_dump()
+            frame = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
+            mu = traction(*(frame[name].to_numpy(dtype=float) for name in levels))
+            load_n = contact.load_n(frame["max_hertz_pressure_gpa"].to_numpy())
+            grids.append(
+                frame.assign(oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu)
+            )
+    return tables.conform(pd.concat(grids, ignore_index=True), "truth_grid", "truth of the twin")
 
 
 def extrapolate(
@@ -75,10 +99,11 @@ def _predicted(
     mu = fitted.predict(conditions, truth["slide_roll_ratio"].to_numpy())
     box = [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS]
     beyond = is_beyond(truth[list(CONDITIONS)].to_numpy(), np.array(box), within)
+    names_beyond = [tuple(_SHORT_NAMES[beyond_of_point].tolist()) for beyond_of_point in beyond]
     named = truth.rename(columns={"traction_coefficient": "true_traction_coefficient"})
     predicted = named.assign(
         law=fit["law"],
-        beyond=[", ".join(_SHORT_NAMES[beyond_of_point]) for beyond_of_point in beyond],
+        beyond=tables.lists(names_beyond, named.index),
         traction_coefficient=mu.traction_coefficient,
     )
     for name in INTERVALS:
@@ -99,7 +124,7 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
-        beyond = group[group["beyond"] != ""]
+        beyond = group[group["beyond"].map(len) > 0]
         true = beyond["true_traction_coefficient"]
         covered = true.between(beyond["obs_ci_lower"], beyond["obs_ci_upper"]).mean()
         has_intervals = beyond["obs_ci_lower"].notna().all()

@@ -10,14 +10,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 
+from deng2026_study.settings import default_settings
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.home import CONFIG, reference_file
+from oilfilm.base.home import reference_file
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.settings.config import Box
 from oilfilm.settings.messages import load
-from oilfilm.settings.resolve import read_config
 from oilfilm.traction.laws.deng2026 import DENG2026, traction_coefficient
 from simulated_lab.printed import PrintedCoefficients
 
@@ -129,7 +129,7 @@ def printed(oil: str | int) -> PrintedLaw:
         raise OilfilmError(
             f"the paper prints no constants of {oil!r}; it prints those of {printed_oils}."
         )
-    return printed_law(content, str(oil), read_config(CONFIG).printed.boxes.tested)
+    return printed_law(content, str(oil), default_settings().printed.boxes.tested)
 
 
 def with_printed(coefficients: pd.DataFrame, printed: PrintedCoefficients) -> pd.DataFrame:

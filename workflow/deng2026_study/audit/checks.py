@@ -46,7 +46,7 @@ def zero_slip(view: View) -> Outcome:
     still = view.at(slide_roll_ratio=[0.0])
     mu = np.abs(still.mu())
     always = of_equation(view, lambda law: _any_constants(law, np.zeros(1)) == 0)
-    judged = still.outcome(mu <= view.settings.audit.zero_traction_max, mu)
+    judged = still.outcome(mu <= view.study.audit.zero_traction_max, mu)
     return replace(judged, by_construction=always)
 
 
@@ -62,8 +62,8 @@ def non_negative(view: View) -> Outcome:
 def linear_start(view: View) -> Outcome:
     """Mu begins as a straight line."""
     end = _linear_range(view)
-    to_slip = view.settings.audit.linear_to_slip
-    start = np.linspace(0.0, to_slip, view.settings.audit.levels)
+    to_slip = view.study.audit.linear_to_slip
+    start = np.linspace(0.0, to_slip, view.study.audit.levels)
     straight, _ = _straight(view, start, view.mu(slide_roll_ratio=start), _S)
     return view.outcome(straight, end, within=reaches(end, to_slip), longest=np.nanmax(end))
 
@@ -76,7 +76,7 @@ def peak_decline(view: View) -> Outcome:
     # a law that comes to a constant level reaches it within rounding, and has no peak
     peaks = exceeds(peak, last)
     decline = 1 - last / peak
-    slight = reaches(view.settings.printed.signs.decline_max, decline, size=1.0)
+    slight = reaches(view.study.printed.signs.decline_max, decline, size=1.0)
     is_shown_oil = [oil == view.falling_viscosity[0] for oil in view.laws]
     coldest = decline[:, :, :, 0]
     return view.outcome(
@@ -92,7 +92,7 @@ def peak_decline(view: View) -> Outcome:
 
 def falls_with_temperature(view: View) -> Outcome:
     """Mu falls with T, more steeply where it is cold."""
-    audit = view.settings.audit
+    audit = view.study.audit
     mu = view.mu()
     lowest_c, highest_c = _ends(view.grid.inlet_temperature_c)
     cold_band, hot_band = np.clip([audit.cold_band_c, audit.hot_band_c], lowest_c, highest_c)
@@ -128,7 +128,7 @@ def rises_with_stress(view: View) -> Outcome:
 
 def rises_with_slip(view: View) -> Outcome:
     """The level of mu rises with S."""
-    tested = view.settings.printed.boxes.tested.max_hertz_pressure_gpa
+    tested = view.study.printed.boxes.tested.max_hertz_pressure_gpa
     shown = view.at(max_hertz_pressure_gpa=tested[1:])
     mu = shown.mu()
     level = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
@@ -143,7 +143,7 @@ def similar_limit(view: View) -> Outcome:
     change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
     relative_spread = np.ptp(mu, axis=0) / mu.mean(axis=0)
     return view.outcome(
-        reaches(1 - view.settings.audit.plateau_share, change, size=1.0),
+        reaches(1 - view.study.audit.plateau_share, change, size=1.0),
         change,
         closer=exceeds(relative_spread[..., 0], relative_spread[..., 2], size=1.0),
         apart_at_start=relative_spread[..., 0].mean(),
@@ -156,7 +156,7 @@ def earlier_plateau(view: View) -> Outcome:
     end = _linear_range(view)
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(inlet_temperature_c=ends_c, slide_roll_ratio=view.curve)
-    reached = reaches(mu, view.settings.audit.plateau_share * mu.max(axis=_S, keepdims=True))
+    reached = reaches(mu, view.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
     begin = view.curve[np.argmax(reached, axis=_S)]
     return view.outcome(
         _falls(end, _P),
@@ -211,7 +211,7 @@ def hot_convergence(view: View) -> Outcome:
 
 def speed_mutes_temperature(view: View) -> Outcome:
     """T changes mu less at a high speed."""
-    speeds = np.clip(view.settings.audit.slow_and_fast_m_s, *_ends(view.grid.entrainment_speed_m_s))
+    speeds = np.clip(view.study.audit.slow_and_fast_m_s, *_ends(view.grid.entrainment_speed_m_s))
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
     drop = -np.diff(mu, axis=_T)
@@ -222,10 +222,10 @@ def speed_mutes_temperature(view: View) -> Outcome:
 
 def full_film(view: View) -> Outcome:
     """Film and lambda are above what a full film needs."""
-    settings = view.settings
     oils = view.falling_viscosity
-    limits = np.array([settings.audit.film_min_um, settings.gates.lambda_limit])
-    figures = settings.printed.signs.slide_roll_ratio.figures
+    film_min_um = view.study.audit.film_min_um
+    limits = np.array([film_min_um, view.settings.gates.lambda_limit])
+    figures = view.study.printed.signs.slide_roll_ratio.figures
     curve = view.at(slide_roll_ratio=[0.0, *figures, view.curve[-1]])
     points = view.measured.points.dropna(subset=["lambda_ratio"])
     if view.basis == "printed" or view.measured.points.empty:
@@ -245,7 +245,7 @@ def full_film(view: View) -> Outcome:
     return outcome(
         # where the formula gives no film the claim is neither true nor false
         judged.dropna(subset="value"),
-        central=_above_one(central_um / settings.audit.film_min_um),
+        central=_above_one(central_um / film_min_um),
         full=_above_one(margins[1]),
         thick=_above_one(margins[0]),
         smallest_lambda=np.nanmin(films[1]),
@@ -263,13 +263,13 @@ def wang_deng_zero(view: View) -> Outcome:
     """The Wang-Deng law has traction without slip."""
     fits = _wang_deng(view)
     mu = fits["zero_slip_traction"].abs()
-    holds = mu > view.settings.audit.zero_traction_max
+    holds = mu > view.study.audit.zero_traction_max
     return outcome(fits.assign(holds=holds, value=mu), largest=mu.max())
 
 
 def wang_deng_overfit(view: View) -> Outcome:
     """The errors of the Wang-Deng law grow more on curves left out."""
-    audit = view.settings.audit
+    audit = view.study.audit
     fits = _wang_deng(view)
     all_fits = view.measured.fit_quality
     by_paper_law = all_fits[all_fits["law"] == audit.stress_law].set_index("oil")
@@ -285,7 +285,7 @@ def torque_stress(view: View) -> Outcome:
     """The law of pressure gives the torque of a bearing."""
     rows, further = _torque(view)
     rows = rows.dropna(subset="stress")
-    holds = reaches(view.settings.audit.torque_stress_error, rows["stress"])
+    holds = reaches(view.study.audit.torque_stress_error, rows["stress"])
     judged = rows.assign(holds=holds, value=rows["stress"])
     return outcome(judged, largest=rows["stress"].max(), **further)
 
@@ -300,7 +300,7 @@ def torque_load(view: View) -> Outcome:
     largest = both["load"].max()
     farther = exceeds(both["load"], both["stress"], size=1.0)
     judged = outcome(both.assign(holds=farther, value=excess), largest=largest, **further)
-    return replace(judged, complete=bool(reaches(largest, view.settings.audit.torque_load_error)))
+    return replace(judged, complete=bool(reaches(largest, view.study.audit.torque_load_error)))
 
 
 def uniquely_determined(view: View) -> Outcome:
@@ -309,7 +309,7 @@ def uniquely_determined(view: View) -> Outcome:
     if fits.empty:
         raise NotCheckableError("no fit by the paper's law")
     constants = view.measured.coefficients
-    of_law = constants["law"] == view.settings.audit.stress_law
+    of_law = constants["law"] == view.study.audit.stress_law
     known = constants[of_law & constants["oil"].isin(fits["oil"])]["verdict"].eq("known")
     # digits below a millionth of a standard error are rounding
     spread = fits["constant_spread"].round(6)
@@ -324,7 +324,7 @@ def genetic_optimum(view: View) -> Outcome:
 
 def extrapolates(view: View) -> Outcome:
     """The law predicts beyond the tested conditions."""
-    limit = view.settings.audit.prediction_error
+    limit = view.study.audit.prediction_error
     fits = _by_paper_law(view)
     if view.truth_is_law:
         raise NotCheckableError("own law")
@@ -333,9 +333,9 @@ def extrapolates(view: View) -> Outcome:
         raise NotCheckableError("no fit by the paper's law")
     left_out = fits["left_out_rmse"] * fits["relative_rms"] / fits["rmse"]
     truth = view.measured.extrapolation
-    by_paper_law = truth["law"] == view.settings.audit.stress_law
+    by_paper_law = truth["law"] == view.study.audit.stress_law
     of_fitted_oil = truth["oil"].isin(fits["oil"])
-    truth = truth[by_paper_law & of_fitted_oil & (truth["beyond"] != "")]
+    truth = truth[by_paper_law & of_fitted_oil & (truth["beyond"].map(len) > 0)]
     error = (truth["traction_coefficient"] / truth["true_traction_coefficient"] - 1).abs()
     return outcome(
         ends.assign(holds=reaches(limit, ends["value"])),
@@ -354,8 +354,8 @@ def composite_roughness(view: View) -> Outcome:
 
 def rolling_speed(view: View) -> Outcome:
     """The stated dmN has the stated entrainment speed."""
-    stated = view.settings.selection.stated
-    tolerance = view.settings.audit.kinematic_tolerance
+    stated = view.study.selection.stated
+    tolerance = view.study.audit.kinematic_tolerance
     pitch_speed = stated.pitch_speed_mm_rpm
     speed = stated.entrainment_speed_m_s
     rolling = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
@@ -372,10 +372,10 @@ def rolling_speed(view: View) -> Outcome:
 
 def slip_is_cage_slip(view: View) -> Outcome:
     """The slide-roll ratio of a bearing is its cage slip."""
-    choice = view.settings.selection
+    choice = view.study.selection
     slip = np.linspace(0.05, 0.4, 8)
     ratio = np.concatenate([inner_slide_roll_ratio(slip, gamma) / slip for gamma in _GAMMAS])
-    tolerance = view.settings.audit.kinematic_tolerance
+    tolerance = view.study.audit.kinematic_tolerance
     limit = choice.limits.slip_limit
     near = _near_one(ratio, tolerance)
     return outcome(
@@ -389,7 +389,7 @@ def slip_is_cage_slip(view: View) -> Outcome:
 
 def light_load_4102(view: View) -> Outcome:
     """Under light load 4102 has the most traction."""
-    choice = view.settings.selection
+    choice = view.study.selection
     light = _within(_with_largest_slip(view), above=-np.inf, below=choice.limits.light_below_gpa)
     mu = light.mu_by_viscosity()
     grid = light.grid
@@ -408,7 +408,7 @@ def light_load_4102(view: View) -> Outcome:
 
 def slip_15(view: View) -> Outcome:
     """Up to 15 % cage slip the thinnest oil has the least traction, beyond it the thickest most."""
-    choice = view.settings.selection
+    choice = view.study.selection
     view = _with_largest_slip(view)
     mu = view.mu_by_viscosity()
     adequate = _thinnest_is_adequate(view)
@@ -434,7 +434,7 @@ def slip_15(view: View) -> Outcome:
 
 def heavy_load_4010(view: View) -> Outcome:
     """Under heavy load with enough film 4010 has the least traction."""
-    heavy = _within(view, above=view.settings.selection.limits.heavy_from_gpa, below=np.inf)
+    heavy = _within(view, above=view.study.selection.limits.heavy_from_gpa, below=np.inf)
     mu = heavy.mu_by_viscosity()
     adequate = _thinnest_is_adequate(heavy)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
@@ -469,7 +469,7 @@ def _linear_range(view: View) -> FloatArray:
     The last slip where it never does.
     """
     curve = view.curve
-    tolerance = view.settings.audit.linear_tolerance
+    tolerance = view.study.audit.linear_tolerance
     # the slope at no slip is that over a slip a thousand times below the first step of the curve
     slip = np.concatenate([[curve[1] * 1e-3], curve[1:]])
     chord = view.mu(slide_roll_ratio=slip) / slip
@@ -527,7 +527,7 @@ def _straight(
     y = values - values.mean(axis=axis, keepdims=True)
     joint = (x * y).sum(axis=axis, keepdims=True)
     r2 = joint**2 / ((x**2).sum() * (y**2).sum(axis=axis, keepdims=True))
-    return r2 >= view.settings.printed.signs.linear_r2_min, r2
+    return r2 >= view.study.printed.signs.linear_r2_min, r2
 
 
 def _with_largest_slip(view: View) -> View:
@@ -571,7 +571,7 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     known_by_point = film_known.groupby([slips[name] for name in OPERATING_POINT])
     slips = slips[known_by_point.transform("all")]
     pressure = slips[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(axis=1)
-    heavy = reaches(pressure, view.settings.printed.boxes.tested.max_hertz_pressure_gpa[1])
+    heavy = reaches(pressure, view.study.printed.boxes.tested.max_hertz_pressure_gpa[1])
     full = exceeds(slips["lambda_ratio"], view.settings.gates.lambda_limit)
     slips = slips[full & heavy]
     torque = slips.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
@@ -604,7 +604,7 @@ def _by_paper_law(view: View) -> pd.DataFrame:
         NotCheckableError: There is no fit at all.
     """
     fits = view.rows("fit_quality", reason="no fit by the paper's law")
-    return fits[fits["law"] == view.settings.audit.stress_law]
+    return fits[fits["law"] == view.study.audit.stress_law]
 
 
 def _wang_deng(view: View) -> pd.DataFrame:

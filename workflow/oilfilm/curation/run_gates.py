@@ -42,13 +42,13 @@ def first_fault(run: Run) -> Refusal | None:
     return run.flaw
 
 
-def warning(run: Run) -> str:
-    """All warnings about a run, each with its name; empty where there is none."""
+def warnings_about(run: Run) -> tuple[str, ...]:
+    """All warnings about a run, each with its name."""
     sentences = []
     for run_warning in WARNINGS.for_rig(run.rig.name):
         for numbers in run_warning.judge(run, run.rig):
             sentences.append(f"{run_warning.name}: {_sentence(run_warning, run, numbers)}")
-    return "; ".join(sentences)
+    return tuple(sentences)
 
 
 def _sentence(run_gate: Gate[RunJudge], run: Run, numbers: dict[str, Any]) -> str:
