@@ -1,16 +1,19 @@
 """The paper's advice on which oil to choose, beside the best oil of a bearing by cage slip.
 
-The paper chooses oils by cage slip: up to a limit the one with the least heat, beyond it one with
-more traction. Where the friction equilibrium gives the slip with each oil, the choice follows from
-it alone (`oilfilm.torque.best_oil`). The paper's rules (`selection` of the study's settings) are
-its sentences in the order of its conclusion: the first whose conditions are met decides, and of the
-oils that it prefers the first one with enough film is taken. They are applied as an engineer would:
-which oil they advise where nothing slips, whether the cage slips with that oil, and if so which one
-then.
+The paper chooses oils by cage slip. Up to a limit of slip it takes the oil with the least heat,
+above the limit an oil with more traction. Where the friction equilibrium gives the slip with each
+oil, the choice follows from it alone (`oilfilm.torque.best_oil`).
+
+The paper's rules (`selection` of the study's settings) are its sentences in the order of its
+conclusion. The first rule whose conditions are met decides. Of the oils that it prefers, the first
+one with enough film is advised. The rules are applied in two steps:
+
+1. The rules advise an oil for a cage that does not slip.
+2. If the cage slips with that oil, they are applied again with that slip.
 
 The paper states neither an order of its rules nor a number for "hot" and "fast". So the result is a
 band over scenarios: the rules in each order, each limit times some factors, at each supply
-temperature. How sure the best oil itself is, is `best_share` of the table of cage slip.
+temperature. `best_share` of the table of cage slip says how sure the best oil itself is.
 
 Decides: which oil the paper advises at an operating point, and how firm that is.
 """
@@ -42,8 +45,8 @@ NO_CHOICE = ("no film", OUTSIDE, NO_EQUILIBRIUM)
 SlipMap = tuple[list[str], pd.DataFrame, FloatArray, FloatArray, FloatArray]
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
 BY_RULES = "rules"
-# Columns that tell apart how the rules are read.
-_READING = ["rule_order", "varied_limit", "limit_factor"]
+# Columns that identify a scenario of the rules.
+_SCENARIO = ["rule_order", "varied_limit", "limit_factor"]
 
 
 def advice_in_band(
@@ -60,34 +63,48 @@ def advice_in_band(
         The tables `slip_advice` and `advice_band`; empty where the rules name an oil that has no
         law.
     """
-    choice = study_settings(settings).selection
+    selection = study_settings(settings).selection
     lambda_limit = settings.gates.lambda_limit
-    nominal = advise(results.cage_slip, choice, lambda_limit)
+    nominal = advise(results.cage_slip, selection, lambda_limit)
     if nominal.empty:
         return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
-    points = operating_points(results.cage_slip).drop(columns="bearing")
-    others = set(choice.band.inlet_temperature_c) - set(points["inlet_temperature_c"])
-    groups = [
-        (oil, "stress", points.assign(inlet_temperature_c=temperature))
-        for temperature in sorted(others)
-        for oil in oils
+    cage_slip = _slip_at_band_temperatures(oils, results.cage_slip, settings)
+    slip_map = _slip_map(cage_slip, selection)
+    choices = [
+        _choices(slip_map, changed, lambda_limit).assign(**scenario)
+        for scenario, changed in _scenarios(selection)
     ]
-    slips = [results.cage_slip]
-    if groups:
-        slips.append(Cases(settings.tested_bearing(), groups).run())
-    at = _slip_map(pd.concat(slips, ignore_index=True), choice)
-    made = [
-        _choices(at, rules, lambda_limit).assign(**reading) for reading, rules in _readings(choice)
-    ]
-    judged = pd.concat(made)
+    judged = pd.concat(choices)
     judged = judged[~judged["judgement"].isin(NO_CHOICE)]
     judged[BY_RULES] = judged["judgement"] == "agree"
-    chosen = [BY_RULES, *dict.fromkeys(oil for rule in choice.rules for oil in rule.prefer)]
-    keys = ["bearing", *_READING, "inlet_temperature_c"]
-    band = judged.melt(keys, chosen, "choice", "agrees")
+    keys = ["bearing", *_SCENARIO, "inlet_temperature_c"]
+    band = judged.melt(keys, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
     counts = band.groupby([*keys, "choice"], sort=False)["agrees"]
     band = counts.agg(operating_points="size", agreeing_points="sum").reset_index()
     return {"slip_advice": nominal, "advice_band": joined([band], "advice_band")}
+
+
+def _slip_at_band_temperatures(
+    oils: Sequence[OilInBearing], cage_slip: pd.DataFrame, settings: Settings
+) -> pd.DataFrame:
+    """Table of cage slip, with rows for the supply temperatures of the band that it lacks."""
+    points = operating_points(cage_slip).drop(columns="bearing")
+    band_temperatures = set(study_settings(settings).selection.band.inlet_temperature_c)
+    missing = band_temperatures - set(points["inlet_temperature_c"])
+    groups = [
+        (oil, "stress", points.assign(inlet_temperature_c=temperature))
+        for temperature in sorted(missing)
+        for oil in oils
+    ]
+    if not groups:
+        return cage_slip
+    calculated = Cases(settings.tested_bearing(), groups).run()
+    return pd.concat([cage_slip, calculated], ignore_index=True)
+
+
+def _oils_of_rules(selection: SelectionSettings) -> list[str]:
+    """The oils that the rules name, each once, in the order of the rules."""
+    return list(dict.fromkeys(oil for rule in selection.rules for oil in rule.prefer))
 
 
 def advise(
@@ -106,7 +123,7 @@ def advise(
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    if not {oil for rule in settings.rules for oil in rule.prefer} <= set(cage_slip["oil"]):
+    if not set(_oils_of_rules(settings)) <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
     frame = _choices(_slip_map(cage_slip, settings), settings, lambda_limit)
     return joined([frame], "slip_advice")
@@ -114,18 +131,24 @@ def advise(
 
 def _slip_map(cage_slip: pd.DataFrame, settings: SelectionSettings) -> SlipMap:
     """Motion of a bearing with each oil of the rules."""
-    named = {oil for rule in settings.rules for oil in rule.prefer}
-    oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in named]
-    slip, torque, film, inner, outer = by_oil(
-        *(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio"),
-        *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
+    oils_of_rules = _oils_of_rules(settings)
+    oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in oils_of_rules]
+    slip, torque, film, inner_pressure, outer_pressure = by_oil(
+        cage_slip,
+        oils,
+        "cage_slip",
+        "torque_n_m",
+        "lambda_ratio",
+        "inner_max_hertz_pressure_gpa",
+        "outer_max_hertz_pressure_gpa",
     )
     points = operating_points(cage_slip)
-    points["max_hertz_pressure_gpa"] = np.fmax.reduce([*inner, *outer])
+    pressures = np.concatenate([inner_pressure, outer_pressure])
+    points["max_hertz_pressure_gpa"] = np.fmax.reduce(pressures)
     return oils, points, slip, torque, film
 
 
-def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> pd.DataFrame:
+def _choices(slip_map: SlipMap, settings: SelectionSettings, lambda_limit: float) -> pd.DataFrame:
     """The advice and the best oil at each operating point of each scenario.
 
     Returns:
@@ -135,31 +158,37 @@ def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> p
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    oils, points, slip, torque, film = at
-    limit = settings.limits.slip_limit
-    enough, perhaps = enough_film(film, lambda_limit)
-    within = enough & reaches(limit, slip)
-    choice = best_of(slip, torque, film, limit, lambda_limit)
+    oils, points, slip, torque, film = slip_map
+    slip_limit = settings.limits.slip_limit
+    enough, perhaps_enough = enough_film(film, lambda_limit)
+    within_limit = enough & reaches(slip_limit, slip)
+    choice = best_of(slip, torque, film, slip_limit, lambda_limit)
     best = choice.oil
     deciding, advised = _by_rules(points, slip, oils, settings, enough)
-    outside = _by_rules(points, slip, oils, settings, perhaps)[1] != advised
-    outside |= choice.lacks_film
+    _, perhaps_advised = _by_rules(points, slip, oils, settings, perhaps_enough)
+    film_unknown = (perhaps_advised != advised) | choice.lacks_film
+    # an oil is as good as the best one: by torque where the best oil holds the cage, else by slip
     best_slip = _of_oil(slip, best)
-    could = reaches(limit, best_slip)
-    ratio = np.where(could, torque / _of_oil(torque, best), slip / best_slip)
-    good = enough & (within | ~could) & reaches(1 + settings.indifference, ratio)
-    judgement = np.select(
-        [
-            *(choice.lacks_equilibrium, outside, best < 0),
-            *(advised < 0, _of_oil(good, advised) == 1, ~could),
-        ],
-        [NO_EQUILIBRIUM, OUTSIDE, "no film", "rule has none", "agree", "slips more"],
-        np.where(_of_oil(within, advised) == 1, "heats more", "slips"),
-    )
+    best_holds = reaches(slip_limit, best_slip)
+    ratio = np.where(best_holds, torque / _of_oil(torque, best), slip / best_slip)
+    as_good = reaches(1 + settings.indifference, ratio)
+    good = enough & (within_limit | ~best_holds) & as_good
+    # the first condition that is met gives the judgement
+    conditions = {
+        NO_EQUILIBRIUM: choice.lacks_equilibrium,
+        OUTSIDE: film_unknown,
+        "no film": best < 0,
+        "rule has none": advised < 0,
+        "agree": _of_oil(good, advised) == 1,
+        "slips more": ~best_holds,
+        "heats more": _of_oil(within_limit, advised) == 1,
+    }
+    judgement = np.select(list(conditions.values()), list(conditions), "slips")
     names = np.array([*oils, ""])
+    rule_names = np.array([rule.name for rule in settings.rules])
     return points.assign(
-        oils_within_limit=tables.lists(_names_of(within, oils), points.index),
-        selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
+        oils_within_limit=tables.lists(_names_of(within_limit, oils), points.index),
+        selection_rule=rule_names[deciding],
         advised_oil=names[advised],
         best_oil=names[best],
         good_oils=tables.lists(_names_of(good, oils), points.index),
@@ -172,10 +201,10 @@ def _names_of(chosen: BoolArray, oils: Sequence[str]) -> list[tuple[str, ...]]:
     """Names of the oils that are chosen at each operating point.
 
     Args:
-        chosen: Shape (oils, points).
+        chosen: Whether an oil is chosen, shape (oils, points).
         oils: Their names.
     """
-    return [tuple(itertools.compress(oils, at_point)) for at_point in chosen.T]
+    return [tuple(itertools.compress(oils, chosen_at_point)) for chosen_at_point in chosen.T]
 
 
 def decide(
@@ -189,7 +218,7 @@ def decide(
 
     Args:
         points: Pressure, dmN and temperature of operating points.
-        slip: Their cage slip.
+        slip: Their cage slip, shape (points,).
         settings: `selection` of the study's settings.
         oils: The oils that may be advised.
         enough: Whether an oil has enough film, shape (oils, points).
@@ -209,19 +238,22 @@ def decide(
         "hot": reaches(temperature, limits.hot_from_c),
         "fast": reaches(speed, limits.fast_from_mm_rpm),
     }
-    applies = np.array([np.all([states[name] for name in rule.when], 0) for rule in settings.rules])
-    if not (ruled := applies.any(axis=0)).all():
-        unruled = levels.assign(cage_slip=slip)[~ruled].iloc[0]
-        at = ", ".join(f"{name} {level:.3g}" for name, level in unruled.items())
+    applies = np.array(
+        [np.all([states[name] for name in rule.when], axis=0) for rule in settings.rules]
+    )
+    without_rule = ~applies.any(axis=0)
+    if without_rule.any():
+        first = levels.assign(cage_slip=slip)[without_rule].iloc[0]
+        condition = ", ".join(f"{name} {level:.3g}" for name, level in first.items())
         raise OilfilmError(
-            f"selection.rules of the study's settings: no rule applies at {at}; end the list "
-            "with rules for `slipping` and for `gripping`."
+            f"selection.rules of the study's settings: no rule applies at {condition}; end the "
+            "list with rules for `slipping` and for `gripping`."
         )
-    orders = [np.array([oils.index(oil) for oil in rule.prefer]) for rule in settings.rules]
-    advice = [
-        np.where(enough[order].any(axis=0), order[enough[order].argmax(axis=0)], -1)
-        for order in orders
-    ]
+    advice = []
+    for rule in settings.rules:
+        preferred = np.array([oils.index(oil) for oil in rule.prefer])
+        first_enough = preferred[enough[preferred].argmax(axis=0)]
+        advice.append(np.where(enough[preferred].any(axis=0), first_enough, -1))
     deciding = np.argmax(applies, axis=0)
     return deciding, np.array(advice)[deciding, np.arange(len(slip))]
 
@@ -233,17 +265,27 @@ def _by_rules(
     settings: SelectionSettings,
     enough: BoolArray,
 ) -> tuple[IntArray, IntArray]:
-    """At each point the rule that decides, and the oil it advises."""
-    limit, each = settings.limits.slip_limit, np.arange(len(points))
-    _, start = decide(points, np.zeros(len(points)), settings, oils, enough)
-    with_start = np.where(start >= 0, slip[start, each], 0.0)
-    deciding, advised = decide(points, with_start, settings, oils, enough)
+    """At each point the rule that decides, and the oil it advises.
+
+    Args:
+        points: As for `decide`.
+        slip: Cage slip, shape (oils, points).
+        oils: The oils that may be advised.
+        settings: `selection` of the study's settings.
+        enough: As for `decide`.
+    """
+    slip_limit = settings.limits.slip_limit
+    numbers = np.arange(len(points))
+    _, without_slip = decide(points, np.zeros(len(points)), settings, oils, enough)
+    slip_with_it = np.where(without_slip >= 0, slip[without_slip, numbers], 0.0)
+    deciding, advised = decide(points, slip_with_it, settings, oils, enough)
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    for point in each[(advised >= 0) & ~reaches(limit, slip[advised, each])]:
-        prefer = map(oils.index, settings.rules[deciding[point]].prefer)
-        others = [oil for oil in prefer if enough[oil, point]]
-        holding = [oil for oil in others if reaches(limit, slip[oil, point])]
-        advised[point] = [*holding, others[-1]][0]
+    still_slips = (advised >= 0) & ~reaches(slip_limit, slip[advised, numbers])
+    for point in numbers[still_slips]:
+        preferred = [oils.index(oil) for oil in settings.rules[deciding[point]].prefer]
+        with_film = [oil for oil in preferred if enough[oil, point]]
+        holding = [oil for oil in with_film if reaches(slip_limit, slip[oil, point])]
+        advised[point] = holding[0] if holding else with_film[-1]
     return deciding, advised
 
 
@@ -252,17 +294,23 @@ def _of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
     return np.where(oil >= 0, values[oil, np.arange(len(oil))], np.nan)
 
 
-def _readings(choice: SelectionSettings) -> Iterator[tuple[dict[str, Any], SelectionSettings]]:
-    """The rules as set, in each order, and in each with one limit after the other changed."""
-    by_name = {rule.name: rule for rule in choice.rules}
-    orders = {"as set": list(by_name), **choice.band.rule_orders}
-    factors = itertools.product(SelectionLimits.model_fields, choice.band.limit_factors)
-    limits = [("", 1.0), *factors]
-    for (order, names), (limit, factor) in itertools.product(orders.items(), limits):
-        changed = {limit: factor * getattr(choice.limits, limit)} if limit else {}
-        update = {
-            "rules": [by_name[name] for name in names],
-            "limits": choice.limits.model_copy(update=changed),
-        }
-        reading = dict(zip(_READING, (order, limit, factor), strict=True))
-        yield reading, choice.model_copy(update=update)
+def _scenarios(selection: SelectionSettings) -> Iterator[tuple[dict[str, Any], SelectionSettings]]:
+    """The rules as set, in each order, and in each order with one limit after the other changed."""
+    rule_by_name = {rule.name: rule for rule in selection.rules}
+    orders = {"as set": list(rule_by_name)}
+    orders.update(selection.band.rule_orders)
+    limits = [("", 1.0)]
+    limits.extend(itertools.product(SelectionLimits.model_fields, selection.band.limit_factors))
+    for order, rule_names in orders.items():
+        for limit, factor in limits:
+            changed = {}
+            if limit:
+                changed[limit] = factor * getattr(selection.limits, limit)
+            changed_selection = selection.model_copy(
+                update={
+                    "rules": [rule_by_name[name] for name in rule_names],
+                    "limits": selection.limits.model_copy(update=changed),
+                }
+            )
+            scenario = {"rule_order": order, "varied_limit": limit, "limit_factor": factor}
+            yield scenario, changed_selection

@@ -1,11 +1,12 @@
-"""How wrong fitted laws are where the truth is known: at the conditions of Figs 7-10, simulated.
+"""Errors of fitted laws at the conditions of Figs 7-10, where the simulated truth is known.
 
-The answer is about laws, not about oils: a law that fails here fails in a world like the simulated
-one, and nothing is decided about the real oils.
+The errors tell about laws, not about oils. A law that fails here fails for a truth like the
+simulated one. Nothing follows for the real oils.
 """
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,9 +22,12 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
 from simulated_lab.truth import known_contact, true_tractions
 
-_CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
-_AT = [*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient"]
-_SHORT_NAMES = np.array(["pressure", "speed", "temperature"])  # of CONDITIONS
+# Largest size of mu in the table, for laws that run away: their errors must be finite.
+_LARGEST_MU = 1e6
+# Columns that describe the worst condition of a law.
+_WORST = [*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient"]
+# Short names of `CONDITIONS`.
+_SHORT_NAMES = np.array(["pressure", "speed", "temperature"])
 
 
 def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
@@ -67,31 +71,48 @@ def extrapolate(
     Returns:
         Table `extrapolation`: one row per law and row of `truth`.
     """
-    # once, as the table is long
-    spread = dict(iter(refits.groupby(["oil", "law"])))
+    # grouped once, because the table is long
+    refits_of_fit = dict(iter(refits.groupby(["oil", "law"])))
     parts = []
-    for oil, of_oil in truth.groupby("oil", sort=False):
-        named = of_oil.rename(columns={"traction_coefficient": "true_traction_coefficient"})
-        known = LAWS if laws is None else laws[str(oil)]
+    for oil, truth_of_oil in truth.groupby("oil", sort=False):
+        laws_of_oil = LAWS if laws is None else laws[str(oil)]
         for fit in quality[quality["oil"] == oil].to_dict("records"):
             law = str(fit["law"])
-            own = spread.get((oil, law), refits.iloc[:0])
-            fitted = FittedLaw.from_tables(coefficients, str(oil), own, quality, known[law])
-            conditions = of_oil[list(fitted.law.conditions)].to_numpy()
-            mu = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
-            box = [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS]
-            outside = is_beyond(of_oil[list(CONDITIONS)].to_numpy(), np.array(box), within)
-            regions = [tuple(_SHORT_NAMES[row].tolist()) for row in outside]
-            predicted = named.assign(
-                law=law,
-                beyond=tables.lists(regions, named.index),
-                traction_coefficient=mu.traction_coefficient,
-                **{name: getattr(mu, name) for name in INTERVALS},
+            own_refits = refits_of_fit.get((oil, law), refits.iloc[:0])
+            fitted = FittedLaw.from_tables(
+                coefficients, str(oil), own_refits, quality, laws_of_oil[law]
             )
-            cut = ["traction_coefficient", *INTERVALS]
-            predicted[cut] = predicted[cut].clip(-_CUT_OFF, _CUT_OFF)
-            parts.append(predicted)
+            parts.append(_predicted(fitted, fit, truth_of_oil, within))
     return tables.conform(pd.concat(parts, ignore_index=True), "extrapolation", "extrapolation")
+
+
+def _predicted(
+    fitted: FittedLaw, fit: Mapping[Hashable, Any], truth: pd.DataFrame, within: float
+) -> pd.DataFrame:
+    """The traction of one law beside the truth of its oil.
+
+    Args:
+        fitted: The law.
+        fit: Its row of the table of fit quality.
+        truth: Rows of its oil of the table `truth_grid`.
+        within: As in `is_beyond`.
+    """
+    conditions = truth[list(fitted.law.conditions)].to_numpy()
+    mu = fitted.predict(conditions, truth["slide_roll_ratio"].to_numpy())
+    box = [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS]
+    beyond = is_beyond(truth[list(CONDITIONS)].to_numpy(), np.array(box), within)
+    names_beyond = [tuple(_SHORT_NAMES[beyond_of_point].tolist()) for beyond_of_point in beyond]
+    named = truth.rename(columns={"traction_coefficient": "true_traction_coefficient"})
+    predicted = named.assign(
+        law=fit["law"],
+        beyond=tables.lists(names_beyond, named.index),
+        traction_coefficient=mu.traction_coefficient,
+    )
+    for name in INTERVALS:
+        predicted[name] = getattr(mu, name)
+    limited = ["traction_coefficient", *INTERVALS]
+    predicted[limited] = predicted[limited].clip(-_LARGEST_MU, _LARGEST_MU)
+    return predicted
 
 
 def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
@@ -107,36 +128,44 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
         beyond = group[group["beyond"].map(len) > 0]
         true = beyond["true_traction_coefficient"]
-        held = true.between(beyond["obs_ci_lower"], beyond["obs_ci_upper"]).mean()
+        covered = true.between(beyond["obs_ci_lower"], beyond["obs_ci_upper"]).mean()
+        has_intervals = beyond["obs_ci_lower"].notna().all()
         error = group["traction_coefficient"] - group["true_traction_coefficient"]
         row = {
             "law": law,
             "relative_rms": relative_rms(group),
             "inside_relative_rms": relative_rms(group.drop(beyond.index)),
             "beyond_relative_rms": relative_rms(beyond),
-            "beyond_obs_ci_ratio": held if beyond["obs_ci_lower"].notna().all() else np.nan,
+            "beyond_obs_ci_ratio": covered if has_intervals else np.nan,
         }
-        worst = group[_AT].iloc[int(first_largest(error.abs()))].add_prefix("worst_")
-        rows.append(row | dict(worst))
+        worst = group[_WORST].iloc[int(first_largest(error.abs()))]
+        row.update(worst.add_prefix("worst_"))
+        rows.append(row)
     return tables.from_rows(rows, "extrapolation_errors")
 
 
 def relative_rms(compared: pd.DataFrame) -> float:
     """Root-mean-square error over the root-mean-square of true mu; NaN where nothing was fitted."""
     fitted = compared.dropna(subset="traction_coefficient")
+    if fitted.empty:
+        return np.nan
     true = fitted["true_traction_coefficient"]
     error = np.linalg.norm(fitted["traction_coefficient"] - true)
-    return float(error / np.linalg.norm(true)) if len(fitted) else np.nan
+    return float(error / np.linalg.norm(true))
 
 
-def is_beyond(at: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.bool_]:
-    """Which levels lie outside those tested; all where none is known.
+def is_beyond(levels: FloatArray, box: FloatArray, within: float) -> npt.NDArray[np.bool_]:
+    """Which levels are beyond the tested ones; all of them where the tested ones are unknown.
 
     Args:
-        at: Levels, shape (points, conditions).
+        levels: Levels, shape (points, conditions).
         box: Smallest and largest tested level of each condition, shape (conditions, 2).
-        within: Share of a level that every run of it may have missed; it is tested all the same.
+        within: Share of a level by which runs may miss it. Levels so near to the box count as
+            tested.
+
+    Returns:
+        Shape (points, conditions).
     """
     low, high = box.T
     slack = within * high
-    return ~(reaches(at, low - slack) & reaches(high + slack, at))
+    return ~(reaches(levels, low - slack) & reaches(high + slack, levels))

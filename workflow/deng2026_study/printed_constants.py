@@ -1,13 +1,13 @@
 """The printed constants, judged: beside a campaign's own fit, and all signs by the paper's text.
 
 The signs of the exponents were lost. Nearly all of section 4.3 describes figures that the authors
-drew from these very constants. A statement's name is a column of the table `signs`, which has its
-meaning and its section of the paper. Arrays have the axes P, U, T, (S,) sign sets, so that all 512
-sign sets of an oil are scored at once.
+drew from these constants. So the statements of the text can be checked with every set of signs. The
+name of a statement is a column of the table `signs`, which gives its meaning and its section of the
+paper. Arrays have the axes P, U, T, (S,) sign sets: all 512 sign sets of an oil are scored at once.
 
-A set's total is the number of statements that hold, each counted by the share of its box where it
-does. A sign is judged by its margin: the best total among the sets that have it, less the best
-among those that have the other one, whatever the other eight signs are.
+The total of a sign set is the number of statements that hold. Each statement counts by the share of
+its box where it holds. The margin of a sign is the best total of the sets that have it, less the
+best total of the sets that have the other sign. The other eight signs may be any.
 
 Decides: how printed and fitted constants are compared, and which signs they may have.
 """
@@ -30,7 +30,8 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Observations, to_internal
 from oilfilm.traction.laws.deng2026 import DENG2026
 
-LAW = DENG2026  # its constants are printed
+# The law whose constants are printed.
+LAW = DENG2026
 
 
 def judge_printed(
@@ -53,7 +54,9 @@ def judge_printed(
     """
     quality = results.fit_quality[results.fit_quality["law"] == LAW.name].set_index("oil")
     rows = []
-    for oil in [oil for oil in oils if oil in printed and oil in quality.index]:
+    for oil in oils:
+        if oil not in printed or oil not in quality.index:
+            continue
         points = results.points[results.points["oil"] == oil]
         row = {
             "oil": oil,
@@ -103,22 +106,30 @@ def squared_error(points: pd.DataFrame, constants: FloatArray) -> float:
     data = curve_data(points)
     if len(data.mu) == 0 or not np.all(data.conditions > 0):
         return np.nan
-    at = Observations(LAW.design(data.conditions), data.curve, data.slip)
-    return float(np.sum((LAW.traction(to_internal(LAW, constants), at) - data.mu) ** 2))
+    observations = Observations(LAW.design(data.conditions), data.curve, data.slip)
+    fitted_mu = LAW.traction(to_internal(LAW, constants), observations)
+    return float(np.sum((fitted_mu - data.mu) ** 2))
 
 
-Shares = dict[str, FloatArray]  # of its box where a statement holds, for each sign set
+# Name of a statement -> share of its box where it holds, for each sign set.
+Shares = dict[str, FloatArray]
 
+# Indices of the constants that are exponents.
 _EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
-_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))  # one row per set
-# The slips whose totals count come first; the others may only lower a verdict.
-_SLIPS = ("curve", "figures")
-STRESS, SPEED, TEMPERATURE, SLIP = range(4)  # axes
-# Statements that count half: the slope at zero slip, where the oil is Newtonian, follows only by
-# the physics that a sentence names, and two are readings of one sentence.
+# Signs of the exponents, one row per sign set.
+_SIGN_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))
+# Levels of slip at which statements are checked. The totals of the first count. The second may only
+# lower a verdict.
+_SLIP_LEVELS = ("curve", "figures")
+# Axes of arrays.
+STRESS, SPEED, TEMPERATURE, SLIP = range(4)
+# Statements that count half. The first is about the slope at zero slip, where the oil is Newtonian:
+# it follows only from the physics that a sentence names. The others are two readings of one
+# sentence.
 HALF = (
     "start_falls_with_temperature",
-    *("earlier_plateau_with_speed", "earlier_plateau_with_temperature"),
+    "earlier_plateau_with_speed",
+    "earlier_plateau_with_temperature",
 )
 
 
@@ -210,105 +221,176 @@ def study_signs(
     Returns:
         The tables `signs` and `sign_verdicts`.
     """
-    # internal constants of every sign set, shape (constants, sets); A0, B0, C0 keep their sign
-    candidates = {}
-    for oil, constants in printed.items():
-        internal = np.tile(to_internal(LAW, constants)[:, np.newaxis], (1, len(_SETS)))
-        internal[_EXPONENTS] = np.abs(internal[_EXPONENTS]) * _SETS.T
-        candidates[oil] = internal
-    scores = [_scores(candidates, slips, settings, traction_max) for slips in _SLIPS]
-    sets, verdicts = [], []
-    for oil in [oil for oil in printed if oil in oils]:
-        of_oil, internal = [each[oil] for each in scores], candidates[oil]
-        totals = [pd.Series(_total(shares)) for shares in of_oil]
-        ranks = [total.rank(method="min", ascending=False).astype(int) for total in totals]
-        in_use = (np.sign(printed[oil][_EXPONENTS]) == _SETS).all(axis=1)
-        rows = pd.DataFrame(
-            {
-                "oil": oil,
-                "signs": ["".join("+" if sign > 0 else "-" for sign in signs) for signs in _SETS],
-                "in_use": in_use,
-                "rank": ranks[0],
-                "rank_at_figures": ranks[1],
-                "total": totals[0],
-                **of_oil[0],
-            }
-        )
-        sets.append(rows.sort_values("total", ascending=False, kind="stable"))
-        effects = _effects(internal[:, in_use], settings)
-        verdicts.append(_verdicts(rows, of_oil, effects, settings.signs))
-    if not sets:
+    candidates = {oil: _all_sign_sets(constants) for oil, constants in printed.items()}
+    scores = [_scores(candidates, levels, settings, traction_max) for levels in _SLIP_LEVELS]
+    sign_sets = []
+    verdicts = []
+    for oil in printed:
+        if oil not in oils:
+            continue
+        shares_by_slips = [shares_of_oil[oil] for shares_of_oil in scores]
+        in_use = (np.sign(printed[oil][_EXPONENTS]) == _SIGN_SETS).all(axis=1)
+        rows = _table_of_sign_sets(oil, in_use, shares_by_slips)
+        sign_sets.append(rows.sort_values("total", ascending=False, kind="stable"))
+        effects = _effects(candidates[oil][:, in_use], settings)
+        verdicts.append(_verdicts(rows, shares_by_slips, effects, settings.signs))
+    if not sign_sets:
         return tables.empty("signs"), tables.empty("sign_verdicts")
     return (
-        tables.conform(pd.concat(sets), "signs", "sign sets"),
+        tables.conform(pd.concat(sign_sets), "signs", "sign sets"),
         tables.conform(pd.concat(verdicts), "sign_verdicts", "signs"),
     )
 
 
+def _all_sign_sets(constants: FloatArray) -> FloatArray:
+    """Constants with every sign set, in the law's internal form, shape (constants, sets).
+
+    Only exponents change their sign: A0, B0 and C0 keep it.
+    """
+    internal = np.tile(to_internal(LAW, constants)[:, np.newaxis], (1, len(_SIGN_SETS)))
+    internal[_EXPONENTS] = np.abs(internal[_EXPONENTS]) * _SIGN_SETS.T
+    return internal
+
+
+def _table_of_sign_sets(
+    oil: str, in_use: BoolArray, shares_by_slips: Sequence[Shares]
+) -> pd.DataFrame:
+    """One row per sign set of an oil: its total, its ranks, and the share of each statement.
+
+    Args:
+        oil: The oil.
+        in_use: Whether a set has the signs in use, shape (sets,).
+        shares_by_slips: Shares of the statements, for each of `_SLIP_LEVELS`.
+    """
+    totals = [pd.Series(_total(shares)) for shares in shares_by_slips]
+    ranks = [total.rank(method="min", ascending=False).astype(int) for total in totals]
+    texts = np.where(_SIGN_SETS > 0, "+", "-")
+    rows = pd.DataFrame(
+        {
+            "oil": oil,
+            "signs": ["".join(signs) for signs in texts],
+            "in_use": in_use,
+            "rank": ranks[0],
+            "rank_at_figures": ranks[1],
+            "total": totals[0],
+        }
+    )
+    return rows.assign(**shares_by_slips[0])
+
+
 def _scores(
-    candidates: Mapping[str, FloatArray], slips: str, settings: PrintedSettings, traction_max: float
+    candidates: Mapping[str, FloatArray],
+    slip_levels: str,
+    settings: PrintedSettings,
+    traction_max: float,
 ) -> dict[str, Shares]:
-    """The statements' shares of each oil."""
-    scores, surfaces, best = {}, {}, {}
+    """The shares of the statements for each oil.
+
+    Args:
+        candidates: Constants of every sign set of each oil, the most viscous oil first.
+        slip_levels: One of `_SLIP_LEVELS`.
+        settings: Boxes of conditions, slide-roll ratios and limits.
+        traction_max: Largest believable mu.
+    """
+    scores: dict[str, Shares] = {}
+    surfaces: dict[str, Surface] = {}
+    best_surfaces: list[Surface] = []
     for oil, internal in candidates.items():
-        tested = _surface("tested", slips, internal, settings)
-        surfaces[oil] = drawn = _surface("extrapolated", slips, internal, settings)
-        compared = settings.signs.slide_roll_ratio.figures
-        holds = where_true(tested, drawn, compared, traction_max, settings.signs)
-        scores[oil] = {name: share(each) for name, each in holds.items()}
-        winner = int(np.argmax(_total(scores[oil])))
-        best[oil] = _surface("extrapolated", slips, internal[:, [winner]], settings)
-    # the others as their own statements choose them: the signs in use must not vouch for each other
-    others = list(best.values())
+        tested = _surface("tested", slip_levels, internal, settings)
+        drawn = _surface("extrapolated", slip_levels, internal, settings)
+        surfaces[oil] = drawn
+        compared_slips = settings.signs.slide_roll_ratio.figures
+        holds = where_true(tested, drawn, compared_slips, traction_max, settings.signs)
+        scores[oil] = {name: share(statement_holds) for name, statement_holds in holds.items()}
+        best = int(np.argmax(_total(scores[oil])))
+        best_surface = _surface("extrapolated", slip_levels, internal[:, [best]], settings)
+        best_surfaces.append(best_surface)
+    # Oils are compared with the others as the others' own statements choose them. The signs in use
+    # must not confirm each other.
     for index, (oil, surface) in enumerate(surfaces.items()):
-        before, after = others[:index], others[index + 1 :]
-        scores[oil]["viscosity_order"] = viscosity_order(surface, before, after)
-        scores[oil]["hot_convergence"] = hot_convergence(surface, before + after)
+        more_viscous = best_surfaces[:index]
+        less_viscous = best_surfaces[index + 1 :]
+        scores[oil]["viscosity_order"] = viscosity_order(surface, more_viscous, less_viscous)
+        scores[oil]["hot_convergence"] = hot_convergence(surface, more_viscous + less_viscous)
     return scores
 
 
-def _surface(box: str, slips: str, internal: FloatArray, settings: PrintedSettings) -> Surface:
-    levels, slip = settings.boxes.model_dump()[box], settings.signs.slide_roll_ratio.model_dump()
-    return Surface.over(levels, settings.signs.levels, slip[slips], internal)
+def _surface(
+    box: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
+) -> Surface:
+    """The surface over a box of the settings, at one of `_SLIP_LEVELS`."""
+    ends = settings.boxes.model_dump()[box]
+    slips = settings.signs.slide_roll_ratio.model_dump()[slip_levels]
+    return Surface.over(ends, settings.signs.levels, slips, internal)
 
 
 def _total(shares: Shares, without: str = "") -> FloatArray:
-    """Number of statements that hold, those that cannot be asked not counted.
+    """Number of statements that hold for each sign set; those that cannot be judged do not count.
 
-    Sets of which the numbers are equal but for rounding have the same one.
+    Sets whose numbers differ only by rounding get the same number.
+
+    Args:
+        shares: Shares of the statements.
+        without: A statement that is left out.
     """
-    weighted = [
-        (0.5 if name in HALF else 1.0) * share for name, share in shares.items() if name != without
-    ]
+    weighted = []
+    for name, share_of_box in shares.items():
+        if name != without:
+            weight = 0.5 if name in HALF else 1.0
+            weighted.append(weight * share_of_box)
     return evened(np.nansum(weighted, axis=0))
 
 
 def _effects(in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
-    """Largest change of mu over the tested box if one sign is turned, over the largest mu."""
+    """Largest change of mu over the tested box if one sign is turned, over the largest mu.
+
+    Args:
+        in_use: Internal constants with the signs in use, shape (constants, 1).
+        settings: The tested box and its levels.
+
+    Returns:
+        Shape (exponents,).
+    """
+    # first column: signs in use; one more column for each sign turned
     turned = np.tile(in_use, (1, 1 + len(_EXPONENTS)))
     turned[_EXPONENTS, range(1, turned.shape[1])] *= -1
-    mu = _surface("tested", _SLIPS[0], turned, settings).mu.reshape(-1, turned.shape[1])
+    surface = _surface("tested", _SLIP_LEVELS[0], turned, settings)
+    mu = surface.mu.reshape(-1, turned.shape[1])
     return np.abs(mu[:, 1:] - mu[:, :1]).max(axis=0) / mu[:, 0].max()
 
 
 def _verdicts(
-    sets: pd.DataFrame, by_slips: list[Shares], effects: FloatArray, limits: SignSettings
+    sign_sets: pd.DataFrame,
+    shares_by_slips: Sequence[Shares],
+    effects: FloatArray,
+    limits: SignSettings,
 ) -> pd.DataFrame:
-    """One row per sign in use of one oil."""
-    signs = _SETS[sets["in_use"]][0]
-    has = (signs == _SETS).T
+    """One row per sign in use of one oil.
+
+    Args:
+        sign_sets: Rows of the oil, as by `_table_of_sign_sets`.
+        shares_by_slips: Shares of the statements, for each of `_SLIP_LEVELS`.
+        effects: As by `_effects`.
+        limits: The limits of the verdicts.
+    """
+    signs_in_use = _SIGN_SETS[sign_sets["in_use"]][0]
+    # whether a set has the sign in use of an exponent, shape (exponents, sets)
+    has_sign = (signs_in_use == _SIGN_SETS).T
 
     def margins(total: FloatArray) -> list[float]:
-        return [total[own].max() - total[~own].max() for own in has]
+        return [total[has].max() - total[~has].max() for has in has_sign]
 
-    without = [margins(_total(shares, without=name)) for shares in by_slips for name in shares]
+    margins_without_one = []
+    for shares in shares_by_slips:
+        for statement in shares:
+            margins_without_one.append(margins(_total(shares, without=statement)))
     frame = pd.DataFrame(
         {
-            "oil": sets["oil"].iloc[0],
+            "oil": sign_sets["oil"].iloc[0],
             "constant": [LAW.constants[index].name for index in _EXPONENTS],
-            "sign": np.where(signs > 0, "+", "-"),
-            "margin": margins(sets["total"].to_numpy()),
-            "weakest_margin": np.min(without, axis=0),
+            "sign": np.where(signs_in_use > 0, "+", "-"),
+            "margin": margins(sign_sets["total"].to_numpy()),
+            "weakest_margin": np.min(margins_without_one, axis=0),
             "effect": effects,
         }
     )
@@ -322,11 +404,14 @@ def verdicts(
 ) -> np.ndarray:
     """How sure the signs in use are.
 
-    Without effect: turning it alone moves mu by `no_effect_max` of its largest value at most.
-    Settled: all sets within `near_best` statements of the best have the sign, whichever one
-    statement is left out and at either slips. Probable: all of them have it at the slips of the
-    whole curve, with every statement.
-    Against: all of them have the other one. Open: both signs are among them.
+    The verdict depends on the sets whose totals are within `near_best` statements of the best one:
+
+    - Without effect: turning the sign alone moves mu by at most `no_effect_max` of its largest
+      value.
+    - Settled: all these sets have the sign, with any one statement left out and at either slips.
+    - Probable: all of them have it with all statements, at the slips of the whole curve.
+    - Against: all of them have the other sign.
+    - Open: both signs occur among them.
 
     Args:
         margin: In statements (see the module).
@@ -334,38 +419,49 @@ def verdicts(
         effect: Largest change of mu over its largest value.
         limits: The limits.
     """
-    near, none = limits.near_best, reaches(limits.no_effect_max, effect)
-    found = [none, reaches(weakest, near), reaches(margin, near), reaches(-near, margin)]
-    return np.select(found, ["without effect", "settled", "probable", "against"], "open")
+    near_best = limits.near_best
+    # the first condition that is met gives the verdict
+    conditions = {
+        "without effect": reaches(limits.no_effect_max, effect),
+        "settled": reaches(weakest, near_best),
+        "probable": reaches(margin, near_best),
+        "against": reaches(-near_best, margin),
+    }
+    return np.select(list(conditions.values()), list(conditions), "open")
 
 
 def where_true(
     tested: Surface,
     drawn: Surface,
-    compared: Sequence[float],
+    compared_slips: Sequence[float],
     traction_max: float,
     limits: SignSettings,
 ) -> dict[str, BoolArray]:
-    """Where each statement about one oil holds, for each sign set: the last axis.
+    """Where each statement about one oil holds; the last axis is that of the sign sets.
 
     Args:
         tested: The box that was tested (section 2).
         drawn: The box that the figures of section 4.3 draw.
-        compared: Slips whose lowest and highest the text compares.
+        compared_slips: Slips whose lowest and highest the text compares.
         traction_max: Largest believable mu.
         limits: What counts as linear and slight.
     """
     mu = drawn.mu
-    low, high = drawn.at(min(compared)), drawn.at(max(compared))
+    low = drawn.at(min(compared_slips))
+    high = drawn.at(max(compared_slips))
     # R2 of the straight line mu(P) is covariance^2/variances
-    stress, off = drawn.stress - drawn.stress.mean(), mu - mu.mean(axis=STRESS, keepdims=True)
-    covariance = np.tensordot(stress, off, axes=1)
-    variances = (stress**2).sum() * (off**2).sum(axis=STRESS)
+    stress = drawn.stress - drawn.stress.mean()
+    mu_deviation = mu - mu.mean(axis=STRESS, keepdims=True)
+    covariance = np.tensordot(stress, mu_deviation, axes=1)
+    variances = (stress**2).sum() * (mu_deviation**2).sum(axis=STRESS)
     linear = reaches(covariance**2, limits.linear_r2_min * variances)
     slight = reaches(tested.at(tested.largest_slip), (1 - limits.decline_max) * tested.peak)
-    # change by stress and by temperature at the lowest speed and at the highest one
-    of_stress, of_heat = (mu[-1] - mu[0])[[0, -1]], (mu[:, :, 0] - mu[:, :, -1])[:, [0, -1]]
-    # of each sign set: differences have the rounding of these numbers
+    # effects of stress and of temperature at the lowest speed and at the highest one
+    stress_effect = (mu[-1] - mu[0])[[0, -1]]
+    temperature_effect = (mu[:, :, 0] - mu[:, :, -1])[:, [0, -1]]
+    slow_temperature_effect = temperature_effect[:, 0]
+    fast_temperature_effect = np.abs(temperature_effect[:, 1])
+    # largest mu of each sign set: differences have the rounding of these numbers
     largest = np.abs(mu).max(axis=tuple(range(mu.ndim - 1)))
     return {
         "physical": reaches(mu.min(axis=SLIP), 0.0, drawn.peak) & reaches(traction_max, drawn.peak),
@@ -382,8 +478,10 @@ def where_true(
         "earlier_plateau_with_speed": _falls(tested.knee, SPEED),
         "earlier_plateau_with_temperature": _falls(tested.knee, TEMPERATURE),
         "slip_raises_stress_effect": exceeds(high[-1] - high[0], np.abs(low[-1] - low[0]), largest),
-        "speed_mutes_stress_effect": exceeds(of_stress[0], np.abs(of_stress[1]), largest),
-        "speed_mutes_temperature_effect": exceeds(of_heat[:, 0], np.abs(of_heat[:, 1]), largest),
+        "speed_mutes_stress_effect": exceeds(stress_effect[0], np.abs(stress_effect[1]), largest),
+        "speed_mutes_temperature_effect": exceeds(
+            slow_temperature_effect, fast_temperature_effect, largest
+        ),
     }
 
 
@@ -394,19 +492,21 @@ def viscosity_order(
 
     The other oils' surfaces are of one set each. NaN where there is no other oil.
     """
-    holds = [exceeds(other.mu, surface.mu) for other in more_viscous[-1:]]
-    holds += [exceeds(surface.mu, other.mu) for other in less_viscous[:1]]
-    return _mean(holds, surface)
+    holds = []
+    if more_viscous:
+        holds.append(exceeds(more_viscous[-1].mu, surface.mu))
+    if less_viscous:
+        holds.append(exceeds(surface.mu, less_viscous[0].mu))
+    return _mean_share(holds, surface)
 
 
 def hot_convergence(surface: Surface, others: Sequence[Surface]) -> FloatArray:
     """Mu is nearer to that of each other oil at the highest temperature than at the lowest."""
-    apart = [np.abs(surface.mu - other.mu) for other in others]
-    sizes = [other.mu.max() for other in others]
-    nearer = [
-        exceeds(gap[:, :, 0], gap[:, :, -1], size) for gap, size in zip(apart, sizes, strict=True)
-    ]
-    return _mean(nearer, surface)
+    nearer = []
+    for other in others:
+        gap = np.abs(surface.mu - other.mu)
+        nearer.append(exceeds(gap[:, :, 0], gap[:, :, -1], other.mu.max()))
+    return _mean_share(nearer, surface)
 
 
 def share(holds: BoolArray) -> FloatArray:
@@ -414,9 +514,11 @@ def share(holds: BoolArray) -> FloatArray:
     return holds.reshape(-1, holds.shape[-1]).mean(axis=0)
 
 
-def _mean(holds: list[BoolArray], surface: Surface) -> FloatArray:
-    nothing = np.full(surface.mu.shape[-1], np.nan)
-    return np.mean([share(each) for each in holds], axis=0) if holds else nothing
+def _mean_share(statements: list[BoolArray], surface: Surface) -> FloatArray:
+    """Mean of the shares where statements hold; NaN for each sign set without any statement."""
+    if not statements:
+        return np.full(surface.mu.shape[-1], np.nan)
+    return np.mean([share(holds) for holds in statements], axis=0)
 
 
 def _falls(values: FloatArray, axis: int) -> BoolArray:
@@ -428,9 +530,10 @@ def _falls(values: FloatArray, axis: int) -> BoolArray:
 def _levels_off(mu: FloatArray, axis: int) -> BoolArray:
     """Mu changes less over the last third of the levels than it falls over the first.
 
-    Of 20 to 140 degC the thirds are 20-60 and 100-140.
+    Example: from 20 to 140 degC these thirds are 20-60 and 100-140 degC.
     """
-    level = np.moveaxis(mu, axis, 0)
-    third = (len(level) - 1) // 3
-    first, last = level[0] - level[third], np.abs(level[-1 - third] - level[-1])
-    return exceeds(first, last, np.abs(level).max(axis=0))
+    mu_of_level = np.moveaxis(mu, axis, 0)
+    third = (len(mu_of_level) - 1) // 3
+    first_fall = mu_of_level[0] - mu_of_level[third]
+    last_change = np.abs(mu_of_level[-1 - third] - mu_of_level[-1])
+    return exceeds(first_fall, last_change, np.abs(mu_of_level).max(axis=0))

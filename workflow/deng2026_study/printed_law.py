@@ -1,7 +1,6 @@
 """The law with the constants that the paper prints.
 
-Decides: the law that the paper prints, where it was tested, and what its lost
-signs leave open.
+Decides: the law that the paper prints, where it was tested, and what its lost signs leave open.
 """
 
 import itertools
@@ -22,7 +21,7 @@ from oilfilm.settings.messages import load
 from oilfilm.traction.laws.deng2026 import DENG2026, traction_coefficient
 from simulated_lab.printed import PrintedCoefficients
 
-# Slips at which the range over the open signs is looked for: from the first step of the rig on.
+# Slips at which the widest range over the open signs is searched, from the rig's first step on.
 _SLIPS = (0.01, 0.05, 0.3)
 
 
@@ -44,30 +43,37 @@ class PrintedLaw(FittedLaw):
 
     def remarks(self, line: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
         """See `FittedLaw`."""
-        signs = ", ".join(f"{name} {sure}" for name, sure in self.signs.items())
+        signs = ", ".join(f"{name} {certainty}" for name, certainty in self.signs.items())
         (low,), (high,) = self.sign_range(line, slide_roll_ratio)
         return [f"restored signs: {signs}", f"over the open signs mu is {low:.5f} to {high:.5f}"]
 
     def sign_range(
         self, conditions: FloatArray, slide_roll_ratio: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest mu over the open signs, each with each; the others are as in use.
+        """Lowest and highest mu over all combinations of the open signs; other signs are as in use.
 
         Args:
             conditions: P, U and T, shape (points, 3).
             slide_roll_ratio: S, shape (points,).
+
+        Returns:
+            Each of shape (points,).
         """
         names = [constant.name for constant in self.law.constants]
-        open_signs = [names.index(name) for name, sure in self.signs.items() if sure == "open"]
+        open_signs = [names.index(name) for name in self.names_of_open_signs()]
         pressure, speed, temperature = np.asarray(conditions, dtype=float).T
         slip = np.abs(slide_roll_ratio)
         mu = []
-        for turned in itertools.product((1.0, -1.0), repeat=len(open_signs)):
+        for signs in itertools.product((1.0, -1.0), repeat=len(open_signs)):
             constants = self.coefficients.constants.copy()
-            constants[open_signs] *= turned
+            constants[open_signs] *= signs
             mu.append(traction_coefficient(constants, pressure, speed, temperature, slip))
         ends = np.sign(slide_roll_ratio) * np.array([np.min(mu, axis=0), np.max(mu, axis=0)])
         return ends.min(axis=0), ends.max(axis=0)
+
+    def names_of_open_signs(self) -> list[str]:
+        """Names of the constants whose sign is open."""
+        return [name for name, certainty in self.signs.items() if certainty == "open"]
 
 
 def printed_law(printed: PrintedCoefficients, oil: str, tested: Box) -> PrintedLaw:
@@ -78,20 +84,21 @@ def printed_law(printed: PrintedCoefficients, oil: str, tested: Box) -> PrintedL
         oil: One of its oils.
         tested: What the paper's abstract says was tested (`printed.boxes.tested`).
     """
-    ends = tested.model_dump()
-    box = np.array([ends[name] for name in (*DENG2026.conditions, "slide_roll_ratio")], dtype=float)
+    ends_by_name = tested.model_dump()
+    names = [*DENG2026.conditions, "slide_roll_ratio"]
+    box = np.array([ends_by_name[name] for name in names], dtype=float)
     coefficients = replace(Coefficients.bare(DENG2026, printed.constants()[oil]), box=box)
     law = PrintedLaw(DENG2026, coefficients, signs=printed.signs(oil))
-    lost = [name for name, sure in law.signs.items() if sure == "open"]
-    if not lost:
+    open_signs = law.names_of_open_signs()
+    if not open_signs:
         return law
     points = np.array(list(itertools.product(*box[:-1], _SLIPS)))
     lower, upper = law.sign_range(points[:, :-1], points[:, -1])
     widest = int(first_largest(upper / lower))
-    where = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}".format(*points[widest])
+    condition = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}".format(*points[widest])
     sentence = (
-        f"the signs of {', '.join(lost)} were lost and are open: over them mu is "
-        f"{lower[widest]:.2g} to {upper[widest]:.2g} at {where}"
+        f"the signs of {', '.join(open_signs)} were lost and are open: over them mu is "
+        f"{lower[widest]:.2g} to {upper[widest]:.2g} at {condition}"
     )
     return replace(law, wrong=(sentence,))
 
@@ -117,23 +124,30 @@ def printed(oil: str | int) -> PrintedLaw:
         0.0204
     """
     content = load(reference_file("printed_coefficients"), PrintedCoefficients)
-    if (name := str(oil)) not in content.oils:
-        known = ", ".join(content.falling_viscosity)
-        raise OilfilmError(f"the paper prints no constants of {oil!r}; of {known}.")
-    return printed_law(content, name, default_settings().printed.boxes.tested)
+    if str(oil) not in content.oils:
+        printed_oils = ", ".join(content.falling_viscosity)
+        raise OilfilmError(
+            f"the paper prints no constants of {oil!r}; it prints those of {printed_oils}."
+        )
+    return printed_law(content, str(oil), default_settings().printed.boxes.tested)
 
 
 def with_printed(coefficients: pd.DataFrame, printed: PrintedCoefficients) -> pd.DataFrame:
-    """The table of coefficients with `printed_value`, the printed constant; null where none is.
+    """The table of coefficients with the column `printed_value`, null where nothing is printed.
 
-    An exponent that was tested along a line of conditions alone has none to compare with.
+    It is null too for an exponent of which only combinations with others were tested (`in step`).
+
+    Args:
+        coefficients: Table of coefficients.
+        printed: Content of data/reference/printed_coefficients.yaml.
     """
     names = [constant.name for constant in DENG2026.constants]
-    known = {
-        (printed.law, oil, name): value
-        for oil, values in printed.constants().items()
-        for name, value in zip(names, values, strict=True)
-    }
+    printed_values = {}
+    for oil, constants in printed.constants().items():
+        for name, constant in zip(names, constants, strict=True):
+            printed_values[printed.law, oil, name] = constant
     keys = zip(coefficients["law"], coefficients["oil"], coefficients["constant"], strict=True)
-    values = pd.Series([known.get(key, np.nan) for key in keys], coefficients.index, dtype=float)
+    values = pd.Series(
+        [printed_values.get(key, np.nan) for key in keys], coefficients.index, dtype=float
+    )
     return coefficients.assign(printed_value=values.mask(coefficients["verdict"] == "in step"))

@@ -1,7 +1,7 @@
 """Published tests of bearings beside the calculation.
 
-The oil's share of the volume between the rings, to which the drag is proportional, is the one
-constant of a bearing that no drawing gives. It is set by published power losses.
+The drag is proportional to the oil's share of the volume between the rings. This share is the one
+constant of a bearing that no drawing gives. Published power losses set it.
 
 Decides: where the drag in a bearing comes from.
 """
@@ -27,32 +27,37 @@ def published_tests_table(
         oils: Oils with their laws; tests with others are left out.
         settings: The settings.
     """
-    by_name = {oil.name: oil for oil in oils}
+    oil_by_name = {oil.name: oil for oil in oils}
     frames = [
-        _one_test(test, by_name[test.oil], settings)
+        _rows_of_test(test, oil_by_name[test.oil], settings)
         for test in published.tests
-        if test.oil in by_name and test.bearing in settings.bearings
+        if test.oil in oil_by_name and test.bearing in settings.bearings
     ]
     return joined(frames, "published_tests")
 
 
-def _one_test(test: PublishedBearingTest, oil: OilInBearing, settings: Settings) -> pd.DataFrame:
+def _rows_of_test(
+    test: PublishedBearingTest, oil: OilInBearing, settings: Settings
+) -> pd.DataFrame:
+    """The rows of one published test beside the calculated values."""
     bearing = settings.bearings[test.bearing].bearing(test.bearing)
     names = {"power_w": "published_power_w", "largest_cage_slip": "published_cage_slip"}
     rows = pd.DataFrame([row.model_dump() for row in test.rows], dtype=float).rename(columns=names)
     points = rows.assign(inlet_temperature_c=test.inlet_temperature_c)
-    speed = rows["inner_speed_rpm"] * RAD_S_PER_RPM
+    speed_rad_s = rows["inner_speed_rpm"] * RAD_S_PER_RPM
 
-    def with_share(fraction: float) -> pd.DataFrame:
-        changed = oil.settings.model_copy(update={"oil_volume_fraction": fraction})
+    def calculated(oil_volume_fraction: float) -> pd.DataFrame:
+        changed = oil.settings.model_copy(update={"oil_volume_fraction": oil_volume_fraction})
         return Cases(bearing, [(replace(oil, settings=changed), "stress", points)]).run()
 
-    low, high = map(with_share, settings.bearing.oil_volume_fraction_range)
-    as_set = with_share(settings.bearing.oil_volume_fraction)
+    lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
+    low = calculated(lowest_fraction)
+    high = calculated(highest_fraction)
+    as_set = calculated(settings.bearing.oil_volume_fraction)
     return as_set.assign(
-        power_w=as_set["torque_n_m"] * speed,
-        power_low_w=low["torque_n_m"] * speed,
-        power_high_w=high["torque_n_m"] * speed,
+        power_w=as_set["torque_n_m"] * speed_rad_s,
+        power_low_w=low["torque_n_m"] * speed_rad_s,
+        power_high_w=high["torque_n_m"] * speed_rad_s,
         cage_slip_low=low["cage_slip"],
         cage_slip_high=high["cage_slip"],
         source=test.source,

@@ -1,6 +1,6 @@
 """What a campaign with `studies: [deng2026_study]` has beside tables and figures.
 
-Decides: what the report of a campaign tells about the paper.
+Decides: what the report of a campaign says about the paper.
 """
 
 from collections.abc import Collection, Iterator, Mapping
@@ -52,15 +52,15 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
         OilfilmError: The file is missing or has a mistake.
     """
     printed = load(path, PrintedCoefficients)
-    names = identifiers([f"{oil} printed" for oil in printed.falling_viscosity])
+    identifier_of_oil = identifiers([f"{oil} printed" for oil in printed.falling_viscosity])
     points = tuple(point.model_dump() for point in settings.adore_points)
-    described = []
-    for oil, name in zip(printed.falling_viscosity, names.values(), strict=True):
+    descriptions = []
+    for oil in printed.falling_viscosity:
         fitted = printed_law(printed, oil, tested)
-        described.append(
+        descriptions.append(
             Description(
                 oil=oil,
-                identifier=name,
+                identifier=identifier_of_oil[f"{oil} printed"],
                 campaign=None,
                 fitted=fitted,
                 conditions=tuple(_conditions(fitted)),
@@ -70,7 +70,7 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
                 published=Published(_SOURCE, tuple(_what_is_not_known(fitted))),
             )
         )
-    return described
+    return descriptions
 
 
 def _what_is_not_known(fitted: PrintedLaw) -> Iterator[str]:
@@ -88,22 +88,43 @@ def _what_is_not_known(fitted: PrintedLaw) -> Iterator[str]:
 
 
 def _conditions(fitted: PrintedLaw) -> Iterator[Condition]:
-    law, box = fitted.law, fitted.coefficients.box.tolist()
-    for name, reference, (low, high) in zip(law.conditions, law.reference, box, strict=False):
-        about = QUANTITIES[name].symbol, QUANTITIES[name].meaning, QUANTITIES[name].unit
-        yield Condition(name, *about, "argument", None, reference, (low, high))
+    """The description of each condition of a law, with its tested range."""
+    law = fitted.law
+    # the last row of the box is that of the slide-roll ratio
+    for index, name in enumerate(law.conditions):
+        quantity = QUANTITIES[name]
+        lowest, highest = fitted.coefficients.box[index].tolist()
+        yield Condition(
+            name,
+            quantity.symbol,
+            quantity.meaning,
+            quantity.unit,
+            "argument",
+            None,
+            law.reference[index],
+            (lowest, highest),
+        )
 
 
 def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
-    """What the description has of each constant: a value, but no uncertainty."""
-    meanings, signs = constant_meanings(fitted.law), fitted.signs
-    unknown = {"standard_error": None, "interval": [None, None], "systematic_standard_error": None}
+    """The description of each constant: a value, but no uncertainty."""
+    meanings = constant_meanings(fitted.law)
     values = fitted.coefficients.constants.tolist()
     for constant, value in zip(fitted.law.constants, values, strict=True):
         name = constant.name
-        sure = f"printed, sign {signs[name]}" if name in signs else "printed"
-        about = {"name": name, "meaning": meanings[name], "value": value, "unit": "1"}
-        yield {**about, **unknown, "verdict": sure}
+        verdict = "printed"
+        if name in fitted.signs:
+            verdict = f"printed, sign {fitted.signs[name]}"
+        yield {
+            "name": name,
+            "meaning": meanings[name],
+            "value": value,
+            "unit": "1",
+            "standard_error": None,
+            "interval": [None, None],
+            "systematic_standard_error": None,
+            "verdict": verdict,
+        }
 
 
 # What the verdict on a claim is based on.
@@ -121,8 +142,8 @@ UNDECIDED = {
     OUTSIDE: "the choice depends on a film beyond the film formula",
     NO_EQUILIBRIUM: "an oil has no equilibrium",
 }
-# Share of the draws in which an oil that stays best is the best one.
-_STAYS_BEST = 0.95
+# An oil stays the best one if it is the best in this share of the draws.
+_STAYS_BEST_SHARE = 0.95
 _SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
 _CLAIM_VERDICTS = ("holds", "by construction", "holds in part", "fails", "cannot be checked")
 _JUDGED_ON = {
@@ -131,13 +152,15 @@ _JUDGED_ON = {
     "data": "the campaign's data",
     "formula": "the paper's Eq. 1",
 }
-_LEVELS = {
+# Columns of the worst condition, and how their values are shown.
+_WORST_CONDITION = {
     "worst_max_hertz_pressure_gpa": "{:.3g} GPa",
     "worst_entrainment_speed_m_s": "{:.3g} m/s",
     "worst_inlet_temperature_c": "{:.3g} \N{DEGREE SIGN}C",
     "worst_slide_roll_ratio": "S {:.3g}",
 }
-_WORDS = {
+# Words of the section of claims that need an explanation.
+_EXPLANATIONS = {
     "CIRCULAR": "the data were made with the law that they are to test",
     "holds in part": "true at some of the conditions only",
     "by construction": "true for any constants, because the law's equation makes it so",
@@ -162,49 +185,56 @@ def sections(results: CampaignTables, settings: Settings) -> list[Section]:
 
 def _claims(results: CampaignTables, settings: Settings) -> Section:
     """How many of the paper's claims hold, by basis, and each claim with its numbers."""
-    claims, numbers = results.claims, results.claim_numbers
+    claims = results.claims
+    numbers = results.claim_numbers
     if claims.empty:
         return Section("claims", "Claims of the paper")
     of_paper = read_claims(reference_file("claims"))
-    stated = {claim.id: claim.claim for claim in of_paper.claims}
-    named = claims.assign(basis=claims["basis"].map(BASES), claim=claims["claim"].map(stated))
+    text_of_claim = {claim.id: claim.claim for claim in of_paper.claims}
+    named = claims.assign(
+        basis=claims["basis"].map(BASES), claim=claims["claim"].map(text_of_claim)
+    )
     verdicts = named.pivot(index="claim", columns="basis", values="verdict")
     verdicts = verdicts.reindex(index=named["claim"].unique(), columns=named["basis"].unique())
     counts = verdicts.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
     failing = verdicts[(verdicts == "fails").any(axis=1)].fillna("not judged")
     refit = claims[claims["basis"] == "refit"]
-    judged = set(numbers.loc[numbers["basis"] == "refit", "oil"])
-    made = facts(
+    judged_oils = set(numbers.loc[numbers["basis"] == "refit", "oil"])
+    reason_codes = [code for code in refit["reason_code"].unique() if code]
+    sentences = facts(
         "deng2026_study/claims.jinja",
         refit=refit["verdict"].value_counts().reindex(_CLAIM_VERDICTS).dropna().astype(int),
-        reasons=[
-            of_paper.cannot_be_checked[code] for code in refit["reason_code"].unique() if code
-        ],
+        reasons=[of_paper.cannot_be_checked[code] for code in reason_codes],
         campaign=settings.campaign,
-        left_out=[oil for oil in settings.oils if oil not in judged],
+        left_out=[oil for oil in settings.oils if oil not in judged_oils],
     )
     shown = [
         show_table(counts.astype(int).reset_index(), "claim-counts"),
         show_table(failing.reset_index(), "failing-claims"),
     ]
-    entries = [
-        _entry(claim, rows, of_paper, numbers[numbers["claim"] == claim.id], settings)
-        for claim in of_paper.claims
-        if len(rows := claims[claims["claim"] == claim.id])
-    ]
-    return Section("claims", "Claims of the paper", made, shown, entries, _WORDS)
+    entries = []
+    for claim in of_paper.claims:
+        rows_of_claim = claims[claims["claim"] == claim.id]
+        numbers_of_claim = numbers[numbers["claim"] == claim.id]
+        if len(rows_of_claim):
+            entries.append(_entry(claim, rows_of_claim, of_paper, numbers_of_claim, settings))
+    return Section("claims", "Claims of the paper", sentences, shown, entries, _EXPLANATIONS)
 
 
 def _entry(
     claim: Claim, rows: pd.DataFrame, of_paper: Claims, numbers: pd.DataFrame, settings: Settings
 ) -> Entry:
-    """A claim with its verdicts, what was found on each basis, and the paper's words."""
-    verdicts, paragraphs = [], []
+    """A claim with its verdicts, the finding on each basis, and the paper's words."""
+    verdicts = []
+    paragraphs = []
     for row in tables.rows(rows):
-        basis, own = BASES[row["basis"]], numbers[numbers["basis"] == row["basis"]]
-        finding = f"cannot be checked: {of_paper.cannot_be_checked.get(row['reason_code'])}."
-        if not row["reason_code"]:
-            finding = _finding(row, claim, own, settings)
+        basis = BASES[row["basis"]]
+        if row["reason_code"]:
+            reason = of_paper.cannot_be_checked.get(row["reason_code"])
+            finding = f"cannot be checked: {reason}."
+        else:
+            numbers_of_basis = numbers[numbers["basis"] == row["basis"]]
+            finding = _finding(row, claim, numbers_of_basis, settings)
         verdicts.append((basis, row["verdict"]))
         paragraphs.append(f"{basis}, {_JUDGED_ON[row['judged_on']]}: {finding}")
     paragraphs.append(
@@ -219,35 +249,61 @@ def _finding(
 ) -> str:
     """Share, worst case and further numbers of a claim on one basis, in sentences."""
     share = row["share"]
-    found = f"Holds strictly in {_share(share)} of {row['cases']} cases."
+    sentences = [f"Holds strictly in {_percent(share)} of {row['cases']} cases."]
     if row["verdict"] == "by construction":
-        found += " The equation makes it so for any constants that it allows."
-    known = [row["worst_oil"]] if row["worst_oil"] else []
-    known += [form.format(row[name]) for name, form in _LEVELS.items() if not pd.isna(row[name])]
-    found += f" {'Worst case' if share < 1 else 'Case nearest to failing'}: "
-    found += claim.quantity.format(row["worst_value"])
-    found += f" at {', '.join(known)}." if known else "."
-    readings = {name: f'read as "{text}"' for name, text in claim.readings.items()}
-    labels = {"share": "cases in which it holds", **readings, **claim.numbers}
-    listed = []
+        sentences.append("The equation makes it so for any constants that it allows.")
+    condition = [row["worst_oil"]] if row["worst_oil"] else []
+    for column, form in _WORST_CONDITION.items():
+        if not pd.isna(row[column]):
+            condition.append(form.format(row[column]))
+    worst = "Worst case" if share < 1 else "Case nearest to failing"
+    where = f" at {', '.join(condition)}" if condition else ""
+    sentences.append(f"{worst}: {claim.quantity.format(row['worst_value'])}{where}.")
+    further = _further_numbers(claim, numbers, settings)
+    if further:
+        sentences.append(f"Further numbers: {'; '.join(further)}.")
+    return " ".join(sentences)
+
+
+def _further_numbers(claim: Claim, numbers: pd.DataFrame, settings: Settings) -> list[str]:
+    """Each further number of a claim with its meaning, and readings that were not judged.
+
+    Args:
+        claim: The claim.
+        numbers: Rows of the claim and one basis of the table `claim_numbers`.
+        settings: All settings of the campaign.
+    """
+    labels = {"share": "cases in which it holds"}
+    for reading, text in claim.readings.items():
+        labels[reading] = f'read as "{text}"'
+    labels.update(claim.numbers)
+    texts = []
     for name, label in labels.items():
-        meaning, _, form = label.partition(": {:")
+        # a label may end in the format of its number, as in "largest error: {:.1%}"
+        meaning, _, number_format = label.partition(": {:")
         values = [
-            (f"{value:{form.rstrip('}')}}" if form else _share(value))
-            + (f" ({oil})" if oil else "")
-            for value, oil in numbers.loc[numbers["number"] == name, ["value", "oil"]].to_numpy()
+            _number_of_oil(row["value"], row["oil"], number_format.rstrip("}"))
+            for row in tables.rows(numbers[numbers["number"] == name])
         ]
         if values:
-            listed.append(f"{_filled(meaning, settings)}: {', '.join(values)}")
-        elif name in readings:
-            listed.append(f"not judged on these constants: {_filled(label, settings)}")
-    return f"{found} Further numbers: {'; '.join(listed)}." if listed else found
+            texts.append(f"{_filled(meaning, settings)}: {', '.join(values)}")
+        elif name in claim.readings:
+            texts.append(f"not judged on these constants: {_filled(label, settings)}")
+    return texts
 
 
-def _share(share: float) -> str:
-    """A share in percent, 100 or 0 only where it is all or none."""
-    near = not 0.01 <= share <= 0.99 and share not in (0.0, 1.0)
-    return f"{min(max(share, 0.001), 0.999):.1%}" if near else f"{share:.0%}"
+def _number_of_oil(value: float, oil: str, number_format: str) -> str:
+    """A number in its format, a share without one, and the oil in brackets if it is of one oil."""
+    text = format(value, number_format) if number_format else _percent(value)
+    return f"{text} ({oil})" if oil else text
+
+
+def _percent(share: float) -> str:
+    """A share in percent; 100 or 0 only where it is all or none."""
+    near_an_end = share < 0.01 or share > 0.99
+    if near_an_end and share not in (0.0, 1.0):
+        return f"{min(max(share, 0.001), 0.999):.1%}"
+    return f"{share:.0%}"
 
 
 def _filled(text: str, settings: Settings) -> str:
@@ -263,25 +319,26 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
     fits = fits[fits["law"] == PAPER_LAW.name]
     fitted = fits[["oil", "constant", "value", "verdict"]].dropna(subset="value")
     judged = fitted.merge(results.sign_verdicts[["oil", "constant", "sign"]])
-    same = (judged["value"] < 0) == (judged["sign"] == "-")
-    known, names = judged["verdict"] == "known", judged["oil"] + " " + judged["constant"]
-    made = facts(
+    same_sign = (judged["value"] < 0) == (judged["sign"] == "-")
+    known = judged["verdict"] == "known"
+    names = judged["oil"] + " " + judged["constant"]
+    sentences = facts(
         "deng2026_study/printed.jinja",
-        confirmed=(known & same).sum(),
+        confirmed=(known & same_sign).sum(),
         judged=len(judged),
-        turned=names[known & ~same].tolist(),
+        turned=names[known & ~same_sign].tolist(),
         unknown=names[~known].tolist(),
         campaign=campaign,
     )
-    apart = results.printed_judged.dropna(subset=["tested_difference"])
-    sizes = ["tested_difference", "extrapolated_difference"]
-    apart[sizes] = apart[sizes].abs()
+    differences = results.printed_judged.dropna(subset=["tested_difference"])
+    columns = ["tested_difference", "extrapolated_difference"]
+    differences[columns] = differences[columns].abs()
     signs = results.sign_verdicts.groupby(["oil", "verdict"])["constant"].agg(" ".join)
     named = signs.unstack(fill_value="-").reindex(columns=_SIGN_VERDICTS, fill_value="-")
     used = results.signs[results.signs["in_use"]].drop_duplicates("oil")
     used = used.join(named, on="oil", how="inner")
-    shown = [show_table(apart, "printed_judged"), show_table(used, "signs")]
-    return Section("printed", "Printed constants", made, shown)
+    shown = [show_table(differences, "printed_judged"), show_table(used, "signs")]
+    return Section("printed", "Printed constants", sentences, shown)
 
 
 def _choice(results: CampaignTables) -> Section:
@@ -292,11 +349,12 @@ def _choice(results: CampaignTables) -> Section:
         return Section("choice", "Choice of oil")
     undecided = advice.loc[advice["judgement"].isin(NO_CHOICE), "judgement"].value_counts()
     others = judged[judged["judgement"] != "agree"]
-    counts, band = others["judgement"].value_counts(), results.advice_band
+    counts = others["judgement"].value_counts()
+    band = results.advice_band
     share = band["agreeing_points"] / band["operating_points"]
-    advised = judged["good_oils"].explode().tolist()
-    drawn = stays_best(results.cage_slip, _STAYS_BEST)
-    made = facts(
+    good_oils = judged["good_oils"].explode().tolist()
+    drawn = stays_best(results.cage_slip, _STAYS_BEST_SHARE)
+    sentences = facts(
         "deng2026_study/choice.jinja",
         total=len(judged),
         undecided={UNDECIDED[str(code)]: count for code, count in undecided.items()},
@@ -305,19 +363,20 @@ def _choice(results: CampaignTables) -> Section:
         best=others["best_oil"].value_counts().to_dict(),
         band=share.groupby(band["choice"], sort=False).agg(["min", "max"]),
         varied=band[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
-        always={oil: advised.count(oil) for oil in dict.fromkeys(advised)},
-        share=_STAYS_BEST,
+        always={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
+        share=_STAYS_BEST_SHARE,
         drawn=drawn if drawn["draws_answered"].any() else None,
     )
-    return Section("choice", "Choice of oil", made)
+    return Section("choice", "Choice of oil", sentences)
 
 
 def _truth(errors: pd.DataFrame) -> Section:
     """How wrong each law is where the truth was simulated."""
     if errors.empty:
         return Section("truth", "Simulated truth")
-    where = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}"
-    conditions = [where.format(*condition) for condition in errors[list(_LEVELS)].to_numpy()]
+    form = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}"
+    worst_conditions = errors[list(_WORST_CONDITION)].to_numpy()
+    conditions = [form.format(*condition) for condition in worst_conditions]
     table = show_table(errors.assign(where=conditions), "truth-errors")
     return Section("truth", "Simulated truth", facts("deng2026_study/truth.jinja"), [table])
 
@@ -332,8 +391,8 @@ def _exports(
     """The printed constants of these oils, in every form."""
     path = reference_file("printed_coefficients")
     tested = study_settings(settings).printed.boxes.tested
-    described = describe_printed(path, tested, settings.exports)
-    chosen = [each for each in described if each.oil in oils]
+    descriptions = describe_printed(path, tested, settings.exports)
+    chosen = [description for description in descriptions if description.oil in oils]
     files = in_folders(chosen, provenance) if chosen else {}
     return {f"{_FOLDER}/{file}": content for file, content in files.items()}
 

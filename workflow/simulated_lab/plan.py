@@ -19,7 +19,8 @@ GATES = {
     "thin_film": "thin_film",
     "duplicate": "duplicate_condition",
 }
-# Letter of a set point in names, and digits before the point; the pressure has two behind it.
+# Letter of a set point in file names, and its digits before the decimal point. The pressure has two
+# decimals instead.
 _IN_NAMES = {
     "max_hertz_pressure_gpa": ("P", 0),
     "entrainment_speed_m_s": ("U", 2),
@@ -41,16 +42,18 @@ class PlannedRun:
     def name(self) -> str:
         """File name of the run's log, which is also the run's name."""
         again = "_again" if self.defect == "duplicate" else ""
-        levels = "".join(f"_{_in_name(*each)}" for each in self.set_points.items())
-        return f"{self.oil}{levels}{again}.csv"
+        levels = [_in_name(name, level) for name, level in self.set_points.items()]
+        return "_".join([self.oil, *levels]) + f"{again}.csv"
 
 
 def _in_name(set_point: str, level: float) -> str:
     """A level with leading zeros, so that names sort, and with decimals where it has any."""
-    letter, width = _IN_NAMES[set_point]
-    if not width:
+    letter, digits = _IN_NAMES[set_point]
+    if digits == 0:
         return f"{letter}{level:.2f}"
-    return f"{letter}{level:0{width}.0f}" if level == round(level) else f"{letter}{level:g}"
+    if level == round(level):
+        return f"{letter}{level:0{digits}.0f}"
+    return f"{letter}{level:g}"
 
 
 def planned_runs(campaign: Campaign) -> list[PlannedRun]:
@@ -58,8 +61,8 @@ def planned_runs(campaign: Campaign) -> list[PlannedRun]:
     levels = present(campaign.matrix, "matrix", "the campaign").model_dump()
     twin = present(campaign.twin, "twin", "the campaign")
     defects = [
-        PlannedRun(each.oil, dict(zip(levels, each.condition, strict=True)), each.kind)
-        for each in twin.defects
+        PlannedRun(defect.oil, dict(zip(levels, defect.condition, strict=True)), defect.kind)
+        for defect in twin.defects
     ]
     return _planned(campaign.oils, levels, defects)
 
@@ -71,8 +74,8 @@ def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
     twin = present(torque.twin, "twin", "the campaign's `torque`")
     names = ("axial_load_n", "oil_temperature_c")
     defects = [
-        PlannedRun(each.oil, {name: getattr(each, name) for name in names}, each.kind)
-        for each in twin.defects
+        PlannedRun(defect.oil, {name: getattr(defect, name) for name in names}, defect.kind)
+        for defect in twin.defects
     ]
     return _planned(campaign.oils, {name: getattr(matrix, name) for name in names}, defects)
 
@@ -82,14 +85,18 @@ def _planned(
 ) -> list[PlannedRun]:
     """Runs of every oil at every condition of a matrix.
 
-    A defect at a condition of the matrix replaces that run; a duplicate, and a defect at another
-    condition, is one run more.
+    A defect at a condition of the matrix replaces that run. A duplicate, or a defect at another
+    condition, adds a run.
     """
     runs = [
         PlannedRun(oil, dict(zip(levels, condition, strict=True)))
         for oil in oils
         for condition in product(*levels.values())
     ]
-    # of two runs of one name the second counts; an oil may be left out of the campaign
-    by_name = {run.name: run for run in (*runs, *defects) if run.oil in oils}
-    return [by_name[name] for name in sorted(by_name)]
+    # of two runs with the same name the second counts
+    run_by_name = {run.name: run for run in runs}
+    for run in defects:
+        # an oil may be left out of the campaign
+        if run.oil in oils:
+            run_by_name[run.name] = run
+    return [run_by_name[name] for name in sorted(run_by_name)]

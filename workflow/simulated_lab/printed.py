@@ -15,8 +15,8 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.quantities import Levels, Name
 
 _Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
-_Sure = Literal["certain", "probable", "open", "without effect"]
-_Signs = Annotated[list[_Sure], Field(min_length=3, max_length=3)]
+_Certainty = Literal["certain", "probable", "open", "without effect"]
+_Signs = Annotated[list[_Certainty], Field(min_length=3, max_length=3)]
 
 
 class OilConstants(Group):
@@ -37,16 +37,19 @@ class PrintedCoefficients(Group):
 
     def constants(self) -> dict[str, FloatArray]:
         """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""
-        blocks = {oil: self.oils[oil] for oil in self.falling_viscosity}
-        return {oil: np.array([*of.A, *of.B, *of.C]) for oil, of in blocks.items()}
+        constants = {}
+        for oil in self.falling_viscosity:
+            blocks = self.oils[oil]
+            constants[oil] = np.concatenate([blocks.A, blocks.B, blocks.C])
+        return constants
 
     def signs(self, oil: str) -> dict[str, str]:
         """How sure the sign of each exponent of an oil is, by the name of the constant."""
-        return {
-            f"{letter}{number}": sure
-            for letter, of_letter in self.oils[oil].signs.items()
-            for number, sure in enumerate(of_letter, start=1)
-        }
+        certainty_of_constant: dict[str, str] = {}
+        for letter, certainties in self.oils[oil].signs.items():
+            for number, certainty in enumerate(certainties, start=1):
+                certainty_of_constant[f"{letter}{number}"] = certainty
+        return certainty_of_constant
 
 
 def printed_constants(path: Path) -> dict[str, FloatArray]:

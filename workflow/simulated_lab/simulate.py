@@ -31,6 +31,7 @@ from simulated_lab.plan import GATES, PlannedRun, planned_runs
 from simulated_lab.truth import Truth, known_contact, true_tractions
 
 _NEWTON_PER_KGF = 9.80665
+# Decimals that a logger writes of each signal.
 _DECIMALS = {
     "time_s": 2,
     "load_n": 3,
@@ -53,13 +54,18 @@ Columns = dict[str, FloatArray]
 def simulate_campaign(
     settings: Settings, constants: Mapping[str, FloatArray]
 ) -> Iterator[tuple[PlannedRun, bytes, list[dict[str, Any]]]]:
-    """Each planned run with the bytes of its csv log and its one row of the truth table.
+    """Each planned run with the bytes of its CSV log and its one row of the table of truth.
 
-    `constants` are the printed ones, which are true unless the campaign's twin has another truth.
-    The random numbers of a run depend on the seed and the run's name alone, so that a run is the
-    same whichever others are simulated with it.
+    The random numbers of a run depend only on the seed and the run's name. So a run is the same
+    whichever other runs are simulated with it.
+
+    Args:
+        settings: The settings.
+        constants: The printed constants of each oil. They are true unless the campaign's twin has
+            another truth.
     """
-    tractions, contact = true_tractions(settings, constants), known_contact(settings)
+    tractions = true_tractions(settings, constants)
+    contact = known_contact(settings)
     ((name, rig),) = settings.rigs.items()
     for key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
         present(getattr(rig, key), key, f"config/rigs/{name}.yaml")
@@ -73,9 +79,11 @@ def simulate_campaign(
             "oil": run.oil,
             "defect": run.defect,
             "gate": GATES.get(run.defect, ""),
-            **{level: true[level].mean() for level in run.set_points},
         }
-        yield run, log_content("rig", run, _logged(run, true, twin, rig, random)), [truth]
+        for set_point in run.set_points:
+            truth[set_point] = true[set_point].mean()
+        logged = _logged(run, true, twin, rig, random)
+        yield run, log_content("rig", run, logged), [truth]
 
 
 def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
@@ -101,14 +109,14 @@ def _true_run(
     programme: tuple[FloatArray, FloatArray],
     random: np.random.Generator,
 ) -> Columns:
-    """What really happened in a run, instant by instant, before any sensor."""
+    """The true signals of a run at each instant, before any sensor."""
     time_s, slip = programme
     nominal_gpa, nominal_m_s, nominal_c = run.set_points.values()
     load_error, speed_error, temperature_error = random.standard_normal(3)
-    load_n = contact.load_n(nominal_gpa) * (
-        1 + twin.control_load * load_error + _wander(time_s, twin, random)
-    )
-    speed_m_s = nominal_m_s * (1 + twin.control_speed * speed_error + _wander(time_s, twin, random))
+    load_wander = _wander(time_s, twin, random)
+    load_n = contact.load_n(nominal_gpa) * (1 + twin.control_load * load_error + load_wander)
+    speed_wander = _wander(time_s, twin, random)
+    speed_m_s = nominal_m_s * (1 + twin.control_speed * speed_error + speed_wander)
     temperature_c = np.full_like(time_s, nominal_c + twin.control_temperature_c * temperature_error)
     pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
     pressure_gpa = pressure_pa / PA_PER_GPA
@@ -127,7 +135,7 @@ def _true_run(
 def _logged(
     run: PlannedRun, true: Columns, twin: Twin, rig: Rig, random: np.random.Generator
 ) -> Columns:
-    """What the sensors make of it, planted defects included."""
+    """The signals as the sensors give them, with the planted defect."""
     full_scale = present(rig.full_scale, "full_scale", "the rig")
     load_gain, temperature_error, zero, drift = random.standard_normal(4)
     time_s = true["time_s"]
@@ -136,19 +144,21 @@ def _logged(
         spread = twin.noise_of_full_scale * float(getattr(full_scale, sensor))
         return spread * random.standard_normal(len(time_s))
 
-    def rpm(speed_m_s: FloatArray, key: str) -> FloatArray:
+    def logged_rpm(speed_m_s: FloatArray, radius_key: str) -> FloatArray:
         logged_m_s = speed_m_s + noise("surface_speed_m_s")
-        return surface_speed_to_rpm(logged_m_s, present(getattr(rig, key), key, "the rig"))
+        radius_m = present(getattr(rig, radius_key), radius_key, "the rig")
+        return surface_speed_to_rpm(logged_m_s, radius_m)
 
     force_n = true["traction_force_n"] + twin.zero_offset_n * zero
     force_n = force_n + twin.zero_drift_n * drift * (time_s / time_s[-1])
     force_n = force_n + noise("traction_force_n")
-    wild = random.choice(len(force_n), twin.spikes, replace=False)
-    force_n[wild] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
+    spikes = random.choice(len(force_n), twin.spikes, replace=False)
+    force_n[spikes] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
     load_n = true["load_n"] * (1 + twin.systematic_load * load_gain) + noise("load_n")
-    speed_m_s, half_slip = true["entrainment_speed_m_s"], true["slide_roll_ratio"] / 2
-    ball_rpm = rpm(speed_m_s * (1 - half_slip), "ball_track_radius_m")
-    disc_rpm = rpm(speed_m_s * (1 + half_slip), "disc_track_radius_m")
+    speed_m_s = true["entrainment_speed_m_s"]
+    half_slip = true["slide_roll_ratio"] / 2
+    ball_rpm = logged_rpm(speed_m_s * (1 - half_slip), "ball_track_radius_m")
+    disc_rpm = logged_rpm(speed_m_s * (1 + half_slip), "disc_track_radius_m")
     temperature_c = true["inlet_temperature_c"] + noise("temperature_c")
     temperature_c = temperature_c + twin.systematic_temperature_c * temperature_error
     if run.defect == "swapped_sign":
@@ -172,17 +182,22 @@ def _wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> Floa
     """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
     memory = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
     pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
+
+    def next_value(value: float, push: float) -> float:
+        return memory * value + push
+
     # a filter of SciPy gives the same, and takes longer to import
-    return twin.wander * np.array(list(accumulate(pushes.tolist(), lambda y, x: memory * y + x)))
+    values = list(accumulate(pushes.tolist(), next_value))
+    return twin.wander * np.array(values)
 
 
 def log_content(twin: str, run: PlannedRun, columns: Columns) -> bytes:
     """A log as a data logger writes it: header with the set points, column names and rows.
 
-    A planted defect may cut it off in the middle of a row, as a full disk does.
+    The defect `truncated` cuts it off in the middle of a row, as a full disk does.
 
     Args:
-        twin: Which twin of a rig simulated it.
+        twin: Name of the rig twin that simulated it.
         run: The run.
         columns: Signals by name; a logger writes a fixed number of decimals of each.
     """
@@ -195,11 +210,14 @@ def log_content(twin: str, run: PlannedRun, columns: Columns) -> bytes:
     buffer = io.BytesIO()
     arrow_csv.write_csv(arrow.table(rounded), buffer, arrow_csv.WriteOptions(quoting_style="none"))
     # column names are quoted whatever the style
-    names, end, rows = buffer.getvalue().partition(b"\n")
-    content = "\n".join([*header, ""]).encode() + names.replace(b'"', b"") + end + rows
+    names, line_end, rows = buffer.getvalue().partition(b"\n")
+    header_lines = "".join(f"{line}\n" for line in header).encode()
+    content = header_lines + names.replace(b'"', b"") + line_end + rows
     if run.defect == "truncated":
-        row = content.index(b"\n", int(0.6 * len(content))) + 1
-        return content[: content.index(b",", content.index(b",", row) + 1) + 3]
+        row_start = content.index(b"\n", int(0.6 * len(content))) + 1
+        first_comma = content.index(b",", row_start)
+        second_comma = content.index(b",", first_comma + 1)
+        return content[: second_comma + 3]
     return content
 
 

@@ -41,9 +41,9 @@ def simulate_torque(
     tractions = true_tractions(settings, constants)
     plans = planned_torque_runs(settings.campaign)
     for oil in dict.fromkeys(plan.oil for plan in plans):
-        of_oil = [plan for plan in plans if plan.oil == oil]
-        truths = _truth(of_oil, twin, tractions[oil], settings)
-        for plan, truth in zip(of_oil, truths, strict=True):
+        plans_of_oil = [plan for plan in plans if plan.oil == oil]
+        truths = _truth(plans_of_oil, twin, tractions[oil], settings)
+        for plan, truth in zip(plans_of_oil, truths, strict=True):
             random = generator(settings.seed, "torque twin", plan.name)
             yield plan, _log(plan, truth, twin, random), truth
 
@@ -52,69 +52,98 @@ def _truth(
     plans: list[PlannedRun], twin: TorqueTwin, traction: Truth, settings: Settings
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
-    bearing, oil = settings.tested_bearing(), settings.known_oil(plans[0].oil)
+    bearing = settings.tested_bearing()
+    oil = settings.known_oil(plans[0].oil)
     torque_logs = present(settings.campaign.torque, "torque", "the campaign")
     speeds = present(torque_logs.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
+    load_of_run, temperature_of_run = _controlled(plans, twin, settings.seed)
+    # operating points: the speeds of the first run, then those of the second, and so on
+    speed = np.tile(np.array(speeds, dtype=float), len(plans))
+    load = np.repeat(load_of_run, len(speeds))
+    temperature = np.repeat(temperature_of_run, len(speeds))
+
+    rule = grid(*_QUADRATURE)
+    points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
+    lubrication = Lubrication.of(
+        oil, temperature, settings.bearing.drag_coefficient, settings.bearing.oil_volume_fraction
+    )
+    law = traction.at_points(rule, bearing.radius_y_m[:, np.newaxis])
+    problem = FrictionProblem(bearing, points, lubrication, law, rule)
+    equilibrium = friction_equilibrium(problem)
+    if not equilibrium.solution.converged.all():
+        raise OilfilmError(
+            f"campaign {settings.campaign.name!r}, torque.matrix: at some of its points the "
+            "simulated bearing has no steady motion. Set more load or less speed there."
+        )
+    law_misfit = misfit(traction, settings)
+    torque = equilibrium.torque_n_m()
+    heat = bearing.ball_count * equilibrium.balance.heats_w[HEATS.index("traction")]
+    truths = []
+    for number, plan in enumerate(plans):
+        first = number * len(speeds)
+        truths.append(
+            [
+                {
+                    "run_id": plan.name,
+                    "oil": plan.oil,
+                    "defect": plan.defect,
+                    "inner_speed_rpm": speed[point],
+                    "axial_load_n": load[point],
+                    "oil_temperature_c": temperature[point],
+                    "torque_n_m": torque[point],
+                    "traction_torque_n_m": heat[point] / (speed[point] * RAD_S_PER_RPM),
+                    "law_misfit": law_misfit,
+                }
+                for point in range(first, first + len(speeds))
+            ]
+        )
+    return truths
+
+
+def _controlled(
+    plans: list[PlannedRun], twin: TorqueTwin, seed: int
+) -> tuple[FloatArray, FloatArray]:
+    """Load in N and temperature in degC of each run, with the errors of their control."""
     errors = np.array(
-        [generator(settings.seed, "torque control", plan.name).standard_normal(2) for plan in plans]
+        [generator(seed, "torque control", plan.name).standard_normal(2) for plan in plans]
     )
     load, temperature = np.array([list(plan.set_points.values()) for plan in plans]).T
     load = load * (1 + twin.control_load * errors[:, 0])
     temperature = temperature + twin.control_temperature_c * errors[:, 1]
-    speed = np.tile(np.array(speeds, dtype=float), len(plans))
-    loads, temperatures = np.repeat(load, len(speeds)), np.repeat(temperature, len(speeds))
-
-    rule, settled = grid(*_QUADRATURE), settings.bearing
-    points = OperatingPoints.axial(loads, speed * RAD_S_PER_RPM)
-    lubrication = Lubrication.of(
-        oil, temperatures, settled.drag_coefficient, settled.oil_volume_fraction
-    )
-    law = traction.at_points(rule, bearing.radius_y_m[:, np.newaxis])
-    found = friction_equilibrium(FrictionProblem(bearing, points, lubrication, law, rule))
-    if not found.solution.converged.all():
-        raise OilfilmError(
-            f"campaign {settings.campaign.name!r}, torque.matrix: at some of its points the "
-            "simulated bearing comes to no steady motion. Ask for more load or less speed."
-        )
-    left = misfit(traction, settings)
-    torque = found.torque_n_m()
-    heat = bearing.ball_count * found.balance.heats_w[HEATS.index("traction")]
-    rows = [
-        {
-            "run_id": plan.name,
-            "oil": plan.oil,
-            "defect": plan.defect,
-            "inner_speed_rpm": speed[row],
-            "axial_load_n": loads[row],
-            "oil_temperature_c": temperatures[row],
-            "torque_n_m": torque[row],
-            "traction_torque_n_m": heat[row] / (speed[row] * RAD_S_PER_RPM),
-            "law_misfit": left,
-        }
-        for row, plan in enumerate(plan for plan in plans for _ in speeds)
-    ]
-    return [rows[start : start + len(speeds)] for start in range(0, len(rows), len(speeds))]
+    return load, temperature
 
 
 def _log(
     plan: PlannedRun, truth: list[dict[str, Any]], twin: TorqueTwin, random: np.random.Generator
 ) -> bytes:
-    """What the rig's logger writes of a run, its planted defect included."""
+    """The log of a run as the rig's logger writes it, with the planted defect.
+
+    Args:
+        plan: The run.
+        truth: Its rows of the truth, one per speed.
+        twin: Noise, errors and timing of the rig.
+        random: The generator of the run.
+    """
     rate = twin.sampling_rate_hz
-    rest, step = round(twin.rest_s * rate), round(twin.step_s * rate)
+    # samples of a rest and of a speed
+    rest = round(twin.rest_s * rate)
+    step = round(twin.step_s * rate)
 
     def programme(name: str) -> FloatArray:
         levels = np.repeat([row[name] for row in truth], step)
         return np.concatenate([np.zeros(rest), levels, np.zeros(rest)])
 
-    target, torque = programme("inner_speed_rpm"), programme("torque_n_m")
+    # first-order answer to each change of the set point
+    decay = np.exp(-np.arange(step) / rate / twin.response_s)
+
+    def answer(signal: FloatArray) -> FloatArray:
+        still_to_go = np.convolve(np.diff(signal, prepend=0.0), decay)
+        return signal - still_to_go[: len(signal)]
+
+    target = programme("inner_speed_rpm")
     time_s = np.arange(len(target)) / rate
-    share = time_s / time_s[-1]
-    answer = np.exp(-np.arange(step) / rate / twin.response_s)
-    speed, torque = (
-        signal - np.convolve(np.diff(signal, prepend=0.0), answer)[: len(signal)]
-        for signal in (target, torque)
-    )
+    speed = answer(target)
+    torque = answer(programme("torque_n_m"))
     resting = target == 0
     speed[resting] = np.where(np.abs(speed[resting]) < 1, 0.0, speed[resting])
     gain, zero, drift = random.standard_normal(3)
@@ -123,11 +152,10 @@ def _log(
         drift_n_m = 0.2
     if plan.defect == "warming":
         # the torque still falls at the end of each speed, as it does in a bearing that warms up
-        torque = torque * (
-            1 + 0.3 * np.exp(-((np.arange(len(torque)) - rest) % step) / (0.5 * step))
-        )
+        sample_in_step = (np.arange(len(torque)) - rest) % step
+        torque = torque * (1 + 0.3 * np.exp(-sample_in_step / (0.5 * step)))
     torque = torque * (1 + twin.systematic_torque * gain)
-    torque = torque + twin.tare_n_m * zero + drift_n_m * share
+    torque = torque + twin.tare_n_m * zero + drift_n_m * (time_s / time_s[-1])
 
     def noise(spread: float) -> FloatArray:
         return spread * random.standard_normal(len(time_s))

@@ -1,7 +1,7 @@
-"""What is true in a simulated campaign: the traction of each oil, free of every rig's trouble.
+"""The truth of a simulated campaign: the traction of each oil, without errors of any rig.
 
-One truth stands behind both rigs. On the traction rig it gives mu of the whole contact, in a
-bearing mu at every point of its contacts.
+Both rigs have the same truth. It gives mu of the whole contact on the traction rig, and mu at every
+point of the contacts in a bearing.
 
 Decides: the truth behind simulated logs of both rigs.
 """
@@ -22,10 +22,14 @@ from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
-# A contact that carries nothing has no traction; the solver of a bearing passes such states.
-_LEAST_LOAD_N, _LEAST_PRESSURE_GPA, _LEAST_SPEED_M_S = 1e-3, 1e-3, 1e-3
-# Nodes across and along the ellipse, and slips, over which the two rigs are compared.
-_COMPARED_NODES, _COMPARED_SLIPS = (12, 8), 8
+# A contact without load has no traction. The solver of a bearing passes such states.
+_LEAST_LOAD_N = 1e-3
+_LEAST_PRESSURE_GPA = 1e-3
+_LEAST_SPEED_M_S = 1e-3
+# Nodes across and along the ellipse for the comparison of the two rigs.
+_COMPARED_NODES = (12, 8)
+# Number of slips for this comparison.
+_COMPARED_SLIPS = 8
 
 
 class Truth(Protocol):
@@ -50,13 +54,13 @@ class Truth(Protocol):
         ...
 
 
-def _carrying(at: Conditions) -> Conditions:
-    """Contacts that carry something, if only a little."""
+def _loaded(conditions: Conditions) -> Conditions:
+    """Conditions with a load, a pressure and a speed above zero."""
     return replace(
-        at,
-        load_n=np.fmax(at.load_n, _LEAST_LOAD_N),
-        max_hertz_pressure_gpa=np.fmax(at.max_hertz_pressure_gpa, _LEAST_PRESSURE_GPA),
-        entrainment_speed_m_s=np.fmax(at.entrainment_speed_m_s, _LEAST_SPEED_M_S),
+        conditions,
+        load_n=np.fmax(conditions.load_n, _LEAST_LOAD_N),
+        max_hertz_pressure_gpa=np.fmax(conditions.max_hertz_pressure_gpa, _LEAST_PRESSURE_GPA),
+        entrainment_speed_m_s=np.fmax(conditions.entrainment_speed_m_s, _LEAST_SPEED_M_S),
     )
 
 
@@ -77,10 +81,14 @@ class LawTruth:
     def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
         """See `Truth`."""
 
-        def law(at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-            at = _carrying(at)
-            contact = at.max_hertz_pressure_gpa, at.entrainment_speed_m_s, at.inlet_temperature_c
-            return self(*contact, slide_roll_ratio)
+        def law(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+            loaded = _loaded(conditions)
+            return self(
+                loaded.max_hertz_pressure_gpa,
+                loaded.entrainment_speed_m_s,
+                loaded.inlet_temperature_c,
+                slide_roll_ratio,
+            )
 
         return law
 
@@ -101,26 +109,35 @@ class FilmTruth:
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
         """See `Truth`."""
-        gpa, speed, temperature, slip = conditions
-        radius, modulus = self.rig.radius_m, self.rig.reduced_modulus_pa
-        peak = np.asarray(gpa) * PA_PER_GPA
+        pressure_gpa, speed, temperature, slip = conditions
         return thermal_ehl_traction(
-            self.oil, self.constants, peak, speed, temperature, slip, radius, modulus
+            self.oil,
+            self.constants,
+            np.asarray(pressure_gpa) * PA_PER_GPA,
+            speed,
+            temperature,
+            slip,
+            self.rig.radius_m,
+            self.rig.reduced_modulus_pa,
         )
 
     def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
         """See `Truth`."""
 
-        def law(at: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
-            at = _carrying(at)
+        def law(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+            loaded = _loaded(conditions)
             contact = elliptical_contact(
-                at.load_n, at.radius_x_m, radius_y_m, at.reduced_modulus_pa
+                loaded.load_n, loaded.radius_x_m, radius_y_m, loaded.reduced_modulus_pa
             )
-            peak = at.max_hertz_pressure_gpa * PA_PER_GPA
-            pressure = peak * np.sqrt(1 - rule.along**2 - rule.across**2)
-            at = replace(at, ellipticity=contact.ellipticity)
+            max_pressure = loaded.max_hertz_pressure_gpa * PA_PER_GPA
+            pressure = max_pressure * np.sqrt(1 - rule.along**2 - rule.across**2)
             film = sliding_film(
-                self.oil, self.constants, at, pressure, slide_roll_ratio, contact.semi_axis_x_m
+                self.oil,
+                self.constants,
+                replace(loaded, ellipticity=contact.ellipticity),
+                pressure,
+                slide_roll_ratio,
+                contact.semi_axis_x_m,
             )
             return film.shear_stress_pa / pressure
 
@@ -140,13 +157,17 @@ def true_tractions(settings: Settings, constants: Mapping[str, FloatArray]) -> d
     campaign = settings.campaign
     thermal = present(campaign.twin, "twin", "the campaign").thermal_ehl
     if thermal is not None:
-        known, contact = ThermalEhl(**thermal.model_dump()), known_contact(settings)
-        return {oil: FilmTruth(settings.known_oil(oil), known, contact) for oil in campaign.oils}
+        film_constants = ThermalEhl(**thermal.model_dump())
+        contact = known_contact(settings)
+        return {
+            oil: FilmTruth(settings.known_oil(oil), film_constants, contact)
+            for oil in campaign.oils
+        }
     for oil in campaign.oils:
         if oil not in constants:
             raise OilfilmError(
                 f"campaign {campaign.name!r}: no constants are printed for the oil {oil!r}; "
-                f"the rig twin knows {', '.join(constants)}."
+                f"the rig twin has constants of {', '.join(constants)}."
             )
     return {oil: LawTruth(constants[oil]) for oil in campaign.oils}
 
@@ -167,7 +188,7 @@ def known_contact(settings: Settings) -> Contact:
 
 
 def misfit(truth: Truth, settings: Settings) -> float:
-    """How far the truth at the points of a contact lies from that of the traction rig.
+    """Relative difference of the truth at the points of a contact from that of the traction rig.
 
     Args:
         truth: Of one oil.
@@ -177,14 +198,15 @@ def misfit(truth: Truth, settings: Settings) -> float:
         Root-mean-square difference over the campaign's matrix and slips, between mu at the points,
         averaged over the traction rig's contact, and mu of that rig; relative to the latter.
     """
-    campaign, rig = settings.campaign, known_contact(settings)
+    campaign = settings.campaign
+    rig = known_contact(settings)
     levels = present(campaign.matrix, "matrix", "the campaign").model_dump().values()
     slip = np.linspace(0, present(campaign.twin, "twin", "the campaign").slip_max, _COMPARED_SLIPS)
     pressure, speed, temperature = (
         level.reshape(-1, 1, 1) for level in np.meshgrid(*levels, indexing="ij")
     )
     shape = np.broadcast_shapes(pressure.shape, (len(slip), 1))
-    at = Conditions(
+    conditions = Conditions(
         load_n=np.broadcast_to(rig.load_n(pressure), shape),
         max_hertz_pressure_gpa=np.broadcast_to(pressure, shape),
         entrainment_speed_m_s=np.broadcast_to(speed, shape),
@@ -193,8 +215,9 @@ def misfit(truth: Truth, settings: Settings) -> float:
         reduced_modulus_pa=rig.reduced_modulus_pa,
     )
     rule = grid(*_COMPARED_NODES)
-    local = truth.at_points(rule, np.asarray(rig.radius_m))
-    mean = (local(at, slip[:, np.newaxis]) * rule.share).sum(axis=-1)
-    shown = truth(pressure, speed, temperature, slip[:, np.newaxis])[..., 0]
-    # what is left of equal ones is rounding
-    return round(float(np.sqrt(np.mean((mean - shown) ** 2) / np.mean(shown**2))), 6)
+    local_mu = truth.at_points(rule, np.asarray(rig.radius_m))
+    mean_mu = (local_mu(conditions, slip[:, np.newaxis]) * rule.share).sum(axis=-1)
+    rig_mu = truth(pressure, speed, temperature, slip[:, np.newaxis])[..., 0]
+    relative_rms = float(np.sqrt(np.mean((mean_mu - rig_mu) ** 2) / np.mean(rig_mu**2)))
+    # equal ones differ by rounding only
+    return round(relative_rms, 6)

@@ -1,7 +1,7 @@
 """The tables of claims: every claim of the paper on every basis, with verdict and numbers."""
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.curation.coverage import of_matrix
+from oilfilm.curation.coverage import runs_of_matrix
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
@@ -54,26 +54,23 @@ def audit_campaign(
 def refit_evidence(
     results: CampaignTables, viscosity_order: Sequence[str], settings: Settings
 ) -> View:
-    """The campaign's own fits and points of the paper's oils: it says nothing of others."""
-    fits, points = results.configured.coefficients, results.points
-    laws = {
-        oil: FittedLaw.from_tables(fits, oil)
-        for oil in fits["oil"].unique()
-        if oil in viscosity_order
-    }
-    planned = points["run_id"].isin(of_matrix(results.runs, settings)["run_id"])
-    measured = {
-        "points": points[planned & failed_gates.failed_none_but(points, "thin_film")],
-        **{name: results.table(name) for name in ("fit_quality", "torque", "torque_control")},
-    }
-    own = {name: rows[rows["oil"].isin(viscosity_order)] for name, rows in measured.items()}
+    """The campaign's own fits and points of the paper's oils, without other oils."""
+    fits = results.configured.coefficients
+    points = results.points
+    oils = [oil for oil in fits["oil"].unique() if oil in viscosity_order]
+    laws = {oil: FittedLaw.from_tables(fits, oil) for oil in oils}
+    planned = points["run_id"].isin(runs_of_matrix(results.runs, settings)["run_id"])
+    measured = {"points": points[planned & failed_gates.failed_none_but(points, "thin_film")]}
+    for name in ("fit_quality", "torque", "torque_control"):
+        measured[name] = results.table(name)
+    of_paper = {name: rows[rows["oil"].isin(viscosity_order)] for name, rows in measured.items()}
     return View(
         "refit",
         viscosity_order,
         {oil: law for oil, law in laws.items() if not obstacle(law)},
         settings,
         box(settings, "tested"),
-        results.replace(**own),
+        results.replace(**of_paper),
         settings.campaign.truth_is_law,
     )
 
@@ -89,8 +86,9 @@ def printed_evidence(printed: dict[str, FloatArray], settings: Settings) -> View
 def box(settings: Settings, name: str) -> Grid:
     """A box in which trends are judged, `tested` or `extrapolated`, as a grid."""
     study = study_settings(settings)
-    levels, slips = study.audit.levels, study.printed.signs.slide_roll_ratio.figures
-    return Grid.spanning(study.printed.boxes.model_dump()[name], levels, slips)
+    ends = study.printed.boxes.model_dump()[name]
+    slips = study.printed.signs.slide_roll_ratio.figures
+    return Grid.spanning(ends, study.audit.levels, slips)
 
 
 def audit(claims: Sequence[Claim], evidence: Sequence[View]) -> dict[str, pd.DataFrame]:
@@ -108,14 +106,10 @@ def audit(claims: Sequence[Claim], evidence: Sequence[View]) -> dict[str, pd.Dat
         if claim.judged_on == "formula" and basis.basis != "printed":
             continue
         key = {"claim": claim.id, "basis": basis.basis}
-        row, further = _judge(claim, basis)
-        rows.append(key | {"judged_on": claim.judged_on, **row})
-        numbers += [
-            {**key, "number": name, "oil": oil, "value": value}
-            for name, values in further.items()
-            for oil, value in (values if isinstance(values, dict) else {"": values}).items()
-            if not np.isnan(value)
-        ]
+        row, further_numbers = _judge(claim, basis)
+        rows.append(key | {"judged_on": claim.judged_on} | row)
+        for number in _rows_of_numbers(further_numbers):
+            numbers.append(key | number)
     judged = pd.DataFrame(rows, columns=tables.columns("claims"))
     return {
         "claims": tables.conform(judged, "claims", "claims"),
@@ -123,41 +117,63 @@ def audit(claims: Sequence[Claim], evidence: Sequence[View]) -> dict[str, pd.Dat
     }
 
 
+def _rows_of_numbers(numbers: Numbers) -> Iterator[dict[str, Any]]:
+    """Rows of further numbers: one per number, or per number and oil; none where it is NaN."""
+    for name, values in numbers.items():
+        value_of_oil = values if isinstance(values, dict) else {"": values}
+        for oil, value in value_of_oil.items():
+            if not np.isnan(value):
+                yield {"number": name, "oil": oil, "value": value}
+
+
 def check(claim: str, view: View) -> Outcome:
-    """What is found on a claim.
+    """The outcome of the check of a claim.
 
     Raises:
         NotCheckableError: The evidence lacks what the claim is about.
     """
-    found: Outcome = getattr(checks, claim.replace("-", "_"))(view)
-    return found
+    outcome: Outcome = getattr(checks, claim.replace("-", "_"))(view)
+    return outcome
 
 
 def _judge(claim: Claim, basis: View) -> tuple[dict[str, Any], Numbers]:
-    """What the table of claims has of a claim, and the numbers that explain it.
+    """The columns of the table of claims for one claim, and the numbers that explain it.
 
-    It holds if every fair reading of it does, and fails if none holds in a fair share.
+    A claim holds if every fair reading of it holds. It fails if no reading holds in a fair share.
     """
-    audit, grid = basis.study.audit, basis.grid
+    audit = basis.study.audit
+    grid = basis.grid
     if claim.judged_on == "extrapolated":
         grid = box(basis.settings, claim.judged_on)
     try:
         outcome = check(claim.id, replace(basis, grid=grid))
-    except NotCheckableError as why:
-        reason = {"verdict": "cannot be checked", "reason_code": str(why)}
-        return reason | {"worst_oil": "", "cases": 0}, {}
-    others = (outcome.numbers.get(name, np.nan) for name in claim.readings)
-    known = [share for share in others if isinstance(share, float) and not np.isnan(share)]
-    read = [outcome.share, *known]
-    if reaches(min(read), audit.holds_share) and outcome.complete:
+    except NotCheckableError as error:
+        row = {
+            "verdict": "cannot be checked",
+            "reason_code": str(error),
+            "worst_oil": "",
+            "cases": 0,
+        }
+        return row, {}
+    shares = [outcome.share]
+    for reading in claim.readings:
+        share = outcome.numbers.get(reading, np.nan)
+        if isinstance(share, float) and not np.isnan(share):
+            shares.append(share)
+    if reaches(min(shares), audit.holds_share) and outcome.complete:
         verdict = "by construction" if outcome.by_construction else "holds"
+    elif exceeds(audit.fails_share, max(shares)):
+        verdict = "fails"
     else:
-        verdict = "fails" if exceeds(audit.fails_share, max(read)) else "holds in part"
-    by_oil = outcome.cases.groupby("oil", sort=False)["holds"].mean().drop("", errors="ignore")
-    return {
+        verdict = "holds in part"
+    row = {
         "verdict": verdict,
         "reason_code": "",
         "cases": len(outcome.cases),
         "share": outcome.share,
-        **outcome.worst_case(claim.worst).add_prefix("worst_"),
-    }, {"share": {str(oil): share for oil, share in by_oil.items()}, **outcome.numbers}
+    }
+    row.update(outcome.worst_case(claim.worst).add_prefix("worst_"))
+    by_oil = outcome.cases.groupby("oil", sort=False)["holds"].mean().drop("", errors="ignore")
+    numbers: Numbers = {"share": {str(oil): share for oil, share in by_oil.items()}}
+    numbers.update(outcome.numbers)
+    return row, numbers

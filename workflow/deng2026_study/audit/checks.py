@@ -28,12 +28,15 @@ from oilfilm.torque.best_oil import OPERATING_POINT
 from oilfilm.torque.torque_control import is_bistable, undecided_plateaus, without_bistable
 from oilfilm.traction.law import Law
 
-_P, _U, _T, _S = 1, 2, 3, 4  # axes of the arrays
-_GAMMAS = (0.0, 0.1, 0.2, 0.3)  # D cos(alpha)/dm of ball bearings
-# Sizes of each coefficient that stand for all that a law allows.
-_SIZES = 6
-_ROUNDING = 1e-15
-# Deng et al. (2026), section 2.1: Ra of ball and disc, and what they are said to make together.
+# Axes of the arrays.
+_P, _U, _T, _S = 1, 2, 3, 4
+# D cos(alpha)/dm of ball bearings.
+_GAMMAS = (0.0, 0.1, 0.2, 0.3)
+# Sizes of each coefficient that represent all sizes that a law allows.
+_SIZES_OF_COEFFICIENT = 6
+# Values of mu up to this share of the largest coefficient are rounding.
+_ROUNDING_SHARE = 1e-15
+# Deng et al. (2026), section 2.1: Ra of ball and disc, and their composite roughness as stated.
 _RA_UM = (0.014, 0.010)
 _COMPOSITE_UM = 0.017
 
@@ -43,23 +46,25 @@ def zero_slip(view: View) -> Outcome:
     still = view.at(slide_roll_ratio=[0.0])
     mu = np.abs(still.mu())
     always = of_equation(view, lambda law: _any_constants(law, np.zeros(1)) == 0)
-    found = still.outcome(mu <= view.study.audit.zero_traction_max, mu)
-    return replace(found, by_construction=always)
+    judged = still.outcome(mu <= view.study.audit.zero_traction_max, mu)
+    return replace(judged, by_construction=always)
 
 
 def non_negative(view: View) -> Outcome:
     """Mu is never negative."""
     curves = view.mu(slide_roll_ratio=view.curve[1:])
-    mu, size = curves.min(axis=_S, keepdims=True), np.abs(curves).max(axis=_S, keepdims=True)
+    mu = curves.min(axis=_S, keepdims=True)
+    size = np.abs(curves).max(axis=_S, keepdims=True)
     always = of_equation(view, lambda law: _any_constants(law, view.curve) >= 0)
     return replace(view.outcome(reaches(mu, 0.0, size), mu), by_construction=always)
 
 
 def linear_start(view: View) -> Outcome:
     """Mu begins as a straight line."""
-    end, to_slip = _linear_range(view), view.study.audit.linear_to_slip
+    end = _linear_range(view)
+    to_slip = view.study.audit.linear_to_slip
     start = np.linspace(0.0, to_slip, view.study.audit.levels)
-    straight = _straight(view, start, view.mu(slide_roll_ratio=start), _S)[0]
+    straight, _ = _straight(view, start, view.mu(slide_roll_ratio=start), _S)
     return view.outcome(straight, end, within=reaches(end, to_slip), longest=np.nanmax(end))
 
 
@@ -67,15 +72,17 @@ def peak_decline(view: View) -> Outcome:
     """Mu peaks, then declines slightly."""
     mu = view.mu(slide_roll_ratio=view.curve)
     peak = mu.max(axis=_S, keepdims=True)
+    last = mu[..., -1:]
     # a law that comes to a constant level reaches it within rounding, and has no peak
-    peaks, decline = exceeds(peak, mu[..., -1:]), 1 - mu[..., -1:] / peak
+    peaks = exceeds(peak, last)
+    decline = 1 - last / peak
     slight = reaches(view.study.printed.signs.decline_max, decline, size=1.0)
-    shown = [oil == view.falling_viscosity[0] for oil in view.laws]
+    is_shown_oil = [oil == view.falling_viscosity[0] for oil in view.laws]
     coldest = decline[:, :, :, 0]
     return view.outcome(
         peaks & slight,
         decline,
-        shown_oil=(peaks & slight)[shown],
+        shown_oil=(peaks & slight)[is_shown_oil],
         peaks=peaks,
         slight=slight,
         coldest_least=view.by_oil(np.nanmin, coldest),
@@ -85,19 +92,23 @@ def peak_decline(view: View) -> Outcome:
 
 def falls_with_temperature(view: View) -> Outcome:
     """Mu falls with T, more steeply where it is cold."""
-    audit, mu = view.study.audit, view.mu()
-    bands = np.clip([audit.cold_band_c, audit.hot_band_c], *_ends(view.grid.inlet_temperature_c))
-    cold, hot = (
-        -np.diff(view.mu(inlet_temperature_c=band), axis=_T) / np.diff(band) for band in bands
-    )
-    rounding_of = np.abs(mu).max() / min(np.diff(band)[0] for band in bands)
-    always, steeper = _falls(mu, _T), exceeds(cold, hot, size=rounding_of)
+    audit = view.study.audit
+    mu = view.mu()
+    lowest_c, highest_c = _ends(view.grid.inlet_temperature_c)
+    cold_band, hot_band = np.clip([audit.cold_band_c, audit.hot_band_c], lowest_c, highest_c)
+    cold_slope = -np.diff(view.mu(inlet_temperature_c=cold_band), axis=_T) / np.diff(cold_band)
+    hot_slope = -np.diff(view.mu(inlet_temperature_c=hot_band), axis=_T) / np.diff(hot_band)
+    # slopes have the rounding of the largest slope that mu could give
+    largest_slope = np.abs(mu).max() / min(np.diff(cold_band)[0], np.diff(hot_band)[0])
+    steeper = exceeds(cold_slope, hot_slope, size=largest_slope)
+    always = _falls(mu, _T)
     return view.outcome(always & steeper, _ratio(mu, _T), always=always, steeper=steeper)
 
 
 def falls_with_speed(view: View) -> Outcome:
     """Mu falls with U and levels off."""
-    mu, thirds = view.mu(), np.linspace(*_ends(view.grid.entrainment_speed_m_s), 4)
+    mu = view.mu()
+    thirds = np.linspace(*_ends(view.grid.entrainment_speed_m_s), 4)
     fall = -np.diff(view.mu(entrainment_speed_m_s=thirds), axis=_U)
     levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), size=np.abs(mu).max())
     always = _falls(mu, _U)
@@ -109,7 +120,8 @@ def rises_with_stress(view: View) -> Outcome:
     pressure = view.grid.max_hertz_pressure_gpa
     even = np.linspace(*_ends(pressure), len(pressure))
     mu = view.mu(max_hertz_pressure_gpa=even)
-    always, (straight, r2) = _falls(-mu, _P), _straight(view, even, mu, _P)
+    always = _falls(-mu, _P)
+    straight, r2 = _straight(view, even, mu, _P)
     median = view.by_oil(np.nanmedian, r2)
     return view.outcome(always & straight, r2, always=always, straight=straight, median_r2=median)
 
@@ -129,13 +141,13 @@ def similar_limit(view: View) -> Outcome:
     end = view.curve[-1]
     mu = view.mu_by_viscosity(slide_roll_ratio=[view.grid.slide_roll_ratio[0], end * 2 / 3, end])
     change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
-    apart = np.ptp(mu, axis=0) / mu.mean(axis=0)
+    relative_spread = np.ptp(mu, axis=0) / mu.mean(axis=0)
     return view.outcome(
         reaches(1 - view.study.audit.plateau_share, change, size=1.0),
         change,
-        closer=exceeds(apart[..., 0], apart[..., 2], size=1.0),
-        apart_at_start=apart[..., 0].mean(),
-        apart_at_end=apart[..., 2].mean(),
+        closer=exceeds(relative_spread[..., 0], relative_spread[..., 2], size=1.0),
+        apart_at_start=relative_spread[..., 0].mean(),
+        apart_at_end=relative_spread[..., 2].mean(),
     )
 
 
@@ -146,20 +158,25 @@ def earlier_plateau(view: View) -> Outcome:
     mu = view.mu(inlet_temperature_c=ends_c, slide_roll_ratio=view.curve)
     reached = reaches(mu, view.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
     begin = view.curve[np.argmax(reached, axis=_S)]
-    coldest, hottest = (view.by_oil(np.median, begin[..., at]) for at in (0, 1))
-    plateaus = {"plateau_coldest": coldest, "plateau_hottest": hottest}
-    return view.outcome(_falls(end, _P), _ratio(end, _P), **plateaus)
+    return view.outcome(
+        _falls(end, _P),
+        _ratio(end, _P),
+        plateau_coldest=view.by_oil(np.median, begin[..., 0]),
+        plateau_hottest=view.by_oil(np.median, begin[..., 1]),
+    )
 
 
 def viscosity_order(view: View) -> Outcome:
     """Mu falls from each oil to the next less viscous one."""
-    oils, mu = view.falling_viscosity, view.mu_by_viscosity()
+    oils = view.falling_viscosity
+    mu = view.mu_by_viscosity()
     ratios = mu[:-1] / mu[1:]
     smallest = ratios.min(axis=0, keepdims=True)
     ranks = _ranks(mu.reshape(len(oils), -1)).T
-    kinds, counts = np.unique(ranks, axis=0, return_counts=True)
-    commonest = zip(oils, kinds[counts.argmax()], strict=True)
-    # all conditions at one pressure have one number: their geometric mean, as ratios need
+    orders, counts = np.unique(ranks, axis=0, return_counts=True)
+    rank_of_oil = dict(zip(oils, orders[counts.argmax()], strict=True))
+    oils_by_rank = sorted(oils, key=rank_of_oil.__getitem__)
+    # one number for all conditions at one pressure: the geometric mean, because these are ratios
     lightest, heaviest = np.exp(np.log(mu[-1] / mu[0]).mean(axis=(1, 2, 3)))[[0, -1]]
     numbers: dict[str, Any] = {}
     first = exceeds(ratios[0], 1.0).mean(axis=(1, 2, 3))
@@ -170,7 +187,7 @@ def viscosity_order(view: View) -> Outcome:
         smallest,
         above_next={oil: exceeds(pair, 1.0) for oil, pair in zip(oils[:-1], ratios, strict=True)},
         commonest_share=counts.max() / len(ranks),
-        commonest_rank=dict(sorted(commonest, key=lambda oil_and_rank: oil_and_rank[1])),
+        commonest_rank={oil: rank_of_oil[oil] for oil in oils_by_rank},
         thin_over_thick_lightest=lightest,
         thin_over_thick_heaviest=heaviest,
         **numbers,
@@ -199,8 +216,8 @@ def speed_mutes_temperature(view: View) -> Outcome:
     mu = view.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
     drop = -np.diff(mu, axis=_T)
     ratio = _ratio(drop, _U)
-    holds, relative = exceeds(1.0, ratio), _falls(drop / mu[:, :, :, :1], _U)
-    return view.outcome(holds, ratio, relative=relative)
+    relative = _falls(drop / mu[:, :, :, :1], _U)
+    return view.outcome(exceeds(1.0, ratio), ratio, relative=relative)
 
 
 def full_film(view: View) -> Outcome:
@@ -223,20 +240,23 @@ def full_film(view: View) -> Outcome:
         margins = films / limits.reshape(2, 1)
         judged = points.assign(value=margins.min(axis=0))
         judged["holds"] = exceeds(judged["value"], 1.0)
-    thinnest, smallest = (np.nanmin(film) for film in films)
-    central = curve.films(thickness="central")[0] / film_min_um
-    thick, full, central = (exceeds(each, 1.0)[~np.isnan(each)] for each in (*margins, central))
-    unknown = judged["value"].isna().sum()
+    central_um, _ = curve.films(thickness="central")
+    count_unknown = judged["value"].isna().sum()
     return outcome(
         # where the formula gives no film the claim is neither true nor false
         judged.dropna(subset="value"),
-        central=central,
-        full=full,
-        thick=thick,
-        smallest_lambda=smallest,
-        thinnest_um=thinnest,
-        unknown=unknown or np.nan,
+        central=_above_one(central_um / film_min_um),
+        full=_above_one(margins[1]),
+        thick=_above_one(margins[0]),
+        smallest_lambda=np.nanmin(films[1]),
+        thinnest_um=np.nanmin(films[0]),
+        unknown=count_unknown if count_unknown else np.nan,
     )
+
+
+def _above_one(margin: FloatArray) -> BoolArray:
+    """Whether each known margin exceeds 1; unknown ones are left out."""
+    return exceeds(margin, 1.0)[~np.isnan(margin)]
 
 
 def wang_deng_zero(view: View) -> Outcome:
@@ -249,13 +269,15 @@ def wang_deng_zero(view: View) -> Outcome:
 
 def wang_deng_overfit(view: View) -> Outcome:
     """The errors of the Wang-Deng law grow more on curves left out."""
-    audit, fits = view.study.audit, _wang_deng(view)
-    every = view.measured.fit_quality
-    own = every[every["law"] == audit.stress_law].set_index("oil")
-    if not set(fits["oil"]) <= set(own.index):
+    audit = view.study.audit
+    fits = _wang_deng(view)
+    all_fits = view.measured.fit_quality
+    by_paper_law = all_fits[all_fits["law"] == audit.stress_law].set_index("oil")
+    if not set(fits["oil"]) <= set(by_paper_law.index):
         raise NotCheckableError("no fit by the paper's law")
     growth = fits["left_out_rmse"] / fits["rmse"]
-    relative = growth / fits["oil"].map(own["left_out_rmse"] / own["rmse"])
+    growth_of_paper_law = by_paper_law["left_out_rmse"] / by_paper_law["rmse"]
+    relative = growth / fits["oil"].map(growth_of_paper_law)
     return outcome(fits.assign(holds=exceeds(relative, audit.overfit_min), value=relative))
 
 
@@ -274,10 +296,11 @@ def torque_load(view: View) -> Outcome:
     both = rows.dropna()
     if both.empty:
         raise NotCheckableError("no torque by the law")
-    excess, largest = both["load"] - both["stress"], both["load"].max()
+    excess = both["load"] - both["stress"]
+    largest = both["load"].max()
     farther = exceeds(both["load"], both["stress"], size=1.0)
-    found = outcome(both.assign(holds=farther, value=excess), largest=largest, **further)
-    return replace(found, complete=bool(reaches(largest, view.study.audit.torque_load_error)))
+    judged = outcome(both.assign(holds=farther, value=excess), largest=largest, **further)
+    return replace(judged, complete=bool(reaches(largest, view.study.audit.torque_load_error)))
 
 
 def uniquely_determined(view: View) -> Outcome:
@@ -295,13 +318,14 @@ def uniquely_determined(view: View) -> Outcome:
 
 
 def genetic_optimum(view: View) -> Outcome:
-    """The genetic algorithm finds the optimum: the paper does not state its constants' errors."""
+    """The genetic algorithm finds the optimum. The paper does not state errors of its constants."""
     raise NotCheckableError("not stated")
 
 
 def extrapolates(view: View) -> Outcome:
     """The law predicts beyond the tested conditions."""
-    limit, fits = view.study.audit.prediction_error, _by_paper_law(view)
+    limit = view.study.audit.prediction_error
+    fits = _by_paper_law(view)
     if view.truth_is_law:
         raise NotCheckableError("own law")
     ends = fits.filter(regex="^oil$|_end_out_relative_rms$").melt("oil").dropna()
@@ -309,8 +333,9 @@ def extrapolates(view: View) -> Outcome:
         raise NotCheckableError("no fit by the paper's law")
     left_out = fits["left_out_rmse"] * fits["relative_rms"] / fits["rmse"]
     truth = view.measured.extrapolation
-    own = (truth["law"] == view.study.audit.stress_law) & truth["oil"].isin(fits["oil"])
-    truth = truth[own & (truth["beyond"].map(len) > 0)]
+    by_paper_law = truth["law"] == view.study.audit.stress_law
+    of_fitted_oil = truth["oil"].isin(fits["oil"])
+    truth = truth[by_paper_law & of_fitted_oil & (truth["beyond"].map(len) > 0)]
     error = (truth["traction_coefficient"] / truth["true_traction_coefficient"] - 1).abs()
     return outcome(
         ends.assign(holds=reaches(limit, ends["value"])),
@@ -329,10 +354,13 @@ def composite_roughness(view: View) -> Outcome:
 
 def rolling_speed(view: View) -> Outcome:
     """The stated dmN has the stated entrainment speed."""
-    stated, tolerance = view.study.selection.stated, view.study.audit.kinematic_tolerance
-    pitch_speed, speed = stated.pitch_speed_mm_rpm, stated.entrainment_speed_m_s
+    stated = view.study.selection.stated
+    tolerance = view.study.audit.kinematic_tolerance
+    pitch_speed = stated.pitch_speed_mm_rpm
+    speed = stated.entrainment_speed_m_s
     rolling = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
-    surface, near = surface_speed_m_s(pitch_speed), _near_one(rolling / speed, tolerance)
+    surface = surface_speed_m_s(pitch_speed)
+    near = _near_one(rolling / speed, tolerance)
     return outcome(
         pd.DataFrame({"oil": "", "holds": near, "value": rolling}),
         as_surface=_near_one(surface / speed, tolerance),
@@ -344,13 +372,15 @@ def rolling_speed(view: View) -> Outcome:
 
 def slip_is_cage_slip(view: View) -> Outcome:
     """The slide-roll ratio of a bearing is its cage slip."""
-    choice, slip = view.study.selection, np.linspace(0.05, 0.4, 8)
+    choice = view.study.selection
+    slip = np.linspace(0.05, 0.4, 8)
     ratio = np.concatenate([inner_slide_roll_ratio(slip, gamma) / slip for gamma in _GAMMAS])
-    tolerance, limit = view.study.audit.kinematic_tolerance, choice.limits.slip_limit
-    near, of_both = (_near_one(each, tolerance) for each in (ratio, ratio / 2))
+    tolerance = view.study.audit.kinematic_tolerance
+    limit = choice.limits.slip_limit
+    near = _near_one(ratio, tolerance)
     return outcome(
         pd.DataFrame({"oil": "", "holds": near, "value": ratio}),
-        both_races=of_both,
+        both_races=_near_one(ratio / 2, tolerance),
         smallest=ratio.min(),
         at_limit=inner_slide_roll_ratio(limit, choice.gamma),
         cage_slip=cage_slip(limit, choice.gamma),
@@ -360,31 +390,37 @@ def slip_is_cage_slip(view: View) -> Outcome:
 def light_load_4102(view: View) -> Outcome:
     """Under light load 4102 has the most traction."""
     choice = view.study.selection
-    light = _within(_to_the_end(view), above=-np.inf, below=choice.limits.light_below_gpa)
-    mu, grid = light.mu_by_viscosity(), light.grid
+    light = _within(_with_largest_slip(view), above=-np.inf, below=choice.limits.light_below_gpa)
+    mu = light.mu_by_viscosity()
+    grid = light.grid
     ratio = mu[:1] / mu[1:].max(axis=0, keepdims=True)
     hot = reaches(grid.inlet_temperature_c, choice.limits.hot_from_c)
     fast = reaches(grid.entrainment_speed_m_s, choice.fast_from_m_s)
     slipping = exceeds(grid.slide_roll_ratio, choice.slide_roll_ratio_limit)
-    corner = ratio[:, :, fast][:, :, :, hot][..., slipping]
-    higher = exceeds(mu[:-1].min(axis=0), mu[-1])
-    most, there = exceeds(ratio, 1.0), exceeds(corner, 1.0)
-    return light.outcome(most, ratio, higher_viscosity=higher, hot_and_fast=there)
+    hot_and_fast_ratio = ratio[:, :, fast][:, :, :, hot][..., slipping]
+    return light.outcome(
+        exceeds(ratio, 1.0),
+        ratio,
+        higher_viscosity=exceeds(mu[:-1].min(axis=0), mu[-1]),
+        hot_and_fast=exceeds(hot_and_fast_ratio, 1.0),
+    )
 
 
 def slip_15(view: View) -> Outcome:
     """Up to 15 % cage slip the thinnest oil has the least traction, beyond it the thickest most."""
-    view, choice = _to_the_end(view), view.study.selection
-    mu, adequate = view.mu_by_viscosity(), _thinnest_is_adequate(view)
+    choice = view.study.selection
+    view = _with_largest_slip(view)
+    mu = view.mu_by_viscosity()
+    adequate = _thinnest_is_adequate(view)
     slipping = exceeds(view.grid.slide_roll_ratio, choice.slide_roll_ratio_limit)
     # S taken for the cage slip, as section 4.3 does
     as_slip = exceeds(view.grid.slide_roll_ratio, choice.limits.slip_limit)
-    least, ordered = mu[-1:] / mu[:-1].min(axis=0, keepdims=True), mu[1:] / mu[:-1]
-    value, by_slip = (
-        np.where(beyond, ordered.max(axis=0, keepdims=True), least)
-        for beyond in (slipping, as_slip)
-    )
-    found = view.outcome(
+    least = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
+    ordered = mu[1:] / mu[:-1]
+    largest_ordered = ordered.max(axis=0, keepdims=True)
+    value = np.where(slipping, largest_ordered, least)
+    by_slip = np.where(as_slip, largest_ordered, least)
+    judged = view.outcome(
         exceeds(1.0, value),
         value,
         as_cage_slip=exceeds(1.0, by_slip[as_slip | adequate]),
@@ -393,19 +429,20 @@ def slip_15(view: View) -> Outcome:
         beyond=exceeds(1.0, value[..., slipping]),
         adequate=adequate,
     )
-    return _where(found, slipping | adequate, "no condition")
+    return _only_cases(judged, slipping | adequate, "no condition")
 
 
 def heavy_load_4010(view: View) -> Outcome:
     """Under heavy load with enough film 4010 has the least traction."""
     heavy = _within(view, above=view.study.selection.limits.heavy_from_gpa, below=np.inf)
-    mu, adequate = heavy.mu_by_viscosity(), _thinnest_is_adequate(heavy)
+    mu = heavy.mu_by_viscosity()
+    adequate = _thinnest_is_adequate(heavy)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    least = heavy.outcome(exceeds(1.0, ratio), ratio, adequate=adequate)
-    found = _where(least, adequate, "no film")
+    all_cases = heavy.outcome(exceeds(1.0, ratio), ratio, adequate=adequate)
+    judged = _only_cases(all_cases, adequate, "no film")
     in_bearing = _least_torque_of_thinnest(view)
     bearing = {"bearing": in_bearing.mean(), "bearing_points": float(len(in_bearing))}
-    return replace(found, numbers=found.numbers | bearing)
+    return replace(judged, numbers=judged.numbers | bearing)
 
 
 def of_equation(view: View, holds: Callable[[Law], BoolArray]) -> bool:
@@ -415,31 +452,44 @@ def of_equation(view: View, holds: Callable[[Law], BoolArray]) -> bool:
 
 
 def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
-    """mu at slips by coefficients over all their bounds, each size with each; rounding is 0."""
-    levels = [np.geomspace(each.smallest, each.largest, _SIZES) for each in law.coefficients]
+    """mu at slips for all combinations of coefficients within their bounds; rounding becomes 0."""
+    levels = [
+        np.geomspace(coefficient.smallest, coefficient.largest, _SIZES_OF_COEFFICIENT)
+        for coefficient in law.coefficients
+    ]
     sizes = np.stack([size.ravel() for size in np.meshgrid(*levels)])[..., np.newaxis]
     with np.errstate(over="ignore", invalid="ignore"):
         mu = law.value(sizes, slip)
-    return np.where(np.abs(mu) <= _ROUNDING * sizes.max(axis=0), 0.0, mu)
+    return np.where(np.abs(mu) <= _ROUNDING_SHARE * sizes.max(axis=0), 0.0, mu)
 
 
 def _linear_range(view: View) -> FloatArray:
-    """Slip at which mu/S has left its value at no slip by the tolerance; the last slip if never."""
+    """Slip from which mu/S differs from its value at no slip by the tolerance.
+
+    The last slip where it never does.
+    """
+    curve = view.curve
+    tolerance = view.study.audit.linear_tolerance
     # the slope at no slip is that over a slip a thousand times below the first step of the curve
-    curve, tolerance = view.curve, view.study.audit.linear_tolerance
     slip = np.concatenate([[curve[1] * 1e-3], curve[1:]])
     chord = view.mu(slide_roll_ratio=slip) / slip
-    left = np.abs(chord / chord[..., :1] - 1)
-    beyond = (left > tolerance).any(axis=_S, keepdims=True)
-    after = np.where(beyond, np.argmax(left > tolerance, axis=_S)[..., np.newaxis], len(slip) - 1)
-    # between the last slip inside and the first outside, in a straight line
-    inside, outside = (np.take_along_axis(left, at, axis=_S) for at in (after - 1, after))
-    rises = np.where(outside > inside, outside - inside, 1.0)
-    way = np.where(outside > inside, (tolerance - inside) / rises, 1.0)
-    return np.where(beyond, slip[after - 1] + way * (slip[after] - slip[after - 1]), slip[-1])
+    deviation = np.abs(chord / chord[..., :1] - 1)
+    outside = deviation > tolerance
+    ends = outside.any(axis=_S, keepdims=True)
+    first_outside = np.argmax(outside, axis=_S)[..., np.newaxis]
+    after = np.where(ends, first_outside, len(slip) - 1)
+    before = after - 1
+    # linear interpolation between the last slip inside and the first one outside
+    deviation_before = np.take_along_axis(deviation, before, axis=_S)
+    deviation_after = np.take_along_axis(deviation, after, axis=_S)
+    rises = deviation_after > deviation_before
+    rise = np.where(rises, deviation_after - deviation_before, 1.0)
+    fraction = np.where(rises, (tolerance - deviation_before) / rise, 1.0)
+    return np.where(ends, slip[before] + fraction * (slip[after] - slip[before]), slip[-1])
 
 
 def _ends(levels: FloatArray) -> tuple[float, float]:
+    """The first and the last level."""
     return float(levels[0]), float(levels[-1])
 
 
@@ -459,6 +509,7 @@ def _ranks(values: FloatArray) -> IndexArray:
 
 
 def _near_one(ratio: FloatArray | float, tolerance: float) -> BoolArray:
+    """Whether a ratio differs from 1 by the tolerance at most."""
     return reaches(tolerance, np.abs(np.asarray(ratio) - 1), size=1.0)
 
 
@@ -471,15 +522,16 @@ def _straight(
     view: View, abscissa: FloatArray, values: FloatArray, axis: int
 ) -> tuple[BoolArray, FloatArray]:
     """Whether values along one axis are on a straight line, and the line's R2."""
-    x = np.expand_dims(abscissa - abscissa.mean(), [at for at in range(values.ndim) if at != axis])
+    other_axes = [number for number in range(values.ndim) if number != axis]
+    x = np.expand_dims(abscissa - abscissa.mean(), other_axes)
     y = values - values.mean(axis=axis, keepdims=True)
     joint = (x * y).sum(axis=axis, keepdims=True)
     r2 = joint**2 / ((x**2).sum() * (y**2).sum(axis=axis, keepdims=True))
     return r2 >= view.study.printed.signs.linear_r2_min, r2
 
 
-def _to_the_end(view: View) -> View:
-    """The grid with the largest tested slip as well, where the limit of cage slip lies."""
+def _with_largest_slip(view: View) -> View:
+    """The grid with the largest tested slip added, because the limit of cage slip is near it."""
     return view.at(slide_roll_ratio=np.union1d(view.grid.slide_roll_ratio, view.curve[-1]))
 
 
@@ -512,10 +564,12 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     Raises:
         NotCheckableError: There is no such point.
     """
-    slips, oils = view.measured.cage_slip, list(view.falling_viscosity)
+    oils = list(view.falling_viscosity)
+    slips = view.measured.cage_slip
     slips = slips[slips["oil"].isin(oils)]
-    known = slips["lambda_ratio"].notna().groupby([slips[name] for name in OPERATING_POINT])
-    slips = slips[known.transform("all")]
+    film_known = slips["lambda_ratio"].notna()
+    known_by_point = film_known.groupby([slips[name] for name in OPERATING_POINT])
+    slips = slips[known_by_point.transform("all")]
     pressure = slips[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(axis=1)
     heavy = reaches(pressure, view.study.printed.boxes.tested.max_hertz_pressure_gpa[1])
     full = exceeds(slips["lambda_ratio"], view.settings.gates.lambda_limit)
@@ -527,23 +581,38 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     return reaches(torque.min(axis=1), torque[oils[-1]])
 
 
-def _where(found: Outcome, asked: BoolArray, reason: str) -> Outcome:
-    """The cases that a claim is about.
+def _only_cases(judged: Outcome, selected: BoolArray, reason: str) -> Outcome:
+    """An outcome with the cases that a claim is about.
+
+    Args:
+        judged: The outcome over the grid.
+        selected: Whether the claim is about a case.
+        reason: Code of the reason where it is about none.
 
     Raises:
         NotCheckableError: There are none.
     """
-    if not asked.any():
+    if not selected.any():
         raise NotCheckableError(reason)
-    return replace(found, cases=found.cases[asked.ravel()])
+    return replace(judged, cases=judged.cases[selected.ravel()])
 
 
 def _by_paper_law(view: View) -> pd.DataFrame:
+    """Fits of the paper's law.
+
+    Raises:
+        NotCheckableError: There is no fit at all.
+    """
     fits = view.rows("fit_quality", reason="no fit by the paper's law")
     return fits[fits["law"] == view.study.audit.stress_law]
 
 
 def _wang_deng(view: View) -> pd.DataFrame:
+    """Fits of all versions of the Wang-Deng law.
+
+    Raises:
+        NotCheckableError: There are none, or the data were simulated with the paper's law.
+    """
     fits = view.rows("fit_quality", reason="no comparison")
     if view.truth_is_law:
         raise NotCheckableError("tie")
@@ -563,8 +632,9 @@ def _torque(view: View) -> tuple[pd.DataFrame, dict[str, float]]:
         if (view.measured.torque_control["verdict"] == verdict).any():
             raise NotCheckableError(verdict)
     point = ["run_id", "first_row", "oil"]
-    sure = without_bistable(rows).set_index([*point, "load_variable"])["relative_error"].abs()
-    errors = sure.unstack(sort=False).reindex(columns=["stress", "load"]).reset_index()
+    certain = without_bistable(rows).set_index([*point, "load_variable"])
+    errors = certain["relative_error"].abs().unstack(sort=False)
+    errors = errors.reindex(columns=["stress", "load"]).reset_index()
     if errors["stress"].isna().all():
         raise NotCheckableError("no torque by the law")
     left_out = len(rows[is_bistable(rows)].drop_duplicates(point[:2]))

@@ -1,4 +1,4 @@
-"""What claims are held against, and what a check finds."""
+"""The evidence on which claims are judged, and the outcome of a check."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -50,22 +50,34 @@ class Outcome:
     def worst_case(self, worst: Literal["largest", "smallest"]) -> pd.Series:
         """The case farthest from holding; of those that hold the nearest to failing."""
         failing = self.cases[~self.cases["holds"]]
-        among = self.cases if failing.empty else failing
-        values = among["value"].to_numpy()
+        candidates = self.cases if failing.empty else failing
+        values = candidates["value"].to_numpy()
         index = first_largest(values if worst == "largest" else -values)
-        return among.iloc[int(index)].reindex(["oil", *AXES, "value"])
+        return candidates.iloc[int(index)].reindex(["oil", *AXES, "value"])
 
 
 def outcome(cases: pd.DataFrame, **numbers: Any) -> Outcome:
-    """An outcome with further numbers; of an array of truths its share, NaN where it is empty."""
+    """An outcome with further numbers.
 
-    def number(each: Any) -> Any:
-        if isinstance(each, dict):
-            return {name: number(part) for name, part in each.items()}
-        truths = isinstance(each, np.ndarray) and each.dtype == bool
-        return float(each if not truths else each.mean() if each.size else np.nan)
+    Args:
+        cases: As for `Outcome`.
+        numbers: Each a number, an array of bool, or a dictionary of these by oil. An array gives
+            its share of true values, NaN where it is empty.
+    """
+    as_floats: Numbers = {}
+    for name, content in numbers.items():
+        if isinstance(content, dict):
+            as_floats[name] = {oil: _as_float(value) for oil, value in content.items()}
+        else:
+            as_floats[name] = _as_float(content)
+    return Outcome(cases, as_floats)
 
-    return Outcome(cases, number(numbers))
+
+def _as_float(content: Any) -> float:
+    """A number, or the share of true values of an array of bool."""
+    if isinstance(content, np.ndarray) and content.dtype == bool:
+        return float(content.mean()) if content.size else np.nan
+    return float(content)
 
 
 @dataclass(frozen=True)
@@ -102,7 +114,8 @@ class View:
         Raises:
             NotCheckableError: The basis has none.
         """
-        if (frame := self.measured.table(table)).empty:
+        frame = self.measured.table(table)
+        if frame.empty:
             raise NotCheckableError("not printed" if self.basis == "printed" else reason)
         return frame
 
@@ -125,13 +138,15 @@ class View:
         Raises:
             NotCheckableError: None has one, or one of the given oils has none.
         """
-        oils, grid = list(self.laws) if oils is None else oils, self.grid.at(**levels)
+        if oils is None:
+            oils = list(self.laws)
+        grid = self.grid.at(**levels)
         if not oils or not set(oils) <= set(self.laws):
             raise NotCheckableError("no law")
         return np.stack([traction(self.laws[oil], grid) for oil in oils])
 
     def mu_by_viscosity(self, **levels: Sequence[float] | FloatArray) -> FloatArray:
-        """The same of the oils that the claims are about, the most viscous first."""
+        """mu over the grid of the oils that the claims are about, the most viscous first."""
         return self.mu(self.falling_viscosity, **levels)
 
     def films(self, *oils: str, thickness: Thickness | None = None) -> FloatArray:
@@ -144,38 +159,47 @@ class View:
         Raises:
             NotCheckableError: An oil or the contact is not known well enough.
         """
-        known = films(self.settings)
-        oils = oils or tuple(oil for oil in self.falling_viscosity if oil in known)
-        if not oils or not set(oils) <= set(known):
+        film_of_oil = films(self.settings)
+        if not oils:
+            oils = tuple(oil for oil in self.falling_viscosity if oil in film_of_oil)
+        if not oils or not set(oils) <= set(film_of_oil):
             raise NotCheckableError("no film")
-        how = thickness or self.settings.film.thickness
-        each = [replace(known[oil], thickness=how).over(self.grid) for oil in oils]
-        return np.stack(each, axis=1)
+        chosen = thickness or self.settings.film.thickness
+        over_grid = [replace(film_of_oil[oil], thickness=chosen).over(self.grid) for oil in oils]
+        return np.stack(over_grid, axis=1)
 
     def by_oil(
         self, summary: Callable[[FloatArray], float], values: FloatArray
     ) -> dict[str, float]:
         """One number per oil from an array whose first axis is that of the oils with a law."""
-        return {oil: float(summary(part)) for oil, part in zip(self.laws, values, strict=True)}
+        values_of_oil = zip(self.laws, values, strict=True)
+        return {oil: float(summary(of_oil)) for oil, of_oil in values_of_oil}
 
     def outcome(self, holds: BoolArray, value: FloatArray, **numbers: Any) -> Outcome:
-        """What a check finds over the grid.
+        """The outcome of a check over the grid.
 
         Args:
             holds: True where the claim holds.
             value: The quantity that decides.
             numbers: Further numbers, as for `outcome`.
         """
-        oils = [*self.laws] if len(holds) == len(self.laws) else [""]
+        oils = list(self.laws) if len(holds) == len(self.laws) else [""]
         return outcome(self.cases(oils, holds, value), **numbers)
 
     def cases(self, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:
-        """Cases from arrays over the grid; one oil of no name where a case compares oils."""
-        axes = [
-            levels if length > 1 or len(levels) == 1 else np.array([np.nan])
-            for levels, length in zip(self.grid.levels, holds.shape[1:], strict=True)
-        ]
-        mesh = np.meshgrid(np.asarray(oils, dtype=object), *axes, indexing="ij")
-        at = {name: level.ravel() for name, level in zip(("oil", *AXES), mesh, strict=True)}
-        value = np.broadcast_to(value, holds.shape)
-        return pd.DataFrame({**at, "holds": holds.ravel(), "value": value.ravel()})
+        """Cases from arrays over the grid.
+
+        Args:
+            oils: The oils of the first axis; one empty name where a case compares oils.
+            holds: True where the claim holds.
+            value: The quantity that decides, which broadcasts against `holds`.
+        """
+        axes = [np.asarray(oils, dtype=object)]
+        for levels, length in zip(self.grid.levels, holds.shape[1:], strict=True):
+            spanned = length == 1 and len(levels) > 1
+            axes.append(np.array([np.nan]) if spanned else levels)
+        mesh = np.meshgrid(*axes, indexing="ij")
+        columns = {name: levels.ravel() for name, levels in zip(("oil", *AXES), mesh, strict=True)}
+        columns["holds"] = holds.ravel()
+        columns["value"] = np.broadcast_to(value, holds.shape).ravel()
+        return pd.DataFrame(columns)

@@ -17,7 +17,8 @@ from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, sent
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-_FIELD = 0.45  # share of an oil's colour in its field
+# Share of an oil's colour in its field.
+_FIELD_TINT = 0.45
 # Where there is no best oil: symbol and its meaning, by judgement.
 _NO_CHOICE = {
     "no film": ("x", "no film thick enough"),
@@ -125,7 +126,7 @@ def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> list[Any]:
     # white: no oil is advised, or the choice depends on something that is not known
     advised = advice["advised_oil"].mask(judgement.isin(NO_CHOICE), "")
     field = advice.assign(number=advised.map(["", *oils].index)).pivot(index=y, columns=x)["number"]
-    fields = [style.tint(style.oil_colour(oil, oils), _FIELD) for oil in oils]
+    fields = [style.tint(style.oil_colour(oil, oils), _FIELD_TINT) for oil in oils]
     axis.pcolormesh(
         style.cell_edges(field.columns.to_numpy(), axis.get_xscale()),
         style.cell_edges(field.index.to_numpy(), axis.get_yscale()),
@@ -149,10 +150,10 @@ def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> list[Any]:
         look = {"facecolor": "white", "edgecolor": style.GREY, "linewidth": 0.6}
         handles.append(Patch(label="paper's oils lack film", **look))
     for name, (marker, label) in _NO_CHOICE.items():
-        here = advice[judgement == name]
-        if len(here):
-            # a cross of thin lines needs more room than a filled symbol
-            axis.plot(here[x], here[y], marker, color=style.GREY, markersize=5)
+        without_choice = advice[judgement == name]
+        if len(without_choice):
+            # a cross of thin lines must be larger than a filled symbol
+            axis.plot(without_choice[x], without_choice[y], marker, color=style.GREY, markersize=5)
             handles.append(style.symbol_handle(label, marker, color=style.GREY, markersize=3.5))
     axis.grid(False)
     labels = judgement + ", best " + advice["best_oil"].replace("", "none")

@@ -129,40 +129,53 @@ def _finish(
             sheet.panel(0).say(NO_POINT)
         return
     columns = []
-    for of_group in groups:
-        entries = [axis.get_legend_handles_labels() for axis in of_group]
+    for axes_of_group in groups:
+        entries = [axis.get_legend_handles_labels() for axis in axes_of_group]
         # a series may have no points in the first panel; the fullest one gives the order
         fullest_first = sorted(entries, key=lambda entry: -len(entry[1]))
-        shown = {
-            label: handle for both in fullest_first for handle, label in zip(*both, strict=True)
-        }
-        columns.append([*shown.values()])
-    rows = max(map(len, columns))
-    filled = [[*column, *style.lost_handles([""] * (rows - len(column)))] for column in columns]
-    handles = [handle for column in filled for handle in column]
-    sheet.legend([*handles, *lost], title, columns=len(groups) if len(groups) > 1 else 0)
+        handle_of_label: dict[str, Any] = {}
+        for handles, labels in fullest_first:
+            handle_of_label.update(zip(labels, handles, strict=True))
+        columns.append(list(handle_of_label.values()))
+    rows = max(len(column) for column in columns)
+    legend = []
+    for column in columns:
+        # empty entries, so that each group has a column of its own
+        empty_entries = style.lost_handles([""] * (rows - len(column)))
+        legend += [*column, *empty_entries]
+    sheet.legend([*legend, *lost], title, columns=len(groups) if len(groups) > 1 else 0)
     sheet.axes[0].set_ylim(bottom=0)
     sheet.axes[0].set_xlim(left=-0.005)
 
 
 _PAPER = "in the paper's text"
 _NONE = "\N{EN DASH}"
+# Height of a line of text, and space between rows.
 _LINE_IN = 0.125
-_ROW_IN = 0.06  # between rows, beside their lines
-_AT_C = 100.0  # of the oils' properties, as in the paper
+_ROW_IN = 0.06
+# Temperature of the oils' properties, as in the paper.
+_PROPERTIES_AT_C = 100.0
 # Quantity, unit and its value for an oil.
-_OF_OIL: tuple[tuple[str, str, Any], ...] = (
+_OIL_PROPERTIES: tuple[tuple[str, str, Any], ...] = (
     ("grade", "cSt", lambda oil: oil.nominal_kinematic_viscosity_100c_cst),
-    ("kinematic viscosity", "cSt", lambda oil: 1e6 * oil.kinematic_viscosity_m2_s(_AT_C)),
-    ("dynamic viscosity", "mPa s", lambda oil: 1e3 * oil.dynamic_viscosity_pa_s(_AT_C)),
-    ("density", "kg/m\N{SUPERSCRIPT THREE}", lambda oil: oil.density_kg_m3(_AT_C)),
+    (
+        "kinematic viscosity",
+        "cSt",
+        lambda oil: 1e6 * oil.kinematic_viscosity_m2_s(_PROPERTIES_AT_C),
+    ),
+    ("dynamic viscosity", "mPa s", lambda oil: 1e3 * oil.dynamic_viscosity_pa_s(_PROPERTIES_AT_C)),
+    ("density", "kg/m\N{SUPERSCRIPT THREE}", lambda oil: oil.density_kg_m3(_PROPERTIES_AT_C)),
     (
         "pressure-viscosity coefficient",
         "1/GPa",
-        lambda oil: 1e9 * oil.pressure_viscosity_coefficient_1_pa(_AT_C),
+        lambda oil: 1e9 * oil.pressure_viscosity_coefficient_1_pa(_PROPERTIES_AT_C),
     ),
-    ("thermal conductivity", "W/(m K)", lambda oil: oil.thermal_conductivity_w_mk(_AT_C)),
-    ("specific heat", "J/(kg K)", lambda oil: oil.specific_heat_j_kgk(_AT_C)),
+    (
+        "thermal conductivity",
+        "W/(m K)",
+        lambda oil: oil.thermal_conductivity_w_mk(_PROPERTIES_AT_C),
+    ),
+    ("specific heat", "J/(kg K)", lambda oil: oil.specific_heat_j_kgk(_PROPERTIES_AT_C)),
 )
 _MATRIX = {
     "max_hertz_pressure_gpa": ("maximum Hertz pressure", "GPa"),
@@ -192,11 +205,10 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
         if oil is not None:
             source = f"stand-in: {oil.source}" if oil.stand_in else oil.source
         notes.append(f"{name}: {source}")
-        rows += [
-            _row(name, quantity, unit, np.nan if oil is None else float(of_oil(oil)), source)
-            for quantity, unit, of_oil in _OF_OIL
-        ]
-    title = f"Properties at {_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
+        for quantity, unit, value_of_oil in _OIL_PROPERTIES:
+            value = np.nan if oil is None else float(value_of_oil(oil))
+            rows.append(_row(name, quantity, unit, value, source))
+    title = f"Properties at {_PROPERTIES_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
     return _table(title, rows, notes, paper_tables.tab01)
 
 
@@ -214,25 +226,29 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     (\N{DEGREE SIGN}C); slide-roll ratios of the accepted points; accepted curves. The table of
     the paper is lost; the last column quotes its text.
     """
-    matrix, runs = settings.campaign.matrix, with_levels(results.runs, settings)
+    matrix = settings.campaign.matrix
+    runs = with_levels(results.runs, settings)
     logged = "set points of the logs"
     source = "campaign file, matrix" if matrix is not None else logged
     accepted = results.points[results.points["accepted"]]
-    rows, about = [], "this campaign"
+    rows = []
+    column = "this campaign"
     for name, (quantity, unit) in _MATRIX.items():
         set_points = sorted(runs[f"nominal_{name}"].dropna().unique())
         levels = _levels(set_points if matrix is None else getattr(matrix, name))
-        rows.append(_row(about, quantity, unit, levels, source))
-    # of a rig whose contact is not known
-    if loads := sorted(runs["nominal_load_n"].dropna().unique()):
-        rows.append(_row(about, "load", "N", _levels(loads), logged))
+        rows.append(_row(column, quantity, unit, levels, source))
+    # set points of a rig whose contact is not known
+    loads = sorted(runs["nominal_load_n"].dropna().unique())
+    if loads:
+        rows.append(_row(column, "load", "N", _levels(loads), logged))
     slips = accepted["slide_roll_ratio"].abs()
     reached = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else _NONE
-    rows.append(_row(about, "slide-roll ratio", "", reached, "accepted points"))
+    rows.append(_row(column, "slide-roll ratio", "", reached, "accepted points"))
     for oil in settings.oils:
-        of_oil = runs.loc[runs["oil"] == oil, "run_id"]
-        curves = f"{of_oil.isin(accepted['run_id']).sum()} accepted of {len(of_oil)} runs"
-        rows.append(_row(about, f"curves of {oil}", "", curves, "tables runs and points"))
+        runs_of_oil = runs.loc[runs["oil"] == oil, "run_id"]
+        count_accepted = runs_of_oil.isin(accepted["run_id"]).sum()
+        curves = f"{count_accepted} accepted of {len(runs_of_oil)} runs"
+        rows.append(_row(column, f"curves of {oil}", "", curves, "tables runs and points"))
     return _table("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
 
 
@@ -251,23 +267,25 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     partly lost; the last column quotes its text.
     """
     torque = present(settings.campaign.torque, "torque", "the campaign")
-    bearing, rows = settings.bearings[torque.bearing], []
+    bearing = settings.bearings[torque.bearing]
+    rows = []
     listed = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
-    for of, quantity, unit, keys, factor in listed.itertuples(index=False):
-        about = torque.bearing, quantity, unit
-        if of == "test":
+    for owner, quantity, unit, keys, factor in listed.itertuples(index=False):
+        if owner == "test":
             if torque.matrix is not None:
                 levels = _levels([factor * level for level in getattr(torque.matrix, keys)])
-                rows.append(_row(*about, levels, "campaign file, `torque`"))
+                source = "campaign file, `torque`"
+                rows.append(_row(torque.bearing, quantity, unit, levels, source))
             continue
         value: Any = bearing
         for key in keys.split("."):
             value = getattr(value, key, None)
-        if value is not None:  # the file may leave it out
+        # the file may leave it out
+        if value is not None:
             source = "assumed" if keys.split(".")[0] in bearing.assumed else bearing.source
-            value = value if isinstance(value, str) else factor * value
-            # every digit of the drawing, and none that it has not
-            rows.append(_row(*about, value, source, "{:.7g}".format))
+            content = value if isinstance(value, str) else factor * value
+            # all digits of the drawing and no others
+            rows.append(_row(torque.bearing, quantity, unit, content, source, "{:.7g}".format))
     notes = [f"{torque.bearing}: {bearing.source}. *: assumed."]
     return _table("Bearing and test of its torque", rows, notes, paper_tables.tab03)
 
@@ -277,8 +295,9 @@ def _levels(levels: Iterable[float]) -> str:
 
 
 def _number(value: float) -> str:
-    """At least three digits, and all digits before the decimal point."""
-    return f"{value:.{int(np.clip(2 - np.floor(np.log10(value)), 0, 3))}f}"
+    """A number with three digits or more, and at most three decimals."""
+    decimals = int(np.clip(2 - np.floor(np.log10(value)), 0, 3))
+    return f"{value:.{decimals}f}"
 
 
 def _row(
@@ -346,7 +365,7 @@ def eqs11_13(
     return draw_constants(table, list(settings.oils), note)
 
 
-# What a part is -> its colour, and in words.
+# Kind of a part -> its colour and its label.
 _KINDS: dict[str, tuple[Any, str]] = {
     "fixed": (style.tint("#555555", 0.30), "fixed or guided"),
     "turning": ("#ffffff", "turning"),
@@ -425,10 +444,13 @@ def _draw(sheet: Sheet, name: str, titles: Sequence[str | None], sizes: Mapping[
 
 
 def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
-    start, end, kind = (part["x"], part["y"]), (part["to_x"], part["to_y"]), part["kind"]
-    width, height = end[0] - start[0], end[1] - start[1]
-    colour, _ = _KINDS.get(kind, ("black", ""))
-    oil = kind == "oil"
+    """Draw one row of the file of a schematic."""
+    start = (part["x"], part["y"])
+    end = (part["to_x"], part["to_y"])
+    width = end[0] - start[0]
+    height = end[1] - start[1]
+    colour, _ = _KINDS.get(part["kind"], ("black", ""))
+    oil = part["kind"] == "oil"
     match part["mark"]:
         case "box":
             axis.add_patch(Rectangle(start, width, height, facecolor=colour, **_EDGE))
@@ -440,8 +462,13 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
             axis.add_patch(Circle(start, end[0], fill=False, linewidth=0.6, linestyle="--"))
         case "line":
             thickness = 3.0 if oil else 0.6
-            xy = zip(start, end, strict=True)
-            axis.plot(*xy, color=colour, linewidth=thickness, solid_capstyle="butt")
+            axis.plot(
+                [start[0], end[0]],
+                [start[1], end[1]],
+                color=colour,
+                linewidth=thickness,
+                solid_capstyle="butt",
+            )
         case "arrow" | "turn" | "turn left":
             bend = {"turn": -0.6, "turn left": 0.6}.get(part["mark"], 0.0)
             axis.add_patch(
@@ -462,11 +489,12 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
 
 
 def _draw_label(
-    axis: Axes, label: str, at: tuple[float, float], target: tuple[float, float]
+    axis: Axes, label: str, centre: tuple[float, float], target: tuple[float, float]
 ) -> None:
+    """Write a label, with a line to its target unless that is the centre of the label."""
     box = None
-    if at != target:
-        axis.plot(*zip(at, target, strict=True), color=style.GREY, linewidth=0.5)
+    if centre != target:
+        axis.plot([centre[0], target[0]], [centre[1], target[1]], color=style.GREY, linewidth=0.5)
         axis.plot(*target, ".", color=style.GREY, markersize=2.5)
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
-    axis.text(*at, label, ha="center", va="center", fontsize=7, linespacing=1.1, bbox=box)
+    axis.text(*centre, label, ha="center", va="center", fontsize=7, linespacing=1.1, bbox=box)

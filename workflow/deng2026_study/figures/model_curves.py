@@ -29,12 +29,15 @@ from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import DENG2026
 from simulated_lab.printed import PrintedCoefficients
 
-_STEPS = 121  # along the abscissa
-_SYMBOLS = 4  # along a curve
+# Points of a curve along the abscissa.
+_STEPS = 121
+# Symbols along a curve.
+_SYMBOLS = 4
 _NOT_DRAWN = ", not drawn"
 # A printed line nearer to the refit than this share of its largest mu cannot be told from it.
-_NEAR = 0.05
-_ROOM = 1.3  # largest mu of a panel over that of its lines
+_NEAR_SHARE = 0.05
+# Upper end of a panel's scale, relative to the largest mu of its lines.
+_HEADROOM = 1.3
 _SPEED, _TEMPERATURE, _SLIP = "entrainment_speed_m_s", "inlet_temperature_c", "slide_roll_ratio"
 # Of each figure: condition along the abscissa, and condition that tells the curves of one panel
 # apart. The others tell panels apart.
@@ -108,14 +111,19 @@ def _draw_cuts(
     printed_coefficients: PrintedCoefficients,
 ) -> Sheet:
     """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
-    (abscissa, by), levels = CUTS[figure], study_settings(settings).extrapolation[figure]
-    apart = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
-    cuts = list(itertools.product(*(getattr(levels, name) for name in apart)))
+    abscissa, by = CUTS[figure]
+    levels = study_settings(settings).extrapolation[figure]
+    fixed_names = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
+    cuts = list(itertools.product(*(getattr(levels, name) for name in fixed_names)))
     sheet = Sheet(len(cuts), 2, height=1.75, across=0.5, sharex=True)
     printed = with_printed(results.configured.coefficients, printed_coefficients)
-    laws = {oil: of_oil for oil in settings.oils if (of_oil := _laws(results, printed, oil))}
+    laws = {}
+    for oil in settings.oils:
+        laws_of_oil = _laws(results, printed, oil)
+        if laws_of_oil:
+            laws[oil] = laws_of_oil
     for number, cut in enumerate(cuts):
-        fixed = dict(zip(apart, cut, strict=True))
+        fixed = dict(zip(fixed_names, cut, strict=True))
         panel = sheet.panel(number, panel_title(fixed))
         if laws:
             _draw(panel, laws, levels, fixed, (abscissa, by), settings)
@@ -140,15 +148,15 @@ def panel_title(fixed: Mapping[str, float]) -> str:
 def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict[str, FittedLaw]:
     """The refit and, where the paper has them, the printed constants, by the name of the series.
 
-    None of an oil whose law does not follow all three conditions.
+    Empty for an oil whose law does not depend on all three conditions, or has unknown constants.
     """
-    of_oil = coefficients[coefficients["oil"] == oil]
-    if of_oil.empty:
+    constants = coefficients[coefficients["oil"] == oil]
+    if constants.empty:
         return {}
-    refit = FittedLaw.from_tables(
-        of_oil, oil, results.configured.refits, results.configured.fit_quality
-    )
-    law, fitted = refit.law, refit.coefficients
+    configured = results.configured
+    refit = FittedLaw.from_tables(constants, oil, configured.refits, configured.fit_quality)
+    law = refit.law
+    fitted = refit.coefficients
     if (
         law.conditions != CONDITIONS
         or not fitted.followed.all()
@@ -156,7 +164,8 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
     ):
         return {}
     names = [constant.name for constant in law.constants]
-    printed = of_oil.set_index("constant")["printed_value"].reindex(names).to_numpy(dtype=float)
+    printed_values = constants.set_index("constant")["printed_value"]
+    printed = printed_values.reindex(names).to_numpy(dtype=float)
     if np.isnan(printed).any():
         return {"refit": refit}
     return {"refit": refit, "printed": FittedLaw(law, Coefficients.bare(law, printed))}
@@ -172,44 +181,55 @@ def _draw(
 ) -> None:
     """Intervals as bands, the refit as lines with a symbol per level, printed constants dashed."""
     abscissa, by = cut
-    every, tested = getattr(levels, by), getattr(levels, abscissa)
-    x = np.linspace(min(tested), max(tested), _STEPS)
+    curve_levels = getattr(levels, by)
+    ends = getattr(levels, abscissa)
+    x = np.linspace(min(ends), max(ends), _STEPS)
     if abscissa == _SLIP:
-        # without slip there is nothing to measure, but a curve begins there, and bends most near it
-        x = max(tested) * np.linspace(0, 1, _STEPS) ** 2
+        # a curve begins without slip, where nothing can be measured, and bends most near it
+        x = max(ends) * np.linspace(0, 1, _STEPS) ** 2
     middles = x[0] + np.ptp(x) * (np.arange(_SYMBOLS) + 0.5) / _SYMBOLS
     symbols = reaches(x, middles[:, np.newaxis]).argmax(axis=1).tolist()
-    highest, beyond = 0.0, np.zeros(_STEPS, dtype=bool)
-    for (oil, of_oil), level in itertools.product(laws.items(), every):
-        at = pd.DataFrame({**fixed, by: level, abscissa: x})[[*CONDITIONS, _SLIP]].to_numpy()
-        # a level counts as tested only where every curve is
-        box, within = of_oil["refit"].coefficients.box, settings.same_set_point.relative
-        beyond |= is_beyond(at, box, within).any(axis=1)
+    highest = 0.0
+    beyond = np.zeros(_STEPS, dtype=bool)
+    for (oil, laws_of_oil), level in itertools.product(laws.items(), curve_levels):
+        along_curve = pd.DataFrame({**fixed, by: level, abscissa: x})
+        points = along_curve[[*CONDITIONS, _SLIP]].to_numpy()
+        conditions = np.ascontiguousarray(points[:, :-1])
+        slip = points[:, -1]
+        # a level counts as tested only where every curve is tested
+        box = laws_of_oil["refit"].coefficients.box
+        beyond |= is_beyond(points, box, settings.same_set_point.relative).any(axis=1)
         colour = style.oil_colour(oil, list(settings.oils))
-        label, conditions = style.level_phrases({by: level}), np.ascontiguousarray(at[:, :-1])
-        found = of_oil["refit"].predict(conditions, at[:, -1])
-        refit = found.traction_coefficient
+        label = style.level_phrases({by: level})
+        prediction = laws_of_oil["refit"].predict(conditions, slip)
+        refit = prediction.traction_coefficient
         highest = max(highest, refit.max())
-        interval = {"lower": found.obs_ci_lower, "upper": found.obs_ci_upper}
-        look: style.Look = {"color": colour, "markerfacecolor": "white", "markeredgewidth": 0.7}
-        look["marker"] = style.MARKERS[every.index(level) % len(style.MARKERS)]
-        look |= {"linestyle": style.LINES["fit"], "markevery": symbols}
+        interval = {"lower": prediction.obs_ci_lower, "upper": prediction.obs_ci_upper}
+        look: style.Look = {
+            "color": colour,
+            "markerfacecolor": "white",
+            "markeredgewidth": 0.7,
+            "marker": style.MARKERS[curve_levels.index(level) % len(style.MARKERS)],
+            "linestyle": style.LINES["fit"],
+            "markevery": symbols,
+        }
         panel.line("refit", x, refit, look, oil=oil, label=label, value=0.0, **interval)
-        if "printed" in of_oil:
-            mu = of_oil["printed"].predict(conditions, at[:, -1]).traction_coefficient
-            off = float(np.abs(mu - refit).max() / refit.max())
-            if level == every[len(every) // 2] and off > _NEAR:
+        if "printed" in laws_of_oil:
+            mu = laws_of_oil["printed"].predict(conditions, slip).traction_coefficient
+            difference = float(np.abs(mu - refit).max() / refit.max())
+            is_middle_level = level == curve_levels[len(curve_levels) // 2]
+            if is_middle_level and difference > _NEAR_SHARE:
                 dashed: style.Look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
                 panel.axis.plot(x, mu, color=style.shades(colour, 2)[0], **dashed)
                 highest = max(highest, mu.max())
             else:
                 label += _NOT_DRAWN
-            panel.keep("printed", x, mu, oil=oil, label=label, value=off)
+            panel.keep("printed", x, mu, oil=oil, label=label, value=difference)
     for start, end in _stretches(x, beyond):
         panel.axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
     panel.axis.set_xlim(x.min(), x.max())
-    # an interval that runs away leaves the panel, instead of pressing the lines flat
-    panel.axis.set_ylim(0, min(panel.axis.get_ylim()[1], _ROOM * highest))
+    # a very wide interval leaves the panel; otherwise the lines would be flat
+    panel.axis.set_ylim(0, min(panel.axis.get_ylim()[1], _HEADROOM * highest))
 
 
 def _stretches(along: FloatArray, flags: Any) -> Iterator[tuple[float, float]]:
@@ -223,7 +243,7 @@ def _stretches(along: FloatArray, flags: Any) -> Iterator[tuple[float, float]]:
 def _handles(
     drawn: pd.DataFrame, levels: Sequence[float], by: str, oils: Sequence[str]
 ) -> list[Any]:
-    """What colours, symbols and lines mean."""
+    """Entries of the legend for colours, symbols and lines."""
     grey: style.Look = {"color": style.GREY, "linewidth": 0.6, "markerfacecolor": "white"}
     handles: list[Any] = [
         style.line_handle(f"{oil}, refit", color=style.oil_colour(oil, oils))
@@ -236,10 +256,14 @@ def _handles(
     ]
     printed = drawn[drawn["series"] == "printed"]
     if len(printed):
-        off, hidden = printed["value"].max(), printed["words"].str.endswith(_NOT_DRAWN).all()
-        label = f"printed constants, off by up to {100 * off:.{1 if off < 0.1 else 0}f} %"
+        difference = printed["value"].max()
+        decimals = 1 if difference < 0.1 else 0
+        label = f"printed constants, off by up to {100 * difference:.{decimals}f} %"
+        width = 0.6
+        if printed["words"].str.endswith(_NOT_DRAWN).all():
+            label += _NOT_DRAWN
+            width = 0.0
         dashed: style.Look = {"color": "black", "linestyle": style.LINES["printed"]}
-        label, width = (label + _NOT_DRAWN, 0.0) if hidden else (label, 0.6)
         handles.append(style.line_handle(label, linewidth=width, **dashed))
     interval = Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 %, next run")
     return [*handles, interval, _BEYOND]

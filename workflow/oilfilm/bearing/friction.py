@@ -157,54 +157,121 @@ class FrictionProblem:
             share: Share of all resistances and of the gyroscopic moment; traction always counts in
                 full. One number, or shape (..., points).
         """
-        bearing, lubrication, rule = self.bearing, self.lubrication, self.rule
-        ball_radius = bearing.ball_diameter_m / 2
-        ring_speed = self.points.ring_speed_rad_s
+        bearing, lubrication = self.bearing, self.lubrication
         contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 6])
         motion = Motion(unknowns[..., 5], unknowns[..., 2:5])
-        slip = sliding(bearing, contacts, motion, ring_speed, rule, self.bands[..., 2:])
+        ring_speed = self.points.ring_speed_rad_s
+        slip = sliding(bearing, contacts, motion, ring_speed, self.rule, self.bands[..., 2:])
         inlet_temperature = lubrication.inlet_temperature_c[:, np.newaxis]
         conditions = contact_conditions(bearing, contacts, slip, inlet_temperature)
-        film = traction(contacts, slip, conditions, self.law, rule, lubrication.factor("traction"))
-        n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
+        traction_factor = lubrication.factor("traction")
+        film = traction(contacts, slip, conditions, self.law, self.rule, traction_factor)
         orbit_radius = contacts.orbit_radius_m
-        race_radius = orbit_radius[..., np.newaxis] + n_r * ball_radius
+        n_r = contacts.normal[..., 1, :]
+        race_radius = orbit_radius[..., np.newaxis] + n_r * (bearing.ball_diameter_m / 2)
         rolling = self._rolling_resistance(contacts, slip, race_radius, share)
-
         orbit_speed = orbit_radius * motion.orbit_speed_rad_s
-        drag = drag_force_n(
-            bearing.ball_diameter_m,
-            lubrication.mist_density_kg_m3,
-            lubrication.drag_coefficient,
-            orbit_speed,
-        )
-        drag = drag * share * lubrication.factor("drag")
-
+        drag = self._drag_n(orbit_speed, share)
         # The rolling force shears the surface of the ball. Its pressure pushes the ball's centre.
         push = rolling.force_n * (2 * race_radius / orbit_radius[..., np.newaxis] - 1)
-        pocket = drag - _sum_of_contacts(film.along_n + push)
-        # Coulomb friction between pocket and ball acts against the spin. Its force is normal to
-        # the axis of the spin.
-        pocket_factor = share * lubrication.factor("pocket")
-        coulomb = pocket_factor * bearing.cage.pocket_friction_coefficient * pocket
-        w_x, w_r, w_t = np.moveaxis(motion.spin_rad_s, -1, 0)
-        spin = np.sqrt(w_x**2 + w_r**2)
-        spin_sign = smooth_sign(spin, self.bands[..., 1] * self.rolling_spin_rad_s())
-        sign_over_spin = spin_sign / np.maximum(spin, np.finfo(float).tiny)
-        axis_x = w_x * sign_over_spin
-        axis_r = w_r * sign_over_spin
-        pocket_friction_r = -coulomb * axis_x
-        pocket_moment = np.abs(coulomb) * ball_radius
-
-        guiding_ring = 1 if bearing.cage.guided_by_outer else 0
-        cage_lag = ring_speed[:, guiding_ring] - motion.orbit_speed_rad_s
-        land_factor = share * lubrication.factor("land") / bearing.ball_count
-        land_moment = land_factor * land_damping_n_m_s(bearing, lubrication) * cage_lag
+        pocket_force = drag - _sum_of_contacts(film.along_n + push)
+        pocket = self._pocket_friction(pocket_force, motion, share)
+        cage_lag = ring_speed[:, self._guiding_ring()] - motion.orbit_speed_rad_s
+        land_moment = self._land_moment_n_m(cage_lag, share)
+        imbalance = self._imbalance_n(contacts, motion, film, rolling, pocket, land_moment, share)
         ring_moment = (
             film.race_moment_n_m + rolling.moment_n_m * n_r - rolling.force_n * race_radius
         )
-        ring_moment[..., guiding_ring] -= land_moment
+        ring_moment[..., self._guiding_ring()] -= land_moment
+        heats = (
+            _sum_of_contacts(film.heat_w),
+            rolling.force_heat_w,
+            rolling.moment_heat_w,
+            drag * orbit_speed,
+            pocket.heat_w,
+            land_moment * cage_lag,
+        )
+        return Balance(
+            contacts=contacts,
+            motion=motion,
+            conditions=conditions,
+            sliding=slip,
+            traction=film,
+            drag_n=drag,
+            heats_w=heats,
+            imbalance_n=imbalance,
+            ring_moment_n_m=ring_moment,
+        )
 
+    def _drag_n(self, orbit_speed_m_s: FloatArray, share: Floats) -> FloatArray:
+        """Drag of the oil on a ball against its orbit, shape (..., points)."""
+        drag = drag_force_n(
+            self.bearing.ball_diameter_m,
+            self.lubrication.mist_density_kg_m3,
+            self.lubrication.drag_coefficient,
+            orbit_speed_m_s,
+        )
+        return drag * share * self.lubrication.factor("drag")
+
+    def _pocket_friction(
+        self, force_n: FloatArray, motion: Motion, share: Floats
+    ) -> "_PocketFriction":
+        """Coulomb friction between pocket and ball, which acts against the spin.
+
+        Args:
+            force_n: Force of the pocket on the ball along t, shape (..., points).
+            motion: Motion of the ball.
+            share: Share of `balance`.
+        """
+        ball_radius = self.bearing.ball_diameter_m / 2
+        friction_factor = share * self.lubrication.factor("pocket")
+        friction = friction_factor * self.bearing.cage.pocket_friction_coefficient * force_n
+        spin_x = motion.spin_rad_s[..., 0]
+        spin_r = motion.spin_rad_s[..., 1]
+        spin = np.sqrt(spin_x**2 + spin_r**2)
+        spin_sign = smooth_sign(spin, self.bands[..., 1] * self.rolling_spin_rad_s())
+        sign_over_spin = spin_sign / np.maximum(spin, np.finfo(float).tiny)
+        axis_x = spin_x * sign_over_spin
+        axis_r = spin_r * sign_over_spin
+        moment = np.abs(friction) * ball_radius
+        return _PocketFriction(
+            pocket_force_n=force_n,
+            # the friction force is normal to the axis of the spin
+            force_x_n=friction * axis_r,
+            force_r_n=-friction * axis_x,
+            moment_x_n_m=moment * axis_x,
+            moment_r_n_m=moment * axis_r,
+            heat_w=moment * spin,
+        )
+
+    def _guiding_ring(self) -> int:
+        """Axis index of the ring that guides the cage: 0 for the inner ring, 1 for the outer."""
+        return 1 if self.bearing.cage.guided_by_outer else 0
+
+    def _land_moment_n_m(self, cage_lag_rad_s: FloatArray, share: Floats) -> FloatArray:
+        """Moment of the guiding ring on a ball's share of the cage, shape (..., points).
+
+        Args:
+            cage_lag_rad_s: Speed of the guiding ring less that of the cage.
+            share: Share of `balance`.
+        """
+        factor = share * self.lubrication.factor("land") / self.bearing.ball_count
+        return factor * land_damping_n_m_s(self.bearing, self.lubrication) * cage_lag_rad_s
+
+    def _imbalance_n(
+        self,
+        contacts: Contacts,
+        motion: Motion,
+        film: Traction,
+        rolling: "_RollingResistance",
+        pocket: "_PocketFriction",
+        land_moment_n_m: FloatArray,
+        share: Floats,
+    ) -> FloatArray:
+        """Sums of forces and moments that vanish in equilibrium, as `Balance.imbalance_n`."""
+        bearing = self.bearing
+        ball_radius = bearing.ball_diameter_m / 2
+        n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
         contact_x = -(film.across_n * n_r + contacts.load_n * n_x)
         contact_r = film.across_n * n_x - contacts.load_n * n_r
         about_normal = film.about_normal_n_m
@@ -213,15 +280,20 @@ class FrictionProblem:
         contact_moment_r = about_normal * n_r + about_across * n_x
         # gyroscopic moment over the spin
         gyroscopic = share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
+        gyroscopic_r = gyroscopic * motion.spin_rad_s[..., 2]
+        gyroscopic_t = gyroscopic * motion.spin_rad_s[..., 1]
 
-        force_x = _sum_of_contacts(contact_x) + coulomb * axis_r
-        outward = pocket_friction_r + centrifugal_force_n(bearing, contacts, motion)
+        force_x = _sum_of_contacts(contact_x) + pocket.force_x_n
+        outward = pocket.force_r_n + centrifugal_force_n(bearing, contacts, motion)
         force_r = _sum_of_contacts(contact_r) + outward
-        moment_x = _sum_of_contacts(contact_moment_x) - pocket_moment * axis_x
-        moment_r = _sum_of_contacts(contact_moment_r) - pocket_moment * axis_r + gyroscopic * w_t
-        moment_t = _sum_of_contacts(film.about_tangent_n_m) - gyroscopic * w_r
+        moment_x = _sum_of_contacts(contact_moment_x) - pocket.moment_x_n_m
+        moment_r = _sum_of_contacts(contact_moment_r) - pocket.moment_r_n_m + gyroscopic_r
+        moment_t = _sum_of_contacts(film.about_tangent_n_m) - gyroscopic_t
+        pocket_force = pocket.pocket_force_n
         cage_moment = (
-            land_moment - pocket * orbit_radius - np.sign(pocket) * ball_radius * pocket_friction_r
+            land_moment_n_m
+            - pocket_force * contacts.orbit_radius_m
+            - np.sign(pocket_force) * ball_radius * pocket.force_r_n
         )
         ring_force_x = self.points.axial_load_n / bearing.ball_count - contact_x[..., 0]
         imbalance = (
@@ -233,25 +305,7 @@ class FrictionProblem:
             cage_moment / (bearing.pitch_diameter_m / 2),
             ring_force_x,
         )
-        heats = (
-            _sum_of_contacts(film.heat_w),
-            rolling.force_heat_w,
-            rolling.moment_heat_w,
-            drag * orbit_speed,
-            pocket_moment * spin,
-            land_moment * cage_lag,
-        )
-        return Balance(
-            contacts=contacts,
-            motion=motion,
-            conditions=conditions,
-            sliding=slip,
-            traction=film,
-            drag_n=drag,
-            heats_w=heats,
-            imbalance_n=np.stack(imbalance, axis=-1),
-            ring_moment_n_m=ring_moment,
-        )
+        return np.stack(imbalance, axis=-1)
 
     def _rolling_resistance(
         self, contacts: Contacts, slip: Sliding, race_radius_m: FloatArray, share: Floats
@@ -417,6 +471,27 @@ class _RollingResistance:
     moment_n_m: FloatArray
     force_heat_w: FloatArray
     moment_heat_w: FloatArray
+
+
+@dataclass(frozen=True)
+class _PocketFriction:
+    """Force of the pocket on a ball and its friction, shapes (..., points).
+
+    Attributes:
+        pocket_force_n: Force of the pocket on the ball along t.
+        force_x_n: Friction force on the ball along x.
+        force_r_n: Friction force on the ball along r.
+        moment_x_n_m: Friction moment about x, against the spin of the ball.
+        moment_r_n_m: Friction moment about r, against the spin of the ball.
+        heat_w: Friction heat.
+    """
+
+    pocket_force_n: FloatArray
+    force_x_n: FloatArray
+    force_r_n: FloatArray
+    moment_x_n_m: FloatArray
+    moment_r_n_m: FloatArray
+    heat_w: FloatArray
 
 
 def _sum_of_contacts(values: FloatArray) -> FloatArray:

@@ -264,7 +264,7 @@ def _gates_without_data(
     """The gates that lack what they need, where the run has plateaus to be judged."""
     if points.empty:
         return
-    gates: list[Gate[Any]] = [*RUN_GATES.of(kind.name), *PLATEAU_GATES.of(kind.name)]
+    gates: list[Gate[Any]] = [*RUN_GATES.for_rig(kind.name), *PLATEAU_GATES.for_rig(kind.name)]
     for gate in gates:
         if gate.needs and not _has(gate.needs, run, points, kind(settings)):
             yield {"gate": gate.name, "reason": RULES["lacking"][gate.needs]}

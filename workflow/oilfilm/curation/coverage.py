@@ -1,4 +1,4 @@
-"""What a campaign covers: each operating condition with what came of it, each gate's counts.
+"""What a campaign covers: the state of each operating condition, and the counts of each gate.
 
 Decides: which planned conditions are accepted, refused or missing.
 """
@@ -15,23 +15,29 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.set_points import CONDITION, SET_POINTS, planned_conditions, with_levels
 
-_GATES = {gate.name for gate in PLATEAU_GATES}
-_COUNTS = ("runs_accepted", "runs_refused", "points_accepted", "points_refused")
+_PLATEAU_GATES = {gate.name for gate in PLATEAU_GATES}
+_COUNTS = ["runs_accepted", "runs_refused", "points_accepted", "points_refused"]
 
 
 def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """Table of coverage: every condition that was tested or is in the campaign's matrix.
 
-    The matrix is planned for each oil of the campaign, on whichever of its rigs. Without a matrix
+    The matrix is planned for each oil of the campaign, on any of its rigs. Without a matrix
     nothing is planned and nothing can be missing. Runs that state no set points share rows with
     null conditions.
+
+    Args:
+        runs: Table of runs with their verdicts.
+        settings: The campaign and its rigs.
     """
     rigs = settings.campaign.rigs
     planned = planned_conditions(settings).assign(planned=True)
     tested = _counted(with_levels(runs, settings))
     conditions = tested.merge(planned, on=CONDITION, how="outer")
-    nothing: dict[str, Any] = {"rig": rigs[0] if len(rigs) == 1 else "", "planned": False}
-    conditions = conditions.fillna(nothing | dict.fromkeys(_COUNTS, 0)).astype({"planned": bool})
+    untested: dict[str, Any] = dict.fromkeys(_COUNTS, 0)
+    untested["rig"] = rigs[0] if len(rigs) == 1 else ""
+    untested["planned"] = False
+    conditions = conditions.fillna(untested).astype({"planned": bool})
     state = np.select(
         [conditions["runs_accepted"] > 0, conditions["runs_refused"] > 0],
         ["accepted", "refused"],
@@ -41,43 +47,47 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     return tables.conform(conditions[tables.columns("coverage")], "coverage", "coverage")
 
 
-def of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+def runs_of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """The runs at conditions of the campaign's matrix; all of them where it has none."""
     if settings.campaign.matrix is None:
         return runs
-    at = with_levels(runs, settings)[CONDITION].merge(
-        planned_conditions(settings), on=CONDITION, how="left", indicator="where"
-    )
-    return runs[(at["where"] == "both").to_numpy()]
+    conditions = with_levels(runs, settings)[CONDITION]
+    planned = planned_conditions(settings)
+    merged = conditions.merge(planned, on=CONDITION, how="left", indicator="found_in")
+    return runs[(merged["found_in"] == "both").to_numpy()]
 
 
 def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
     """One row per planned condition, all rigs together: oil, set points and the best state."""
-    best_first = {"accepted": 0, "refused": 1, "missing": 2}
-    planned = coverage[coverage["planned"]].sort_values(
-        "state", key=lambda states: states.map(best_first), kind="stable"
-    )
+    rank_of_state = {"accepted": 0, "refused": 1, "missing": 2}
+    planned = coverage[coverage["planned"]]
+    rank = planned["state"].map(rank_of_state)
+    planned = planned.loc[rank.sort_values(kind="stable").index]
     return planned.drop_duplicates(["oil", *SET_POINTS]).sort_index()
 
 
 def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
     """Table of gate counts: how many files, runs, points and rows each gate or rule refused."""
-    of_points = failed_gates.one_row_per_gate(points).assign(stage="curate", refused_rows=0)
-    of_points = of_points.assign(
-        file=of_points["run_id"].map(runs.set_index("run_id")["file"]),
-        advice=[advice_for(rule, TractionRig) for rule in of_points["rule"]],
+    refused_points = failed_gates.one_row_per_gate(points)
+    refused_points = refused_points.assign(
+        stage="curate",
+        refused_rows=0,
+        file=refused_points["run_id"].map(runs.set_index("run_id")["file"]),
+        advice=[advice_for(rule, TractionRig) for rule in refused_points["rule"]],
         points=1,
         runs_refused=0,
     )
     by_curation = quarantine["stage"] == "curate"
-    of_runs = quarantine.assign(points=0, runs_refused=by_curation.astype(int))
-    refusals = pd.concat([of_runs, of_points])
+    quarantined = quarantine.assign(points=0, runs_refused=by_curation.astype(int))
+    refusals = pd.concat([quarantined, refused_points])
     if refusals.empty:
         return tables.empty("gate_counts")
-    no_run = refusals["run_id"] == ""  # of a file that cannot be read
-    of_gate, curated = refusals["rule"].isin(_GATES), refusals["stage"] == "curate"
-    what = np.select([of_gate, curated, no_run], ["point", "run", "file"], "rows")
-    refusals = refusals.assign(what=what, run_id=refusals["run_id"].mask(no_run))
+    by_plateau_gate = refusals["rule"].isin(_PLATEAU_GATES)
+    by_curation = refusals["stage"] == "curate"
+    # a file that cannot be read has no run
+    without_run = refusals["run_id"] == ""
+    what = np.select([by_plateau_gate, by_curation, without_run], ["point", "run", "file"], "rows")
+    refusals = refusals.assign(what=what, run_id=refusals["run_id"].mask(without_run))
     counts = refusals.groupby(["stage", "rule", "what"], as_index=False).agg(
         files=("file", "nunique"),
         runs=("run_id", "nunique"),
@@ -90,6 +100,7 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
 
 
 def _counted(runs: pd.DataFrame) -> pd.DataFrame:
+    """Counts of runs and points by condition and rig."""
     accepted = runs["verdict"] == "accepted"
     counts = runs.assign(
         runs_accepted=accepted.astype(int),
@@ -98,4 +109,4 @@ def _counted(runs: pd.DataFrame) -> pd.DataFrame:
         points_refused=runs["plateaus"] - runs["accepted_points"],
     )
     key = ["oil", "rig", *SET_POINTS]
-    return counts.groupby(key, dropna=False)[list(_COUNTS)].sum().reset_index()
+    return counts.groupby(key, dropna=False)[_COUNTS].sum().reset_index()

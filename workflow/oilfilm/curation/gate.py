@@ -67,15 +67,15 @@ def unit_hint(name: str, fits: Callable[[float], bool]) -> str:
         name: The force in words.
         fits: Whether the run would be right with the force multiplied by a factor.
     """
-    units = [unit for unit, newton in _FORCE_UNITS_N.items() if fits(newton)]
+    units = [unit for unit, size_n in _FORCE_UNITS_N.items() if fits(size_n)]
     return f"; the {name} may be in {' or '.join(units)}" if units else ""
 
 
 # Numbers and names for the sentence of a gate of runs, once per fault. `first` and `last` are the
 # rows concerned.
-Found = Iterator[dict[str, Any]]
+Faults = Iterator[dict[str, Any]]
 # A check of one run, by the limits of the rig. The first fault counts.
-RunJudge = Callable[[Run, Any], Found]
+RunJudge = Callable[[Run, Any], Faults]
 # A check of plateaus, which have the oil and the set points of their run. It gives those that it
 # refuses. A plateau whose quantity is null (no set point, no second half) is not refused.
 PlateauJudge = Callable[[pd.DataFrame, Any], "pd.Series[bool] | BoolArray"]
@@ -127,6 +127,6 @@ class Gates(list[Gate[Judge]]):
         self.append(Gate(judge.__name__, judge, **entry))
         return judge
 
-    def of(self, kind: str) -> list[Gate[Judge]]:
+    def for_rig(self, kind: str) -> list[Gate[Judge]]:
         """The gates that judge a kind of rig."""
         return [gate for gate in self if kind in gate.judges.split()]

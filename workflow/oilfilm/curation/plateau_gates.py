@@ -309,7 +309,7 @@ def quarantine_rows(
 
 def judge_plateaus(points: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
     """The gates that each plateau fails: one boolean column per gate, one row per plateau."""
-    gates = PLATEAU_GATES.of(rig.name) if len(points) else []
+    gates = PLATEAU_GATES.for_rig(rig.name) if len(points) else []
     return pd.DataFrame(
         {gate.name: np.asarray(gate.judge(points, rig)) for gate in gates},
         index=points.index,
@@ -351,7 +351,7 @@ def _judged(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> pd.Data
     - `faulty`: it fails a gate that blames the run;
     - `faulty_where_held`: it is faulty and held.
     """
-    blaming = [gate.name for gate in PLATEAU_GATES.of(rig.name) if gate.blames_run]
+    blaming = [gate.name for gate in PLATEAU_GATES.for_rig(rig.name) if gate.blames_run]
     faulty = failed[blaming].any(axis=1)
     judged = pd.DataFrame({"wanted": True, "held": True, "unphysical": False}, index=points.index)
     if isinstance(rig, TractionRig):
@@ -378,7 +378,7 @@ def _refusal_of_run(
         judged: Columns of `_judged`, and `blamed`: the plateaus whose faults count.
         rig: The rig.
     """
-    gates = PLATEAU_GATES.of(rig.name)
+    gates = PLATEAU_GATES.for_rig(rig.name)
     for gate in gates:
         if failed[gate.name].all():
             return Refusal(gate.name, sentence_of(gate, points, rig), "")

@@ -20,13 +20,14 @@ from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import CurationSettings, SignalGateSettings
 
-# How speed and slope of a run are estimated; the limits that judge them are in the configuration.
-# The speed of a run is that of its fastest rows, without the wild readings among them.
-_FASTEST = 0.9
-# Slips of one level on the way up and down, relative.
-_SAME = 1.1
-# The curve may be so many times as steep at its beginning as up to its first level.
-_STEEPEST = 10
+# These say how speed and slope of a run are estimated. The limits that judge them are in the
+# configuration.
+# Quantile of the speeds that stands for the speed of a run, without wild readings.
+_FASTEST_QUANTILE = 0.9
+# Largest ratio of slips that belong to one level, on the way up and down.
+_SAME_LEVEL_RATIO = 1.1
+# Largest slope at the beginning of a curve, relative to that up to its first level.
+_STEEPEST_RATIO = 10
 
 
 @dataclass(frozen=True)
@@ -118,10 +119,13 @@ def zero_reference(
 def moved_zero(
     zero: ZeroReference, parts: Division, sensor: Channel, allowed: float, gates: SignalGateSettings
 ) -> Refusal | None:
-    """A zero that is another after the run, by the most likely cause.
+    """A refusal if the zero after the run differs from that before it, by the most likely cause.
 
-    Noise that is as large as the difference; a sensor that still comes to rest in the last phase;
-    else a drift.
+    The causes are:
+
+    - a sensor that still settles in the last phase
+    - noise that is as large as the difference
+    - otherwise a drift
 
     Args:
         zero: The zero at both phases.
@@ -132,26 +136,29 @@ def moved_zero(
     """
     if abs(zero.drift) <= allowed:
         return None
-    last, part = list(parts.phases.items())[-1]
-    values = parts.at_rest[sensor.column][part]
+    last_name = list(parts.phases)[-1]
+    last_phase = parts.phases[last_name]
+    values = parts.at_rest[sensor.column][last_phase]
     third = len(values) // 3
     change = float(np.mean(values[-third:]) - np.mean(values[:third])) if third else 0.0
-    about = {"sensor": sensor, "drift": zero.drift, "allowed": allowed}
-    # towards the opening zero, by more than its share of a drift that goes on all the time
+    numbers = {"sensor": sensor, "drift": zero.drift, "allowed": allowed}
+    # towards the opening zero, by more than the share of a steady drift
     if -change * np.sign(zero.drift) > gates.zero_moving_share * abs(zero.drift):
-        about |= parts.at_rest.rows(part.start, part.stop - 1)
-        return fault("zero_not_settled", phase=last, rest=parts.words, change=change, **about)
-    error = float(np.hypot(*zero.output_se[[0, -1]]))
+        rows = parts.at_rest.rows(last_phase.start, last_phase.stop - 1)
+        return fault(
+            "zero_not_settled", phase=last_name, rest=parts.words, change=change, **numbers, **rows
+        )
+    error = float(np.hypot(zero.output_se[0], zero.output_se[-1]))
     if abs(zero.drift) <= gates.significant_errors * error:
-        return fault("zero_noisy", error=error, **about)
-    return fault("zero_drift", **about)
+        return fault("zero_noisy", error=error, **numbers)
+    return fault("zero_drift", **numbers)
 
 
 def _still(signals: Signals, settings: CurationSettings) -> BoolArray:
     """The samples at which both surfaces are slower than a share of the run's speed."""
     faster = np.maximum(np.abs(signals["ball_speed_m_s"]), np.abs(signals["disc_speed_m_s"]))
     speeds = faster[np.isfinite(faster)]
-    speed_of_run_m_s = np.quantile(speeds, _FASTEST) if len(speeds) else 0.0
+    speed_of_run_m_s = np.quantile(speeds, _FASTEST_QUANTILE) if len(speeds) else 0.0
     return np.asarray(faster <= settings.zero_reference.standstill_share * speed_of_run_m_s)
 
 
@@ -229,23 +236,32 @@ def part_of_curve(
         parts: The phases.
         plateaus: The plateaus of the run.
         allowed: That share.
-        significant_errors: Standard errors beyond which a slip is no chance.
+        significant_errors: Standard errors beyond which a slip is significant.
     """
-    slips, mu = plateaus["slide_roll_ratio"], plateaus["traction_coefficient"]
+    slips = plateaus["slide_roll_ratio"]
+    mu = plateaus["traction_coefficient"]
     largest = float(np.nanmax(np.abs(mu), initial=0.0))
-    for name, part in parts.phases.items():
-        values = parts.at_rest["slide_roll_ratio"][np.newaxis, part]
-        inside = np.ones(values.shape, dtype=bool)
-        mean = statistics.means(values, inside)
-        slip, error = float(mean[0]), float(statistics.standard_errors(values, inside, mean)[0])
+    for name, phase in parts.phases.items():
+        phase_slips = parts.at_rest["slide_roll_ratio"][np.newaxis, phase]
+        inside = np.ones(phase_slips.shape, dtype=bool)
+        means = statistics.means(phase_slips, inside)
+        slip = float(means[0])
+        error = float(statistics.standard_errors(phase_slips, inside, means)[0])
         if abs(slip) <= significant_errors * error:
             continue
         slope = initial_slope(slips, mu, slip)
-        swallowed = abs(slope * slip)
-        if swallowed > allowed * largest:
-            numbers = {"slip": slip, "slope": slope, "mu": swallowed, "allowed": allowed}
-            share = swallowed / largest
-            return fault("zero_missing", "part_of_curve", phase=name, share=share, **numbers)
+        removed_mu = abs(slope * slip)
+        if removed_mu > allowed * largest:
+            return fault(
+                "zero_missing",
+                "part_of_curve",
+                phase=name,
+                share=removed_mu / largest,
+                slip=slip,
+                slope=slope,
+                mu=removed_mu,
+                allowed=allowed,
+            )
     return None
 
 
@@ -255,27 +271,30 @@ def force_left(run: Run, curation: CurationSettings, significant_errors: float) 
     Args:
         run: The run.
         curation: `zero_reference`, `plateaus` and `spikes`.
-        significant_errors: Standard errors beyond which a difference is no chance.
+        significant_errors: Standard errors beyond which a difference is significant.
     """
-    plateaus, logged = run.plateaus, run.signals
-    allowed_n, least_s = curation.zero_reference.max_drift_n, curation.zero_reference.min_duration_s
+    plateaus = run.plateaus
+    allowed_n = curation.zero_reference.max_drift_n
+    min_duration_s = curation.zero_reference.min_duration_s
     phases = {
-        f"in the {name} phase of standstill": part
-        for name, part in phases_at_standstill(logged, curation).items()
-        if phase_too_short(logged, part, name, least_s) is None
+        f"in the {name} phase of standstill": phase
+        for name, phase in phases_at_standstill(run.signals, curation).items()
+        if phase_too_short(run.signals, phase, name, min_duration_s) is None
     }
-    still = zero_reference(logged, "traction_force_n", phases, curation.spikes.threshold)
-    slip, slip_error = np.abs(plateaus["slide_roll_ratio"]), plateaus["slide_roll_ratio_se"]
-    rolling = slip <= significant_errors * slip_error
-    error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
-    places = [*("without slip" for _ in range(rolling.sum())), *phases]
-    force_n = np.append(plateaus["traction_force_n"][rolling], still.output)
-    error_n = np.append(error_n[rolling], still.output_se)
+    threshold = curation.spikes.threshold
+    standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
+    slip = np.abs(plateaus["slide_roll_ratio"])
+    rolling = slip <= significant_errors * plateaus["slide_roll_ratio_se"]
+    force_error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
+    # plateaus without slip first, then the phases of standstill
+    conditions = ["without slip"] * int(rolling.sum()) + list(phases)
+    force_n = np.append(plateaus["traction_force_n"][rolling], standstill.output)
+    error_n = np.append(force_error_n[rolling], standstill.output_se)
     beyond = np.abs(force_n) > allowed_n + significant_errors * error_n
     if not beyond.any():
         return None
     first = int(np.argmax(beyond))
-    return fault("zero_left", force=force_n[first], place=places[first], allowed=allowed_n)
+    return fault("zero_left", force=force_n[first], place=conditions[first], allowed=allowed_n)
 
 
 def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
@@ -308,19 +327,19 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
     size = size[usable]
     if len(distance) == 0:
         return 0.0
-    nearest = reaches(_SAME * distance.min(), distance)
+    nearest = reaches(_SAME_LEVEL_RATIO * distance.min(), distance)
     nearest_distance = distance[nearest].mean()
     nearest_size = size[nearest].mean()
     chord = nearest_size / nearest_distance
     distance = distance[~nearest]
     size = size[~nearest]
     if len(distance) == 0:
-        return float(_STEEPEST * chord)
-    following = reaches(_SAME * distance.min(), distance)
+        return float(_STEEPEST_RATIO * chord)
+    following = reaches(_SAME_LEVEL_RATIO * distance.min(), distance)
     step = distance[following].mean() - nearest_distance
     next_chord = (size[following] - nearest_size).mean() / step
     if next_chord <= 0:
-        return float(_STEEPEST * chord)
+        return float(_STEEPEST_RATIO * chord)
     # from the middle of the first chord back to the middle between no slip and that of the zero
     power = (nearest_distance + abs(at_slip)) / (nearest_distance + step)
-    return float(chord * np.clip((chord / next_chord) ** power, 1, _STEEPEST))
+    return float(chord * np.clip((chord / next_chord) ** power, 1, _STEEPEST_RATIO))
