@@ -136,7 +136,7 @@ def test_conditions_within_tolerances_are_one_curve(points: pd.DataFrame, fitted
 
 def test_points_taken_apart_are_warned_of(points: pd.DataFrame) -> None:
     columns = [points[name] for name in points]
-    with pytest.warns(UserWarning, match=r"132 points are taken for 132 curves"):
+    with pytest.warns(UserWarning, match=r"132 points.* 132 curves"):
         oilfilm.fit(*columns, curve=np.arange(len(points)), **QUICK)
 
 
@@ -217,8 +217,8 @@ def test_few_curves_of_one_pressure_say_why_numbers_are_missing(points: pd.DataF
     noise = 1e-3 * np.random.default_rng(4).standard_normal(len(points))
     few = points.assign(mu=points["mu"] * (1 + noise))[points["P"] == 1.0]
     text = oilfilm.fit(*(few[name] for name in few), **QUICK).summary()
-    assert "There is no interval: fewer than 8 curves" in text
-    assert "maximum Hertz pressure was tested at 1 GPa only" in text
+    assert "8 curves" in text
+    assert "1 GPa only" in text
 
 
 @pytest.mark.parametrize("seed", [2, 3, 4])

@@ -221,7 +221,7 @@ def test_corner_away_from_the_line_is_refused(heated: FittedLaw, temperature: fl
     assert law.away.all()
     assert np.isnan([law.traction_coefficient, law.mean_ci_lower, law.mean_ci_upper]).all()
     at = dict(zip((*CONDITIONS, "slide_roll_ratio"), (other, 30.0, temperature, 0.05), strict=True))
-    with pytest.raises(OilfilmError, match=r"in step with maximum Hertz pressure only: .*\^1\.8"):
+    with pytest.raises(OilfilmError, match=r"maximum Hertz pressure.*\^1\.8"):
         prediction(heated, "4102", at)
     del at["inlet_temperature_c"]
     assert "in step with" in str(prediction(heated, "4102", at))
@@ -275,7 +275,7 @@ def test_run_of_unknown_temperature_costs_no_effect_of_temperature(quick: Settin
 def test_missing_or_foreign_conditions_are_named(heated: FittedLaw) -> None:
     with pytest.raises(OilfilmError, match="Give it, as --stress"):
         prediction(heated, "4102", {"entrainment_speed_m_s": 30, "slide_roll_ratio": 0.1})
-    with pytest.raises(OilfilmError, match="the law deng2026 does not take load_n"):
+    with pytest.raises(OilfilmError, match=r"deng2026.*load_n"):
         prediction(heated, "4102", {"load_n": 30, "slide_roll_ratio": 0.1})
 
 

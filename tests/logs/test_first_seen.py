@@ -64,7 +64,7 @@ def test_pasted_lines_with_a_reason_keep_the_first_digest(seen: FirstSeen, tmp_p
     assert lines == [f"{BEFORE}  {OTHER}", f"{AFTER}  data/raw/june/new.csv", f"{BEFORE}  {LOG}"]
     # a second change needs a reason of its own; a second list would be a duplicate key
     message = refusal(seen, LATER, change)
-    assert "at the end of `acknowledged_changes`" in message
+    assert "`acknowledged_changes`" in message
     assert "acknowledged_changes:\n" not in message
     assert refusal(seen, BEFORE, change) == ""
 

@@ -323,11 +323,11 @@ def test_archive_that_unfolds_without_end_is_refused(monkeypatch: pytest.MonkeyP
     bomb = gzip.compress(bytes(1 << 20), 9)
     stacked = arrow.compress(bytes((1 << 29) + 10), "zstd", asbytes=True)
     assert len(unpack(bomb)) == 1 << 20
-    with pytest.raises(UnreadableLogError, match="unpacked the file has more than 16 MiB, its si"):
+    with pytest.raises(UnreadableLogError, match="16 MiB"):
         unpack(stacked)
     # a large log is no damaged one
     monkeypatch.setattr(ingest, "LARGEST_LOG", 1 << 20)
-    with pytest.raises(UnreadableLogError, match="unpacked the file has more than 1 MiB") as error:
+    with pytest.raises(UnreadableLogError, match="1 MiB") as error:
         unpack(gzip.compress(bad_logs.ROWS * 99))
     assert error.value.refusal.rule == "too_large"
 

@@ -48,7 +48,7 @@ def test_time_follows_from_the_sampling_interval_where_no_channel_has_it(read) -
     np.testing.assert_allclose(run.samples["time_s"], 1.5 + 0.02 * np.arange(40), rtol=1e-12)
     # channels with clocks of their own give none
     (refusal,) = read(without_time(40, [clock, *4 * [{"wf_increment": 0.04}]])).refusals
-    assert "lacks the columns time" in refusal.reason
+    assert "columns time" in refusal.reason
 
 
 def test_instants_become_seconds_since_the_first(read) -> None:
@@ -75,7 +75,7 @@ def test_incomplete_final_segment_is_reported_and_rows_before_it_kept(read, shar
     content = formats.tdms(values, segments=10)
     reading = read(content[: int(share * len(content))])
     (run,) = reading.runs
-    assert run.flaw.reason.startswith("the file ends within segment")
+    assert "within segment" in run.flaw.reason
     kept = len(run)
     # complete segments of 60 rows, and of the last one what its last channel still got
     complete = (int(run.flaw.reason.split("segment ")[1].split(",")[0]) - 2) * 60

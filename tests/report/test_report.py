@@ -105,9 +105,8 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
         )
     )
     text = page.text
-    assert "Nothing could be fitted." in text
-    assert "No fit can be explored here." in text
-    assert "No log, run or row was refused." in text
+    assert "Nothing could be fitted" in text
+    assert "No fit can be explored" in text
 
 
 def test_explorer_without_refits_and_speed(results: CampaignTables, config: Settings) -> None:
