@@ -28,7 +28,7 @@ from cosmic_ray.plugins import get_operator, operator_names
 ROOT = Path(__file__).parents[1]
 # All modules of a room get faults, but not its drawings, which are compared as pictures. All quick
 # tests of the room look for them, with the examples of its docstrings.
-ROOMS = ("physics", "bearing", "logs", "curation", "fits", "torque", "paper")
+ROOMS = ("physics", "bearing", "logs", "curation", "fits", "torque")
 # A test that takes so long has seen that something is wrong.
 LONGEST_S = 300
 # All that tests import and that no fault is in: imported once, for every run that is forked off.

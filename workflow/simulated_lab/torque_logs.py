@@ -8,7 +8,7 @@ import numpy as np
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
-from oilfilm.bearing.ellipse import grid
+from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -64,7 +64,7 @@ def _truth(
     speed = np.tile(np.array(speeds, dtype=float), len(plans))
     loads, temperatures = np.repeat(load, len(speeds)), np.repeat(temperature, len(speeds))
 
-    rule, settled = grid(*_QUADRATURE), settings.bearing
+    rule, settled = gauss_rule(*_QUADRATURE), settings.bearing
     points = OperatingPoints.axial(loads, speed * RAD_S_PER_RPM)
     lubrication = Lubrication.of(
         oil, temperatures, settled.drag_coefficient, settled.oil_volume_fraction

@@ -2,7 +2,7 @@
 
 With the proof that a fit is the best one: independent searches agree at a flat, physical spot.
 
-Decides: when a fit is certified.
+Decides: when a fit is certified; the verdict on each constant (known, sign unknown, ...).
 """
 
 from collections.abc import Mapping, Sequence
