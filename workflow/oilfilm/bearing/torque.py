@@ -1,6 +1,6 @@
 """Friction torque of a bearing, term by term, from the balance of all that acts on its balls.
 
-Decides: the terms of a bearing's friction torque.
+Decides: the terms of a bearing's friction torque; what catalogues estimate (Palmgren, SKF).
 """
 
 from collections.abc import Mapping
