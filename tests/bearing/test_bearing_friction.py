@@ -20,7 +20,7 @@ from bearings import (
     shipped,
 )
 from nights import examples, nightly
-from oilfilm.bearing.ellipse import contact_conditions, grid, sliding, traction
+from oilfilm.bearing.ellipse import contact_conditions, gauss_rule, sliding, traction
 from oilfilm.bearing.equilibria import equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium
 from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control, rolling_motion
@@ -39,7 +39,7 @@ def coulomb_traction(spin_about_normal: float, race_speed: float, nodes: tuple[i
     contacts = raceway_control(HARRIS, OperatingPoints.axial(17800.0, 0.0)).contacts
     normal = contacts.normal[0]
     spin = spin_about_normal * np.array([[normal[0, 1], normal[1, 1], 0.0]])
-    ring_speed, rule = np.full((1, 2), race_speed), grid(*nodes)
+    ring_speed, rule = np.full((1, 2), race_speed), gauss_rule(*nodes)
     slip = sliding(HARRIS, contacts, Motion(np.zeros(1), spin), ring_speed, rule)
     conditions = contact_conditions(HARRIS, contacts, slip, np.full((1, 1), 100.0))
     return (
@@ -64,7 +64,7 @@ def test_pure_sliding_pulls_with_all_of_the_coefficient():
     # each race slides over a ball at rest; across a curved contact its speed turns a little
     np.testing.assert_allclose(film.along_n[0], 0.1 * contacts.load_n[0], rtol=1e-4)
     speed = np.hypot(slip.along_m_s, slip.across_m_s)
-    mean = (speed * grid(16, 4).share).sum(axis=-1)
+    mean = (speed * gauss_rule(16, 4).share).sum(axis=-1)
     np.testing.assert_allclose(film.heat_w, 0.1 * contacts.load_n * mean)
 
 
@@ -193,7 +193,7 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
     film = balance.traction
     # force times sliding speed, node by node
     sliding_m_s = film.slide_roll_ratio * balance.conditions.entrainment_speed_m_s
-    heat = film.coefficient * balance.conditions.load_n * grid(16, 4).share * sliding_m_s
+    heat = film.coefficient * balance.conditions.load_n * gauss_rule(16, 4).share * sliding_m_s
     np.testing.assert_allclose(heat.sum(axis=-1), film.heat_w)
     limit = float(np.median(film.slide_roll_ratio))
 

@@ -7,7 +7,7 @@ import pytest
 
 from bearings import RPM, any_bearing, problem, shipped
 from oilfilm.base.units import RAD_S_PER_RPM
-from oilfilm.bearing.ellipse import grid, sliding
+from oilfilm.bearing.ellipse import gauss_rule, sliding
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.kinematics import (
     cage_slip,
@@ -62,7 +62,7 @@ def test_contact_of_a_real_groove_slides_as_the_closed_form_has_it() -> None:
     turning = spin * np.array([-normal[1], normal[0], 0.0])
     motion = Motion(np.array([cage]), turning[np.newaxis])
     rings = np.array([[omega, 0.0]])
-    middle = sliding(bearing, contacts, motion, rings, grid(2, 2)).middle_slide_roll_ratio[0]
+    middle = sliding(bearing, contacts, motion, rings, gauss_rule(2, 2)).middle_slide_roll_ratio[0]
     assert middle[0] == pytest.approx(float(inner_slide_roll_ratio(slip, gamma)), rel=1e-4)
     assert abs(middle[1]) < 1e-4
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bearings import RPM, equilibrium, problem, shipped
-from oilfilm.bearing.ellipse import grid
+from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
@@ -53,7 +53,7 @@ def test_film_of_a_slipping_bearing_is_that_by_hand_at_the_slip_of_its_contacts(
     # grid; along the rolling direction the slip hardly changes
     nodes = balance.traction.slide_roll_ratio[0].reshape(2, 16, 4).mean(axis=-1)
     width = contacts.semi_axis_y_m[0]
-    across = width[:, np.newaxis] * grid(16, 4).across.reshape(16, 4)[:, 0]
+    across = width[:, np.newaxis] * gauss_rule(16, 4).across.reshape(16, 4)[:, 0]
     fine = np.linspace(-1, 1, 2001)
     slip = np.array(
         [

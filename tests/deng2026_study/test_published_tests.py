@@ -7,7 +7,7 @@ from bearings import RPM, equilibrium
 from campaigns import ROOT, printed
 from deng2026_study.published_tests import published_tests_table
 from deng2026_study.reference import PublishedBearingTests
-from oilfilm.bearing.ellipse import grid
+from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
@@ -60,7 +60,7 @@ def test_the_lowest_drag_left_open_is_that_of_the_fit_with_another_traction(conf
     thermal = resolve(ROOT / "config", {"campaign": "thermal"})
     bearing, nodes = config.bearings["nasa-35"].bearing("nasa-35"), (8, 2)
     film = true_tractions(thermal, printed())["4050"]
-    law = film.at_points(grid(*nodes), bearing.radius_y_m[:, np.newaxis])
+    law = film.at_points(gauss_rule(*nodes), bearing.radius_y_m[:, np.newaxis])
     speed, power = np.array([[row.inner_speed_rpm, row.power_w] for row in POWER_LOSS.rows]).T
     points = OperatingPoints.axial(667.0, speed * RPM)
     lowest = config.bearing.oil_volume_fraction_range[0]

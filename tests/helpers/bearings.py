@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from campaigns import oil_of, printed, rig_contact
-from oilfilm.bearing.ellipse import TractionLaw, grid
+from oilfilm.bearing.ellipse import TractionLaw, gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import QUADRATURE, FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
@@ -85,7 +85,7 @@ def problem(
 ) -> FrictionProblem:
     """The friction problem of a bearing with an oil, by default with the printed law of the oil."""
     inlet = lubrication(oil, temperature_c, len(points.axial_load_n), **changed)
-    return FrictionProblem(bearing, points, inlet, law or printed_law(oil), grid(*nodes))
+    return FrictionProblem(bearing, points, inlet, law or printed_law(oil), gauss_rule(*nodes))
 
 
 def equilibrium(*arguments: Any, **options: Any) -> FrictionEquilibrium:

@@ -1,4 +1,4 @@
-"""Tables about the paper: printed constants judged, claims audited, its advice on oils.
+"""Tables about the paper: verdicts on its constants and claims, and its advice on oils.
 
 `tables.yaml` declares them.
 

@@ -8,7 +8,7 @@ import numpy as np
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
-from oilfilm.bearing.ellipse import grid
+from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -62,7 +62,7 @@ def _truth(
     load = np.repeat(load_of_run, len(speeds))
     temperature = np.repeat(temperature_of_run, len(speeds))
 
-    rule = grid(*_QUADRATURE)
+    rule = gauss_rule(*_QUADRATURE)
     points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
     lubrication = Lubrication.of(
         oil, temperature, settings.bearing.drag_coefficient, settings.bearing.oil_volume_fraction

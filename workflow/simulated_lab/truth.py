@@ -14,7 +14,7 @@ import numpy as np
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import PA_PER_GPA, FloatArray
-from oilfilm.bearing.ellipse import Grid, TractionLaw, grid
+from oilfilm.bearing.ellipse import QuadratureRule, TractionLaw, gauss_rule
 from oilfilm.physics.contact import Conditions, Contact, elliptical_contact
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.thermal_traction import ThermalEhl, sliding_film, thermal_ehl_traction
@@ -43,7 +43,7 @@ class Truth(Protocol):
         """
         ...
 
-    def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
+    def at_points(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
         """mu at the points of other contacts.
 
         Args:
@@ -78,7 +78,7 @@ class LawTruth:
         """See `Truth`."""
         return traction_coefficient(self.constants, *conditions)
 
-    def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
+    def at_points(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
         """See `Truth`."""
 
         def law(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
@@ -121,7 +121,7 @@ class FilmTruth:
             self.rig.reduced_modulus_pa,
         )
 
-    def at_points(self, rule: Grid, radius_y_m: FloatArray) -> TractionLaw:
+    def at_points(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
         """See `Truth`."""
 
         def law(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
@@ -214,7 +214,7 @@ def misfit(truth: Truth, settings: Settings) -> float:
         radius_x_m=np.full(shape, rig.radius_m),
         reduced_modulus_pa=rig.reduced_modulus_pa,
     )
-    rule = grid(*_COMPARED_NODES)
+    rule = gauss_rule(*_COMPARED_NODES)
     local_mu = truth.at_points(rule, np.asarray(rig.radius_m))
     mean_mu = (local_mu(conditions, slip[:, np.newaxis]) * rule.share).sum(axis=-1)
     rig_mu = truth(pressure, speed, temperature, slip[:, np.newaxis])[..., 0]

@@ -30,6 +30,9 @@ A gate is a check with a name. The column `failed_gates` of a table, the page of
 cause comes before its consequences.
 
 The limits are those of `config/config.yaml`. A campaign file may override them under `settings`.
+
+For developers: each gate is proved by `tests/curation/test_damages.py`. It plants the faults of
+`tests/helpers/damages.py` in sound logs, each under the name of the gate that must refuse it.
 """
 _PARTS = {
     "Gates of runs": "They look at the signals of a whole run, and refuse the run.",

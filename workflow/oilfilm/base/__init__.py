@@ -1,1 +1,1 @@
-"""Modules that every room may use: errors, units, files, digests, ties, declarations."""
+"""What every room may use: errors, units, files, digests, ties of numbers, figures, studies."""

@@ -2,7 +2,7 @@
 
 A killed run leaves a path that begins with a dot. The next run overwrites it. After a power failure
 a path has its old content or all of the new content. For this the content is flushed to disk before
-the rename, and the name after it.
+the rename, and the folder with the new name after it.
 
 Decides: how a file is written completely or not at all.
 """
@@ -57,7 +57,7 @@ def write_text(text: str, path: Path, encoding: str = "utf-8") -> None:
 
 
 def _temporary(path: Path) -> Path:
-    # hidden and with another ending, so that reading all tables of a folder skips it
+    # programs that read all tables of a folder skip a name with a dot and another ending
     return path.with_name(f".{path.name}.part")
 
 
@@ -65,7 +65,7 @@ def flush(path: Path) -> None:
     """Force the content of a file, or of a folder and everything below it, to disk."""
     if path.is_dir():
         for entry in path.iterdir():
-            if not entry.is_symlink():  # a link is content of its folder
+            if not entry.is_symlink():  # a link has no content of its own
                 flush(entry)
     _flush_entry(path)
 

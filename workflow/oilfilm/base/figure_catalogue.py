@@ -22,6 +22,7 @@ from typing import Any
 from oilfilm.base import studies
 
 _LIBRARY = Path(__file__).parents[1]
+# Section of the report, by family.
 _CATEGORIES = {"data": "Data quality", "law": "Fits", "bearing": "Bearing"}
 
 
@@ -40,7 +41,7 @@ class FigureDeclaration:
         family: One job draws all figures of a family, because imports take longer than drawing.
         tables: Finished tables with the drawn data.
         settings: Settings that it depends on; `campaign.matrix` is a key of the campaign file.
-        references: Files of reference data that it shows, without ending.
+        references: Files of reference data that it shows, as names without `.yaml`.
         counterpart: Its counterpart in the publication of a study, as "Fig. 2"; empty without one.
         shows_data: False where nothing comes from the campaign's logs.
         requires: Key of the campaign file without which there is nothing to draw.
@@ -127,16 +128,16 @@ def _declaration(
     name: str, function: ast.FunctionDef, path: Path, declared: Mapping[str, FigureDeclaration]
 ) -> FigureDeclaration:
     (decorator,) = function.decorator_list
-    arguments = decorator.keywords  # type: ignore[attr-defined]
-    keys = {argument.arg: ast.literal_eval(argument.value) for argument in arguments}
+    keywords = decorator.keywords  # type: ignore[attr-defined]
+    registered = {keyword.arg: ast.literal_eval(keyword.value) for keyword in keywords}
     docstring = ast.get_docstring(function) or ""
     title, *paragraphs = (" ".join(text.split()) for text in docstring.split("\n\n"))
-    model_name = keys.pop("like", None)
+    similar_figure = registered.pop("like", None)
     attributes: dict[str, Any] = {}
-    if model_name:
-        attributes = asdict(declared[model_name])
+    if similar_figure:
+        attributes = asdict(declared[similar_figure])
         paragraphs += attributes["paragraphs"][len(paragraphs) :]
-    attributes |= keys
+    attributes |= registered
     attributes["name"] = name
     attributes["title"] = title.rstrip(".")
     attributes["paragraphs"] = tuple(paragraphs)

@@ -1,9 +1,9 @@
 """Packages beside oilfilm: studies of one question, and what simulates logs.
 
 oilfilm names none of them and works without them. A campaign asks for one by its name
-(`studies: [NAME]`). Such a package has a file `oilfilm_study.yaml`, because the Snakefile asks
-before anything is imported: its tables, and the reference files that its part of the report and of
-the exports needs. It may also have:
+(`studies: [NAME]`). Such a package has a file `oilfilm_study.yaml`. It lists the tables of the
+package, and the reference files that its part of the report and of the exports needs: the Snakefile
+must know these before it imports anything. A package may also have:
 
 - `study` with `STUDY`: sections of the report, exports, laws with published constants;
 - `config.yaml` with settings of its own, and `settings` with their model `StudySettings` and with
@@ -36,15 +36,17 @@ class Study:
     """What a study adds to a campaign beside its tables, figures and rules.
 
     Attributes:
-        sections: From the finished tables and the settings to sections of the report
+        sections: Function of the finished tables and the settings. It gives sections of the report
             (`oilfilm.report.document.Section`), which come after those of every campaign.
-        exports: From the oils by their identifiers, settings and provenance to more files for
-            bearing codes; `oilfilm.exports.campaign.export_campaign` calls it.
-        exported: Sentence for the index of the exports where there are such files.
-        read_reference: Content of one of its reference files, for its figures.
-        published_law: The law with published constants of an oil, for `predict --printed`.
-        describe_published: Such laws as `oilfilm.exports.description.Description`, for the command
-            `export`, and the file that has their constants.
+        exports: Function of the oils by their identifiers, settings and provenance. It gives more
+            files for bearing codes; `oilfilm.exports.campaign.export_campaign` calls it.
+        exported: Sentence about such files for the index of the exports.
+        read_reference: Function that reads one of its reference files, for its figures.
+        published_law: Function of an oil: its law with published constants, for
+            `predict --printed`.
+        describe_published: Function that gives such laws as
+            `oilfilm.exports.description.Description`, for the command `export`, and the file that
+            has their constants.
     """
 
     sections: Callable[..., list[Any]]
@@ -68,7 +70,7 @@ def folder(name: str) -> Path:
 
 @cache
 def _declaration(name: str) -> dict[str, Any]:
-    # late: the help of the command waits for no package
+    # imported late, so that `oilfilm --help` is fast
     import yaml  # noqa: PLC0415
 
     text = (folder(name) / _DECLARATION).read_text(encoding="utf-8")
@@ -77,7 +79,7 @@ def _declaration(name: str) -> dict[str, Any]:
 
 
 def table_needs(name: str) -> Mapping[tuple[str, ...], tuple[str, ...]]:
-    """Tables of a package by what a campaign must have beside it: `torque`, `twin`."""
+    """Tables of a package, by the keys that a campaign must have for them, as `torque`, `twin`."""
     entries = _declaration(name)["tables"]
     return {tuple(entry["needs"]): tuple(entry["names"]) for entry in entries}
 
@@ -90,7 +92,7 @@ def declare_tables(names: Iterable[str]) -> None:
 
 
 def modules(names: Iterable[str]) -> list[Path]:
-    """Files of the modules `study` of some packages: no import of oilfilm leads there."""
+    """Files `study.py` of some packages; digests of code need them, as no import leads there."""
     files = (folder(name) / "study.py" for name in names)
     return [file for file in files if file.is_file()]
 

@@ -1,8 +1,8 @@
 """Units at the edges of the library: SI inside, GPa, um, degC and rpm outside.
 
-Units are converted only here.
+Units of logs, settings and typed numbers are converted only here.
 
-Decides: which units are converted, and into which.
+Decides: which units are converted, and into which (other spellings of a unit: `units.yaml`).
 """
 
 import re
@@ -24,7 +24,8 @@ M_PER_UM = 1e-6
 MM_PER_M = 1e3
 RAD_S_PER_RPM = np.pi / 30
 ABSOLUTE_ZERO_C = -273.15
-# The median absolute deviation of a normal distribution times this is its standard deviation.
+# No unit, but a factor that many rooms need: the median absolute deviation of a normal distribution
+# times this is its standard deviation.
 MAD_TO_SIGMA = 1.4826
 
 
@@ -54,7 +55,8 @@ class Conversion:
 
 
 # A product of words, each of which may have a power of one digit. A unit comes from a file, and
-# pint would compute any expression in it, such as 10**10**10.
+# pint would compute any expression in it, such as 10**10**10. Of the escapes, 00b9, 00b2, 00b3 and
+# 207b are superscript 1, 2, 3 and minus; 00b7 is a raised dot.
 _FACTOR = r"(?:1|%|[^\W\d]+)(?:(?:\^|\*\*)-?\d|\u207b?[\u00b9\u00b2\u00b3])?"
 _PRODUCT = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
 _LONGEST_UNIT = 40
@@ -81,7 +83,7 @@ def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
 
 @cache
 def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | None:
-    """The conversion as by `conversion`; None where there is none."""
+    """As `conversion`, but None where there is none."""
     if unit in targets:
         return Conversion(unit)
     pint_unit = _pint_units().get(unit.strip().lower(), unit.strip())
@@ -89,11 +91,11 @@ def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | Non
         return None
     for target in targets:
         try:
-            zero = _converted(0.0, pint_unit, target)
-            one = _converted(1.0, pint_unit, target)
+            converted_zero = _converted(0.0, pint_unit, target)
+            converted_one = _converted(1.0, pint_unit, target)
         except Exception:  # noqa: S112  (pint raises a dozen unrelated kinds)
             continue
-        return Conversion(target, scale=one - zero, offset=zero)
+        return Conversion(target, scale=converted_one - converted_zero, offset=converted_zero)
     return None
 
 
@@ -120,6 +122,7 @@ def _converted(value: float, unit: str, target: str) -> float:
 
 
 def _has_radians(unit: str) -> bool:
+    """Whether a unit is one of rotation, such as rpm: in base units it has radians."""
     return "radian" in str(_registry().get_root_units(unit)[1])
 
 

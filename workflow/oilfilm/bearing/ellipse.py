@@ -3,6 +3,9 @@
 The surfaces slide for three reasons: the ball spins against the race, the distance from the ball's
 axis changes across the groove, and the contact as a whole slips. A traction law gives the local
 traction coefficient. Hertz's pressure gives the weight of each quadrature node.
+
+The axes x, r, t and n are those of `quasistatic`. Beside that, x and y are coordinates in the
+ellipse: x along the rolling direction t, y across it along t x n.
 """
 
 from collections.abc import Callable
@@ -31,7 +34,7 @@ def law_at_points(law: TractionLaw, which: IndexArray) -> TractionLaw:
 
 
 @dataclass(frozen=True)
-class Grid:
+class QuadratureRule:
     """Quadrature nodes of the unit ellipse and their shares of the load; shapes (nodes,).
 
     Attributes:
@@ -51,13 +54,13 @@ class Grid:
         """1, `along` and `across` of each node, as weights of sums of forces: (nodes, 3)."""
         return np.column_stack([np.ones_like(self.along), self.along, self.across])
 
-    def finer(self) -> "Grid":
+    def finer(self) -> "QuadratureRule":
         """The rule with twice as many nodes in each direction."""
-        return grid(2 * self.counts[0], 2 * self.counts[1])
+        return gauss_rule(2 * self.counts[0], 2 * self.counts[1])
 
 
 @cache
-def grid(across: int, along: int) -> Grid:
+def gauss_rule(across: int, along: int) -> QuadratureRule:
     """Gauss's rule for Hertz's pressure over an ellipse.
 
     The load of a strip across the rolling direction is proportional to 1 - y^2, the pressure along
@@ -71,7 +74,7 @@ def grid(across: int, along: int) -> Grid:
     Examples:
         The mean of y^2 under Hertz's pressure is 1/5 of the semi-axis squared:
 
-        >>> rule = grid(4, 3)
+        >>> rule = gauss_rule(4, 3)
         >>> print(f"{np.sum(rule.share * rule.across**2):.12f}")
         0.200000000000
     """
@@ -80,7 +83,7 @@ def grid(across: int, along: int) -> Grid:
     x, x_share = scipy.special.roots_gegenbauer(along, 1.0)[:2]
     half_length = np.sqrt(1 - y**2)
     share = np.outer(y_share, x_share).ravel()
-    return Grid(
+    return QuadratureRule(
         along=np.outer(half_length, x).ravel(),
         across=np.repeat(y, along),
         share=share / share.sum(),
@@ -100,12 +103,12 @@ class Sliding:
         across_m_s: Sliding speed across the rolling direction at each node.
         along_m_s: Sliding speed along t at each node.
         entrainment_speed_m_s: Mean surface speed in the middle of the contact.
-        middle_slide_roll_ratio: Sliding speed along t over that mean, in the middle of the contact.
-            It is positive where the race is faster than the ball.
+        middle_slide_roll_ratio: Sliding speed along t over the mean surface speed, in the middle of
+            the contact. It is positive where the race is faster than the ball.
         middle_m: Distance from the ball's centre to the middle of the contact, along the normal.
         height_m: Distance from the ball's centre to each node, along the normal.
-        semi_axes_m: Semi-axes along t and across the rolling direction, without those beyond the
-            ball's radius.
+        semi_axes_m: Semi-axes along t and across the rolling direction, limited to the ball's
+            radius.
     """
 
     race_rad_s: FloatArray
@@ -138,7 +141,7 @@ def sliding(
     contacts: Contacts,
     motion: Motion,
     ring_speed_rad_s: FloatArray,
-    rule: Grid,
+    rule: QuadratureRule,
     smallest_speed_m_s: FloatArray | float = 0.0,
 ) -> Sliding:
     """Sliding speeds in both ellipses of each ball, from rigid-body motion.
@@ -174,7 +177,7 @@ def sliding(
     # no contact is wider than the ball, but a search may try such a state
     semi_axis_y = np.minimum(contacts.semi_axis_y_m, ball_radius)
     semi_axis_x = contacts.semi_axis_x_m
-    middle = (
+    middle_height = (
         curvature_radius
         + np.sqrt(ball_radius**2 - semi_axis_y**2)
         - np.sqrt(curvature_radius**2 - semi_axis_y**2)
@@ -182,16 +185,17 @@ def sliding(
     height = np.sqrt(
         curvature_radius[:, np.newaxis] ** 2 - (semi_axis_y**2)[..., np.newaxis] * rule.across**2
     )
-    height += (middle - curvature_radius)[..., np.newaxis]
-    orbit = race * contacts.orbit_radius_m[..., np.newaxis]
+    height += (middle_height - curvature_radius)[..., np.newaxis]
+    orbital_speed = race * contacts.orbit_radius_m[..., np.newaxis]
     across = (spin * semi_axis_x)[..., np.newaxis] * rule.along
     across -= w_t[..., np.newaxis, np.newaxis] * height
     along = roll[..., np.newaxis] * height
     along -= (spin * semi_axis_y)[..., np.newaxis] * rule.across
-    along += orbit[..., np.newaxis]
-    race_speed = orbit + race * n_r * middle
-    ball_speed = -axis * middle
-    mean = (race_speed + ball_speed) / 2
+    along += orbital_speed[..., np.newaxis]
+    race_surface_speed = orbital_speed + race * n_r * middle_height
+    ball_surface_speed = -axis * middle_height
+    mean_speed = (race_surface_speed + ball_surface_speed) / 2
+    difference = race_surface_speed - ball_surface_speed
     return Sliding(
         race_rad_s=race,
         axis_rad_s=axis,
@@ -199,11 +203,11 @@ def sliding(
         roll_rad_s=roll,
         across_m_s=across,
         along_m_s=along,
-        entrainment_speed_m_s=limited_below(np.abs(mean), smallest_speed_m_s),
+        entrainment_speed_m_s=limited_below(np.abs(mean_speed), smallest_speed_m_s),
         middle_slide_roll_ratio=np.divide(
-            race_speed - ball_speed, mean, out=np.zeros_like(mean), where=mean != 0
+            difference, mean_speed, out=np.zeros_like(mean_speed), where=mean_speed != 0
         ),
-        middle_m=middle,
+        middle_m=middle_height,
         height_m=height,
         semi_axes_m=(semi_axis_x, semi_axis_y),
     )
@@ -270,7 +274,7 @@ def traction(
     slip: Sliding,
     conditions: Conditions,
     law: TractionLaw,
-    rule: Grid,
+    rule: QuadratureRule,
     factor: FloatArray | float = 1.0,
 ) -> Traction:
     """Force, moments and heat of the film's traction, by quadrature over the ellipse.
@@ -292,13 +296,16 @@ def traction(
     ratio = speed / entrainment_speed[..., np.newaxis]
     mu = law(conditions, ratio)
     mu *= np.reshape(factor, (-1, 1, 1))
-    # at first friction force over load, then friction force over sliding speed
-    strength = mu * rule.share
-    heat_over_load = np.einsum("...k,...k->...", strength, speed)
-    strength /= np.maximum(speed, 1e-300, out=speed)
-    strength *= contacts.load_n[..., np.newaxis]
-    node_across = strength * slip.across_m_s
-    node_along = strength * slip.along_m_s
+    # friction force of each node over the load of its contact
+    force_over_load = mu * rule.share
+    heat_over_load = np.einsum("...k,...k->...", force_over_load, speed)
+    # friction force over sliding speed, in the same memory, because there are many nodes
+    force_over_speed = force_over_load
+    # no division by 0 where nothing slides
+    force_over_speed /= np.maximum(speed, 1e-300, out=speed)
+    force_over_speed *= contacts.load_n[..., np.newaxis]
+    node_across = force_over_speed * slip.across_m_s
+    node_along = force_over_speed * slip.along_m_s
     # last axis: sum of the forces, of forces times x, of forces times y (x, y in semi-axes)
     across_sums = np.tensordot(node_across, rule.moments, 1)
     along_sums = np.tensordot(node_along, rule.moments, 1)

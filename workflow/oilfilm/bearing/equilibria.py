@@ -22,7 +22,7 @@ import numpy as np
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.continuation import Crossings, trace
-from oilfilm.bearing.ellipse import Grid, TractionLaw, grid, law_at_points
+from oilfilm.bearing.ellipse import QuadratureRule, TractionLaw, gauss_rule, law_at_points
 from oilfilm.bearing.friction import (
     COARSE,
     FULL_BANDS,
@@ -217,7 +217,7 @@ class _Motions:
 def _equilibria(problem: FrictionProblem, every: bool) -> Equilibria:
     """All steady motions, or without `every` only the fastest cage where it is certified."""
     # a problem with other nodes than the usual ones keeps them: its law may be made for these nodes
-    rule = grid(*COARSE) if problem.rule.counts == QUADRATURE else problem.rule
+    rule = gauss_rule(*COARSE) if problem.rule.counts == QUADRATURE else problem.rule
     motions, stalled = _searched(problem, rule, every)
     # a crossing with the coarse nodes may have no counterpart with all nodes
     missed = np.setdiff1d(np.arange(len(stalled)), motions.point)
@@ -227,7 +227,9 @@ def _equilibria(problem: FrictionProblem, every: bool) -> Equilibria:
     return _chosen(problem, motions, ~stalled)
 
 
-def _searched(problem: FrictionProblem, rule: Grid, every: bool) -> tuple[_Motions, BoolArray]:
+def _searched(
+    problem: FrictionProblem, rule: QuadratureRule, every: bool
+) -> tuple[_Motions, BoolArray]:
     """Steady motions by a search with other nodes, and whether each point's curve stalled."""
     coarse = replace(problem, rule=rule, bands=FULL_BANDS)
     start, share = _starts(coarse)

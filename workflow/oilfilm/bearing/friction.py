@@ -16,12 +16,12 @@ import numpy as np
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import (
-    Grid,
+    QuadratureRule,
     Sliding,
     Traction,
     TractionLaw,
     contact_conditions,
-    grid,
+    gauss_rule,
     law_at_points,
     sliding,
     traction,
@@ -135,7 +135,7 @@ class FrictionProblem:
     points: OperatingPoints
     lubrication: Lubrication
     law: TractionLaw
-    rule: Grid = field(default_factory=lambda: grid(*QUADRATURE))
+    rule: QuadratureRule = field(default_factory=lambda: gauss_rule(*QUADRATURE))
     bands: FloatArray = field(default_factory=lambda: NO_BANDS)
 
     def at_points(self, which: IndexArray) -> "FrictionProblem":

@@ -1,6 +1,6 @@
 """Friction torque of a bearing, term by term, from the balance of all that acts on its balls.
 
-Decides: the terms of a bearing's friction torque.
+Decides: the terms of a bearing's friction torque; what catalogues estimate (Palmgren, SKF).
 """
 
 from collections.abc import Mapping
@@ -40,17 +40,17 @@ def torque_terms(
     balance = equilibrium.balance
     ball_count = equilibrium.problem.bearing.ball_count
     inner_speed = equilibrium.problem.points.ring_speed_rad_s[:, 0]
-    # no torque where nothing turns
+    # a division by infinity: no torque where nothing turns
     divisor = np.where(inner_speed == 0, np.inf, inner_speed)
     heats = dict(zip(HEATS, balance.heats_w, strict=True))
     heats |= _heat_by_sliding(equilibrium)
     torque = equilibrium.torque_n_m()
     heat = ball_count * np.sum(balance.heats_w, axis=0)
     angle = np.degrees(balance.contacts.contact_angle_rad)
-    pressure = balance.conditions.max_hertz_pressure_gpa[..., 0]
+    pressure_gpa = balance.conditions.max_hertz_pressure_gpa[..., 0]
     lambda_ratio, film_in_range = film_ratio(equilibrium)
-    torque_by_heat = {f"{name}_torque_n_m": ball_count * heats[name] / divisor for name in heats}
-    motion = {
+    terms = {f"{name}_torque_n_m": ball_count * heats[name] / divisor for name in heats}
+    equilibrium_columns = {
         "torque_n_m": torque,
         "outer_ring_torque_n_m": ball_count * balance.ring_moment_n_m[:, 1],
         "energy_error": _relative_difference(torque * inner_speed, heat),
@@ -64,44 +64,46 @@ def torque_terms(
         "inner_slide_roll_ratio": balance.sliding.middle_slide_roll_ratio[:, 0],
         "inner_contact_angle_deg": angle[:, 0],
         "outer_contact_angle_deg": angle[:, 1],
-        "inner_max_hertz_pressure_gpa": pressure[:, 0],
-        "outer_max_hertz_pressure_gpa": pressure[:, 1],
+        "inner_max_hertz_pressure_gpa": pressure_gpa[:, 0],
+        "outer_max_hertz_pressure_gpa": pressure_gpa[:, 1],
         "lambda_ratio": lambda_ratio,
         "film_in_range": film_in_range,
     }
-    return torque_by_heat | motion | _film_terms(equilibrium, tested, limiting_stress_ratio)
+    film_columns = _film_columns(equilibrium, tested, limiting_stress_ratio)
+    return terms | equilibrium_columns | film_columns
 
 
-def _film_terms(
+def _film_columns(
     equilibrium: FrictionEquilibrium,
     tested: Mapping[str, FloatArray | tuple[float, float]],
     limiting_stress_ratio: FloatArray | float,
 ) -> dict[str, FloatArray]:
     """Columns of `torque_terms` that describe the films, and how far they are beyond the tests."""
     balance = equilibrium.balance
-    film = balance.traction
+    film_traction = balance.traction
     share = equilibrium.problem.rule.share
     load = balance.contacts.load_n
-    pressure = balance.conditions.max_hertz_pressure_gpa[..., 0]
+    pressure_gpa = balance.conditions.max_hertz_pressure_gpa[..., 0]
     speed = balance.conditions.entrainment_speed_m_s[..., 0]
-    local_heat = film.coefficient * film.slide_roll_ratio * share
-    local_heat = local_heat * (load * speed)[..., np.newaxis]
-    beyond_slip = _is_beyond(film.slide_roll_ratio, (0.0, tested["slide_roll_ratio"][1]))
-    beyond_pressure = _is_beyond(pressure, tested["max_hertz_pressure_gpa"])
+    node_heat = film_traction.coefficient * film_traction.slide_roll_ratio * share
+    node_heat = node_heat * (load * speed)[..., np.newaxis]
+    tested_slip = (0.0, tested["slide_roll_ratio"][1])
+    beyond_slip = _is_beyond(film_traction.slide_roll_ratio, tested_slip)
+    beyond_pressure = _is_beyond(pressure_gpa, tested["max_hertz_pressure_gpa"])
     beyond_speed = _is_beyond(speed, tested["entrainment_speed_m_s"])
     # mu is the mean shear stress of a contact over its mean pressure
-    over_limit = film.coefficient @ share > np.reshape(limiting_stress_ratio, (-1, 1))
+    over_limit = film_traction.coefficient @ share > np.reshape(limiting_stress_ratio, (-1, 1))
     node_load = share * load[..., np.newaxis]
     return {
         "entrainment_speed_m_s": speed.mean(axis=1),
-        "largest_slide_roll_ratio": film.slide_roll_ratio.max(axis=(1, 2)),
-        "mean_traction_coefficient": _weighted_mean(film.coefficient, node_load),
+        "largest_slide_roll_ratio": film_traction.slide_roll_ratio.max(axis=(1, 2)),
+        "mean_traction_coefficient": _weighted_mean(film_traction.coefficient, node_load),
         "contacts_over_stress_limit": (
             equilibrium.problem.bearing.ball_count * over_limit.sum(axis=1)
         ),
-        "share_beyond_slip": _weighted_mean(beyond_slip, local_heat),
-        "share_beyond_pressure": _weighted_mean(beyond_pressure, film.heat_w),
-        "share_beyond_speed": _weighted_mean(beyond_speed, film.heat_w),
+        "share_beyond_slip": _weighted_mean(beyond_slip, node_heat),
+        "share_beyond_pressure": _weighted_mean(beyond_pressure, film_traction.heat_w),
+        "share_beyond_speed": _weighted_mean(beyond_speed, film_traction.heat_w),
     }
 
 
@@ -112,22 +114,19 @@ def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     finer_rule = problem.rule.finer()
     slip = sliding(problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule)
     factor = problem.lubrication.factor("traction")
-    finer_film = traction(
-        balance.contacts, slip, balance.conditions, problem.law, finer_rule, factor
-    )
-    return _relative_difference(finer_film.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1))
+    finer = traction(balance.contacts, slip, balance.conditions, problem.law, finer_rule, factor)
+    return _relative_difference(finer.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1))
 
 
 def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
     """Minimum film over combined Rq in the worst contact, and whether the formula holds.
 
-    Inlet heating reduces the film, with the slide-roll ratio averaged over the ellipse by load. The
-    ratio in the middle of the contact would leave out spin. There is no value outside the range of
-    the reduction.
+    Inlet heating reduces the film (thermal reduction). It is calculated with the slide-roll ratio
+    averaged over the ellipse by load: that in the middle of the contact would leave out spin.
 
     Returns:
-        Film over roughness, NaN outside the range of the formula; True where both contacts are
-        within that range. Both have the shape (points,).
+        Film over roughness, NaN outside the range of the thermal reduction; True where both
+        contacts are within that range. Both have the shape (points,).
     """
     problem, balance = equilibrium.problem, equilibrium.balance
     oil = problem.lubrication.of_contacts
@@ -136,25 +135,27 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     load = np.maximum(conditions.load_n, np.finfo(float).tiny)
     conditions = replace(conditions, load_n=load)
     mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.share
-    film = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
+    film_m = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
     loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
     within = within_thermal_reduction(conditions.relative_pressure, loading)
     in_range = np.asarray(within.all(axis=1))
-    ratio = film.min(axis=1) / problem.bearing.roughness_rq_m
+    ratio = film_m.min(axis=1) / problem.bearing.roughness_rq_m
     return np.where(in_range, ratio, np.nan), in_range
 
 
 def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     """Heat of traction by the kind of sliding, shape (points,) each. They add up to all of it."""
     balance = equilibrium.balance
-    film, slip = balance.traction, balance.sliding
-    orbit_speed = slip.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
-    middle = slip.roll_rad_s * slip.middle_m * film.along_n
+    forces, slip = balance.traction, balance.sliding
+    orbital_speed = slip.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
+    roll_heat_in_middle = slip.roll_rad_s * slip.middle_m * forces.along_n
+    # spin of the ball about t; the slice keeps the axis of the contacts
+    tangent_spin = balance.motion.spin_rad_s[:, 2:]
     heats = {
-        "gross": film.along_n * orbit_speed + middle,
-        "spin": -slip.spin_rad_s * film.about_normal_n_m,
-        "differential": -slip.roll_rad_s * film.about_across_n_m - middle,
-        "gyroscopic": -balance.motion.spin_rad_s[:, 2:] * film.about_tangent_n_m,
+        "gross": forces.along_n * orbital_speed + roll_heat_in_middle,
+        "spin": -slip.spin_rad_s * forces.about_normal_n_m,
+        "differential": -slip.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle,
+        "gyroscopic": -tangent_spin * forces.about_tangent_n_m,
     }
     return {name: heat.sum(axis=1) for name, heat in heats.items()}
 

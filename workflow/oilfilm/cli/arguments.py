@@ -1,4 +1,4 @@
-"""What several commands read from the command line: quantities and folders.
+"""What several commands share: typed quantities, folders, and answers as one line of JSON.
 
 Decides: which units a typed quantity may have; where a command looks for settings and results.
 """
@@ -23,7 +23,7 @@ from oilfilm.traction.law import QUANTITIES
 
 
 def config_folder(typed: Path | None) -> Path:
-    """The configuration folder: as typed, else that of the working folder, else oilfilm's own."""
+    """The configuration folder: as typed, else `config` of the current folder, else oilfilm's."""
     if typed:
         return typed
     project = Path("config")
@@ -31,15 +31,18 @@ def config_folder(typed: Path | None) -> Path:
 
 
 def project_folder(config: Path | None) -> Path:
-    """The folder of logs and results: the one with the typed configuration folder, else this."""
+    """The folder of logs and results: that above a typed configuration folder, else the current."""
     return config.parent if config else Path()
 
 
 def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
-    """The folder of a campaign's results, and the campaign and kind of its data.
+    """The folder of a campaign's results, and what its tables say of the data.
 
     Args:
-        results: That folder; that of the campaign of `config.yaml` if not given.
+        results: The typed folder; by default that of the campaign of `config.yaml`.
+
+    Returns:
+        The folder, and `campaign` (its name) and `data` (`simulated` or `measured`).
 
     Raises:
         OilfilmError: There are no such results.
@@ -74,11 +77,11 @@ def quantity(text: str, unit: str, option: str) -> float:
     Raises:
         OilfilmError: It is no number, or its unit measures something else.
     """
-    number_and_unit = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
+    match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
     expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
-    if number_and_unit is None:
+    if match is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
-    number, typed_unit = number_and_unit.groups()
+    number, typed_unit = match.groups()
     try:
         to_unit = conversion(typed_unit or unit, (unit,))
         value = float(to_unit.of(np.array(float(number))))

@@ -3,7 +3,8 @@
 A step is a step of slip, rest is pure rolling, and mu = F/W is derived, then pressure and film.
 
 Decides: how a traction log is curated; what `oilfilm init` takes for the source of the zero;
-pressure, film and lambda of a point; the error of calibration that the points of a run share.
+the signs of slip and force, by `semantics` of the campaign file; pressure, film and lambda of a
+point; the error of calibration that the points of a run share.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

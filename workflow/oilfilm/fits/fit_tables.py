@@ -3,7 +3,7 @@
 Here is also the certificate of a fit: independent searches agree, and the gradient of the SSE is
 zero at a physical optimum.
 
-Decides: when a fit is certified.
+Decides: when a fit is certified; the verdict on each constant (known, sign unknown, ...).
 """
 
 from collections.abc import Mapping, Sequence

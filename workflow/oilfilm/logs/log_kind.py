@@ -1,7 +1,8 @@
 """What the logs of one kind of rig may hold, and what the names of their columns mean.
 
 Decides: how the name of a column becomes a quantity and a unit (the names themselves are in
-`traction_log.py`, `torque_log.py` and the campaign file).
+`traction_log.py`, `torque_log.py` and, for another laboratory or language, under `columns` of the
+campaign file, where `oilfilm init` puts what it recognises by `words.yaml`).
 """
 
 import unicodedata

@@ -1,6 +1,6 @@
 """Names of the report: conditions, load variables, gates, symbols of print; the colour of an oil.
 
-Decides: names and units on axes; the symbols of print.
+Decides: names and units on axes; the symbols of print; the colour of an oil.
 """
 
 import re

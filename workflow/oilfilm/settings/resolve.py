@@ -2,8 +2,9 @@
 
 Decides: the precedence of settings (the command line, then `settings` of the campaign file, then
 `config.yaml` of the project, then the one of oilfilm); which folder a campaign, rig, oil or bearing
-is read from; which oil a name means; which keys of a campaign contradict each other, and what a
-figure needs to be drawn.
+is read from; which oil a name means; the order of the oils in tables and figures (as the campaign
+file lists them); which keys of a campaign contradict each other, and what a figure needs to be
+drawn.
 """
 
 import re

@@ -24,7 +24,7 @@ import scipy
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
-from oilfilm.bearing.ellipse import grid
+from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
 from oilfilm.bearing.friction import COARSE, FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.resistance import TERMS
@@ -183,7 +183,7 @@ def draw_results(
     if len(which) == 0:
         return results
     law_and_draws = [(groups[group][2], draws_of_groups[group]) for group in group_of_point[which]]
-    coarse = replace(equilibrium.problem.at_points(which), rule=grid(*COARSE))
+    coarse = replace(equilibrium.problem.at_points(which), rule=gauss_rule(*COARSE))
     # A draw starts from the equilibrium of its point without draws. It stays on that branch while
     # the branch exists. Otherwise its equilibrium is searched without a neighbour.
     start = Neighbour.of(coarse, equilibrium.solution.unknowns[which])

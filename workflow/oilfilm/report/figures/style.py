@@ -1,4 +1,7 @@
-"""How every figure looks: widths of a journal, one colour per oil, one line style per meaning."""
+"""How every figure looks: widths of a journal, one colour per oil, one line style per meaning.
+
+Decides: widths, symbols and line styles of figures (fonts and lines: `journal.mplstyle`).
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
