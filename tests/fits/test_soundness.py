@@ -204,3 +204,24 @@ def test_run_with_a_comma_in_its_name_counts_as_one(config: Settings) -> None:
 def test_a_run_that_the_fit_left_out_spoils_no_verdict(config: Settings) -> None:
     row = verdict_on(config, None, [True] * 3, fixed_conditions="", incomplete_curves=("run000",))
     assert (row["law_verdict"], row["campaign_verdict"]) == ("adequate", "steady")
+
+
+@pytest.mark.parametrize(
+    ("course", "runs", "named"),
+    [
+        ("trend", (), []),
+        ("from", ("b", "c"), ["b", "2 runs"]),
+        ("group", ("b", "c"), ["2 runs", "day: 2", "b, c"]),
+        ("some runs", ("b, of May", "c"), ["2 runs", "b, of May, c"]),
+    ],
+)
+def test_sentence_names_the_runs_of_a_change(
+    course: str, runs: tuple[str, ...], named: list[str]
+) -> None:
+    change = {"change": "load", "change_size": -2.0, "change_course": course}
+    change |= {"changed_runs": runs, "change_group": "day: 2", "change_relative_rms": 0.05}
+    row = {"campaign_verdict": "changed", "law_verdict": "adequate", "optimum_confirmed": True}
+    (sentence,) = what_is_wrong({**row, **change})
+    assert "lower by 2 N" in sentence
+    for text in named:
+        assert text in sentence

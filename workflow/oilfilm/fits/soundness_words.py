@@ -66,15 +66,7 @@ def _of_change(row: Mapping[str, Any]) -> str:
     """The sentence on a change of the campaign."""
     cause = row["change"]
     size = row["change_size"]
-    course = row["change_course"]
-    runs = row["changed_runs"]
-    named = f"{runs[0]} to {runs[-1]}" if course == "from" else ", ".join(runs)
-    where = {
-        "trend": "Over the runs",
-        "from": f"From run {runs[0]} on ({len(runs)} runs)",
-        "group": f"In {len(runs)} runs with {row['change_group']} ({named})",
-        "some runs": f"In {len(runs)} runs ({named})",
-    }[course]
+    where = _where(row)
     if cause.endswith(" factor"):
         quantity = "the entrainment speed" if cause == "speed factor" else "the slip"
         change = f"{quantity} reads {size:g} times as large as in the others"
@@ -89,3 +81,17 @@ def _of_change(row: Mapping[str, Any]) -> str:
         f"by {row['change_relative_rms']:.1%} (rms). Check these runs and their set-up, and leave "
         "out those that are wrong."
     )
+
+
+def _where(row: Mapping[str, Any]) -> str:
+    """Which runs a change is in; a trend is in all runs and names none."""
+    runs = row["changed_runs"]
+    match row["change_course"]:
+        case "trend":
+            return "Over the runs"
+        case "from":
+            return f"From run {runs[0]} on ({len(runs)} runs)"
+        case "group":
+            return f"In {len(runs)} runs with {row['change_group']} ({', '.join(runs)})"
+        case _:
+            return f"In {len(runs)} runs ({', '.join(runs)})"
