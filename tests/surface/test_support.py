@@ -29,6 +29,9 @@ def test_reach_is_half_the_widest_gap():
     [
         ((0.01, 0.05, 0.25), 0.12, Support.SUPPORTED),
         ((0.1, 0.15, 0.2, 0.3), 0.01, Support.FAR_FROM_TESTED_SLIPS),
+        # farther than a quarter of the widest gap below the lowest slip
+        ((0.01, 0.05, 0.25), 0.005, Support.FAR_FROM_TESTED_SLIPS),
+        ((0.01, 0.05, 0.25), 0.008, Support.SUPPORTED),
         ((0.01, 0.05, 0.25), 0.9, Support.FAR_FROM_TESTED_SLIPS),
         ((0.02, 0.2), 0.05, Support.FEW_SLIPS),
         ((0.02, 0.2), 0.2, Support.SUPPORTED),

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oilfilm.base.units import FloatArray, IndexArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import LogNormal
 
 # Standard deviation of ln mu in the middle between two levels of P, U and T: the bends of oils.
@@ -30,8 +30,10 @@ _CONSTANT_VARIANCE = 4.0
 
 MAIN_EFFECT = LogNormal(0.5, 1.0, 0.02, 10.0)
 INTERACTION = LogNormal(0.3, 1.0, 0.02, 10.0)
-SLIP_LENGTH = LogNormal(1.5, 0.4, 0.3, 8.0)
-CONDITION_LENGTH = LogNormal(1.0, 0.5, 0.15, 6.0)
+# The longest lengths are about half the range of slips and twice that of conditions: with longer
+# ones a departure would be rigid, and no departure between the tested points could be expected.
+SLIP_LENGTH = LogNormal(1.5, 0.4, 0.3, 2.5)
+CONDITION_LENGTH = LogNormal(1.0, 0.5, 0.15, 3.0)
 
 
 def matern(distance: FloatArray) -> FloatArray:
@@ -97,10 +99,15 @@ class ConditionBox:
         """
         half = (self.highest - self.lowest) / 2
         bends = np.zeros_like(centred)
-        for dimension in np.flatnonzero(self.level_counts == 2):
+        for dimension in np.flatnonzero(self.has_two_levels):
             ratio = centred[:, dimension] / half[dimension]
             bends[:, dimension] = _BEND_SD[dimension] * (1 - ratio**2)
         return bends
+
+    @property
+    def has_two_levels(self) -> BoolArray:
+        """Whether each condition has two levels, shape (3,)."""
+        return self.level_counts == 2
 
     @property
     def shows_bends(self) -> FloatArray:

@@ -38,6 +38,18 @@ def scaled_conditions(conditions: FloatArray) -> FloatArray:
     )
 
 
+def unscaled_conditions(scaled: FloatArray) -> FloatArray:
+    """P in GPa, U in m/s and T in degC from scaled conditions, shape (rows, 3)."""
+    pressure, speed, temperature = scaled.T
+    return np.column_stack(
+        [
+            np.exp(pressure * _PRESSURE_SCALE),
+            np.exp(speed * _SPEED_SCALE),
+            temperature * _TEMPERATURE_SCALE_K,
+        ]
+    )
+
+
 def levels(scaled: FloatArray) -> IndexArray:
     """Number of the level of each value, counted from the lowest value, shape (rows,).
 

@@ -18,7 +18,6 @@ import scipy.linalg
 
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.kernels import matern
-from oilfilm.surface.law_mean import CONSTANT_SD
 from oilfilm.surface.reduction import Coordinates
 from oilfilm.surface.reml import CurveCovariance
 
@@ -52,8 +51,11 @@ class Posterior(Protocol):
         """Variance at each point, shape (points,)."""
         ...
 
-    def constants(self) -> tuple[FloatArray, FloatArray]:
-        """Change of the free constants of the law, and its covariance."""
+    def freedom_of_law(self) -> tuple[FloatArray, FloatArray]:
+        """Change of what is free in the law, and its covariance, in standard deviations before.
+
+        The order is that of `oilfilm.surface.reduction.slopes_of_law`.
+        """
         ...
 
     def left_out(self, group: IndexArray) -> Iterator[LeftOut]:
@@ -130,12 +132,11 @@ class DensePosterior:
             block = inverse[np.ix_(coordinates, coordinates)]
             yield _left_out(coordinates, block, self.weights[coordinates])
 
-    def constants(self) -> tuple[FloatArray, FloatArray]:
+    def freedom_of_law(self) -> tuple[FloatArray, FloatArray]:
         """See `Posterior`."""
         slopes = self.covariance.curves.law_slopes
-        change = CONSTANT_SD * slopes.T @ self.weights
         unexplained = np.eye(slopes.shape[1]) - slopes.T @ self._solved(slopes)
-        return change, CONSTANT_SD**2 * unexplained
+        return slopes.T @ self.weights, unexplained
 
     @cached_property
     def everything(self) -> Coordinates:
@@ -220,14 +221,14 @@ class NystromPosterior:
             weights = own_inverse @ (departure - stacked @ mean)
             yield _left_out(coordinates, own_inverse - half.T @ half, weights)
 
-    def constants(self) -> tuple[FloatArray, FloatArray]:
+    def freedom_of_law(self) -> tuple[FloatArray, FloatArray]:
         """See `Posterior`."""
         precision_factor, mean = self.solved
         slopes = self.covariance.curves.law_slopes[self.inducing]
         features = scipy.linalg.solve_triangular(self.factor, slopes, lower=True)
         half = scipy.linalg.solve_triangular(precision_factor, features, lower=True)
         left_over = np.eye(slopes.shape[1]) - features.T @ features + half.T @ half
-        return CONSTANT_SD * features.T @ mean, CONSTANT_SD**2 * left_over
+        return features.T @ mean, left_over
 
     def _of_curves(self) -> list[IndexArray]:
         """Indices of the coordinates of each curve."""

@@ -16,6 +16,7 @@ import scipy.sparse
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import LogMu, effect_design
+from oilfilm.surface.form_bends import form_bends
 from oilfilm.surface.kernels import SLIP_LENGTH, ConditionBox, matern
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
 from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled_slip
@@ -45,8 +46,7 @@ class Coordinates:
         row: Row of `conditions` of each coordinate, shape (coordinates,).
         slips: Scaled slips, shape (slips,).
         weights: Weight of each of `slips` in each coordinate, shape (coordinates, slips).
-        law_slopes: Slopes by the constants, times their standard deviations,
-            shape (coordinates, free constants).
+        law_slopes: Slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
     """
 
     conditions: FloatArray
@@ -77,8 +77,19 @@ def at_points(
         row=np.arange(len(slip)),
         slips=scaled_slip(slip),
         weights=scipy.sparse.csr_array(scipy.sparse.eye_array(len(slip))),
-        law_slopes=CONSTANT_SD * law.log_slopes(conditions, slip),
+        law_slopes=slopes_of_law(law, box, conditions, slip),
     )
+
+
+def slopes_of_law(
+    law: FreeLaw, box: ConditionBox, conditions: FloatArray, slip: FloatArray
+) -> FloatArray:
+    """Change of ln mu by one standard deviation of what is free in the law, shape (points, slopes).
+
+    First the free constants, then the form of the law between two levels (`form_bends`).
+    """
+    of_constants = CONSTANT_SD * law.log_slopes(conditions, slip)
+    return np.hstack([of_constants, form_bends(law, box, conditions, slip)])
 
 
 @dataclass(frozen=True)
@@ -93,8 +104,7 @@ class ReducedCurves:
         to_slips: V' as weights of `slips`, shape (coordinates, slips).
         level: V' of a constant, shape (coordinates,).
         departure: V' of ln mu less that of the law, shape (coordinates,).
-        law_slopes: V' of the slopes by the constants, times their standard deviations,
-            shape (coordinates, free constants).
+        law_slopes: V' of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
         effects: V' of the design of the effects of runs, shape (coordinates, effects).
         remainder: What V leaves of the departure at each point, shape (points,).
     """
@@ -215,7 +225,7 @@ def reduced(
         to_slips=scipy.sparse.csr_array(vectors.T @ selector),
         level=vectors.T @ np.ones(points),
         departure=coordinates,
-        law_slopes=vectors.T @ (CONSTANT_SD * law.log_slopes(conditions, slip)),
+        law_slopes=vectors.T @ slopes_of_law(law, box, conditions, slip),
         effects=vectors.T @ effect_design(log_mu, conditions, slip),
         remainder=departure - vectors @ coordinates,
     )

@@ -138,7 +138,8 @@ class CurveCovariance:
             by_name[name] = np.sum(level_weight * level_slope) + np.sum(slip_weight * slip_slope)
         _, slip_factor = self.kernel.factors(curves.conditions, curves.conditions)
         slope_over_slip = curves.over_slip(matern_slope(self.slip_distances()))
-        by_name["slip_length"] = np.sum(weight * self._expanded(slip_factor) * slope_over_slip)
+        expanded = self._expanded(slip_factor)
+        by_name["slip_length"] = np.einsum("ij,ij,ij->", weight, expanded, slope_over_slip)
         return np.array([by_name[name] for name in size_names()])
 
     def _expanded(self, of_curves: FloatArray) -> FloatArray:
@@ -146,9 +147,9 @@ class CurveCovariance:
         return of_curves[np.ix_(self.curves.curve, self.curves.curve)]
 
     def _summed(self, of_coordinates: FloatArray) -> FloatArray:
-        """A matrix of coordinates summed over those of each curve."""
+        """A symmetric matrix of coordinates summed over those of each curve."""
         membership = self.curves.membership
-        return np.asarray(membership.T @ (membership.T @ of_coordinates.T).T)
+        return np.asarray(membership.T @ (membership.T @ of_coordinates).T)
 
 
 def objective(
@@ -163,10 +164,10 @@ def objective(
         known: The priors of the sizes.
     """
     covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
-    factor = scipy.linalg.cho_factor(covariance.matrix(), lower=True)
-    inverse = scipy.linalg.cho_solve(factor, np.eye(len(curves.curve)))
+    factor = scipy.linalg.cholesky(covariance.matrix(), lower=True)
+    inverse = _inverse(factor)
     weights = inverse @ curves.departure
-    value = 0.5 * curves.departure @ weights + np.sum(np.log(np.diag(factor[0])))
+    value = 0.5 * curves.departure @ weights + np.sum(np.log(np.diag(factor)))
     gradient = covariance.slopes(inverse - np.outer(weights, weights)) / 2
 
     noise = size_names().index("noise")
@@ -208,3 +209,9 @@ def most_likely_sizes(
         options={"maxiter": _ITERATIONS, "ftol": 1e-8},
     )
     return np.asarray(search.x)
+
+
+def _inverse(factor: FloatArray) -> FloatArray:
+    """Inverse of a matrix from its lower Cholesky factor; LAPACK fills the lower triangle only."""
+    lower, _ = scipy.linalg.lapack.dpotri(factor, lower=1)
+    return np.tril(lower) + np.tril(lower, -1).T

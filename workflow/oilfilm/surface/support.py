@@ -37,7 +37,7 @@ class SlipCoverage:
 
     Attributes:
         scaled: Scaled slips in ascending order, shape (slips,).
-        reach: Largest distance from a tested slip that has support.
+        reach: Largest distance from a tested slip that has support, between tested slips.
         per_curve: Different slips in a curve, median over the curves.
     """
 
@@ -57,6 +57,17 @@ class SlipCoverage:
         counts = [1 + np.count_nonzero(gap > _SAME_SLIP) for gap in gaps]
         widest = [gap.max(initial=0.0) for gap in gaps]
         return cls(np.unique(scaled), float(np.median(widest)) / 2, float(np.median(counts)))
+
+    def is_far(self, slip: FloatArray) -> BoolArray:
+        """Whether each slip is too far from the tested ones, shape (points,).
+
+        Beyond the first and the last tested slip only one neighbour holds the surface, so that
+        half the reach is left.
+        """
+        scaled = scaled_slip(slip)
+        beyond = (scaled < self.scaled[0]) | (scaled > self.scaled[-1])
+        reach = np.where(beyond, self.reach / 2, self.reach)
+        return self.distance(slip) > reach + _SAME_SLIP
 
     def distance(self, slip: FloatArray) -> FloatArray:
         """Distance of each slip from the nearest tested one, scaled, shape (points,)."""
@@ -88,7 +99,7 @@ def support_codes(
     reasons: list[tuple[Support, BoolArray]] = [
         (Support.CONSTANT_AT_BOUND, np.any(of_constants > _BOUND_MATTERS, axis=1)),
         (Support.SPREAD_TOO_LARGE, spread > _LARGEST_SPREAD),
-        (Support.FAR_FROM_TESTED_SLIPS, distance > slips.reach + _SAME_SLIP),
+        (Support.FAR_FROM_TESTED_SLIPS, slips.is_far(slip)),
         (Support.FEW_SLIPS, slips.few & (distance > _SAME_SLIP)),
     ]
     codes = np.full(len(slip), Support.SUPPORTED, dtype=np.int64)

@@ -144,12 +144,11 @@ class Surface:
         """Standard deviation in ln mu by each constant that is at its bound.
 
         Args:
-            law_slopes: Slopes by the free constants, times their standard deviations before the
-                data, shape (points, free constants).
+            law_slopes: Slopes of the law, as `slopes_of_law` has them, shape (points, slopes).
         """
-        at_bound = self.law.at_bound()
-        _, covariance = self.posterior.constants()
-        share_left = np.sqrt(np.diag(covariance)) / CONSTANT_SD
+        at_bound = np.flatnonzero(self.law.at_bound())
+        _, covariance = self.posterior.freedom_of_law()
+        share_left = np.sqrt(np.diag(covariance))
         return np.abs(law_slopes[:, at_bound]) * share_left[at_bound]
 
 
@@ -255,12 +254,14 @@ def _verdict(
 ) -> LawVerdict:
     """What the measurements say of the law, without the caution of intervals."""
     posterior, covariance = _posterior(curves, box, logarithms)
-    change, constant_covariance = posterior.constants()
+    change, spread = posterior.freedom_of_law()
+    count = np.count_nonzero(law.free)
+    constants = law.constants[law.free] + CONSTANT_SD * change[:count]
     misfit = float(covariance.sizes.departure.kappa)
-    standard_errors = _ERROR_INFLATION * np.sqrt(np.diag(constant_covariance))
+    standard_errors = _ERROR_INFLATION * CONSTANT_SD * np.sqrt(np.diag(spread)[:count])
     if misfit >= _LARGEST_MISFIT_OF_A_LAW:
-        standard_errors = np.full(len(change), np.nan)
-    return LawVerdict(misfit, law.constants[law.free] + change, standard_errors)
+        standard_errors = np.full(count, np.nan)
+    return LawVerdict(misfit, constants, standard_errors)
 
 
 def _sample(ordered: Measurements) -> Measurements:
