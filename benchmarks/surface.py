@@ -16,6 +16,7 @@ the same errors. The columns:
     python benchmarks/surface.py                     (24 and 12 runs, 8 truths, one seed; 1 minute)
     python benchmarks/surface.py all [seeds]         (ten designs, 11 truths)
     python benchmarks/surface.py gaps [seeds]        (slips between and beyond the tested ones)
+    python benchmarks/surface.py shapes [seeds]      (bad curves that are named, good ones too)
     python benchmarks/surface.py scale               (time and memory over the number of runs)
 """
 
@@ -31,10 +32,12 @@ import pandas as pd
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
+from oilfilm.surface.shape import odd_curves
 from oilfilm.surface.surface import fit_surface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
+from bad_curves import DAMAGES, Damage, damaged
 from lawless_truths import FRESH_TRUTHS, TRUTHS
 from surface_campaigns import (
     PRESSURES,
@@ -53,6 +56,7 @@ from surface_campaigns import (
 NEW_RUNS, NEW_SLIPS = 40, 12
 SLIP_REGIONS = {"< .005": (0, 0.005), "< .02": (0.005, 0.02), "< .1": (0.02, 0.1), "> .1": (0.1, 1)}
 CORNERS = (ends(PRESSURES), ends(SPEEDS), ends(TEMPERATURES))
+TWELVE = grid(ends(PRESSURES), ends(SPEEDS), (25.0, 72.0, 120.0))
 CUBE = grid(PRESSURES, (25.0, 32.0, 40.0), (25.0, 72.0, 120.0))
 
 
@@ -83,9 +87,7 @@ DESIGNS = {
         lambda _: grid(ends(PRESSURES), (25.0, 32.0, 40.0), (25.0, 57.0, 88.0, 120.0)),
         PlantedErrors(),
     ),
-    "12 = 2x2x3": Design(
-        lambda _: grid(ends(PRESSURES), ends(SPEEDS), (25.0, 72.0, 120.0)), PlantedErrors()
-    ),
+    "12 = 2x2x3": Design(lambda _: TWELVE, PlantedErrors()),
     "8 = 2x2x2": Design(lambda _: grid(*CORNERS), PlantedErrors()),
     "2x2x2 x3": Design(lambda _: np.repeat(grid(*CORNERS), 3, axis=0), PlantedErrors()),
 }
@@ -204,6 +206,43 @@ def gaps(seeds: int) -> None:
     print(summary.round(3).to_string())
 
 
+def shapes(seeds: int) -> None:
+    """Print how many bad curves are named by their shape, and how many good ones."""
+    rows = []
+    for damage in (*DAMAGES, None):
+        for name in ("jt", "own", "sol", "pw"):
+            for conditions, bad_count in ((latin(), 2), (TWELVE, 1)):
+                for seed in range(seeds):
+                    rows.append(shape_trial(damage, name, conditions, bad_count, seed))
+    table = pd.DataFrame(rows)
+    table["truths"] = np.where(table["truth"] == "pw", "kinks", "smooth")
+    groups = ["damage", "truths", "curves"]
+    print(table.groupby(groups, sort=False)[["bad", "named", "good", "good named"]].sum())
+
+
+def shape_trial(
+    damage: Damage | None, truth: str, conditions: FloatArray, bad_count: int, seed: int
+) -> dict[str, object]:
+    """One campaign with some bad curves: how many are named."""
+    name = damage.__name__ if damage else "clean"
+    random = generator(23, "shapes", name, truth, str(len(conditions)), str(seed))
+    points = simulated(TRUTHS[truth], conditions, random)
+    bad: set[int] = set()
+    if damage:
+        bad = {int(row) for row in random.permutation(len(conditions))[:bad_count]}
+        points = damaged(points, sorted(bad), damage)
+    named = {odd.curve for odd in odd_curves(points, fitted_law(points))}
+    return {
+        "damage": name,
+        "truth": truth,
+        "curves": len(conditions),
+        "bad": len(bad),
+        "named": len(named & bad),
+        "good": len(conditions) - len(bad),
+        "good named": len(named - bad),
+    }
+
+
 def scale() -> None:
     """Print seconds, and the largest memory of arrays in a fit, over the number of runs."""
     print("  runs      s    MB  err95")
@@ -233,6 +272,8 @@ def main(arguments: list[str]) -> None:
             coverage(tuple(DESIGNS), tuple(TRUTHS), seeds)
         case ["gaps"]:
             gaps(seeds)
+        case ["shapes"]:
+            shapes(seeds)
         case ["scale"]:
             scale()
         case []:

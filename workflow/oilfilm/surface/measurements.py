@@ -120,6 +120,17 @@ class Measurements:
 
     def in_canonical_order(self) -> "Measurements":
         """The same points, ordered by their values: no result depends on the order of rows."""
+        curves, points = self.canonical_order()
+        sizes = np.bincount(self.curve)[curves]
+        return Measurements(
+            conditions=self.conditions[curves],
+            curve=np.repeat(np.arange(len(curves)), sizes),
+            slip=self.slip[points],
+            mu=self.mu[points],
+        )
+
+    def canonical_order(self) -> tuple[IndexArray, IndexArray]:
+        """Rows of curves and rows of points in the order of their values."""
         by_value = np.lexsort([self.mu, self.slip, self.curve])
         ends = np.cumsum(np.bincount(self.curve))[:-1]
         points_of_curves = np.split(by_value, ends)
@@ -130,13 +141,7 @@ class Measurements:
 
         rows = sorted(range(len(points_of_curves)), key=content)
         points = np.concatenate([points_of_curves[row] for row in rows])
-        sizes = [len(points_of_curves[row]) for row in rows]
-        return Measurements(
-            conditions=self.conditions[rows],
-            curve=np.repeat(np.arange(len(rows)), sizes),
-            slip=self.slip[points],
-            mu=self.mu[points],
-        )
+        return np.array(rows, dtype=np.int64), points
 
     def of_curves(self, rows: IndexArray) -> "Measurements":
         """The points of some curves, which are numbered anew in their old order."""

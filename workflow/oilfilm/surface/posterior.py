@@ -27,17 +27,28 @@ _JITTER = 1e-10
 
 @dataclass(frozen=True)
 class LeftOut:
-    """The coordinates of one condition, as all other conditions predict them.
+    """The coordinates of a group of curves, as all other curves predict them.
 
     Attributes:
         coordinates: Indices of the coordinates.
-        error: Measured less predicted, shape (coordinates,).
-        covariance: Covariance of the error, shape (coordinates, coordinates).
+        precision: Their block of K^-1, shape (coordinates, coordinates).
+        weights: Their part of K^-1 y, shape (coordinates,).
     """
 
     coordinates: IndexArray
-    error: FloatArray
-    covariance: FloatArray
+    precision: FloatArray
+    weights: FloatArray
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Covariance of the error, shape (coordinates, coordinates)."""
+        inverse = scipy.linalg.inv(self.precision)
+        return np.asarray((inverse + inverse.T) / 2)
+
+    @property
+    def error(self) -> FloatArray:
+        """Measured less predicted, shape (coordinates,)."""
+        return self.covariance @ self.weights
 
 
 class Posterior(Protocol):
@@ -130,7 +141,7 @@ class DensePosterior:
         inverse = self._solved(np.eye(len(self.weights)))
         for coordinates in coordinates_by_group(self.covariance.curves.curve, group):
             block = inverse[np.ix_(coordinates, coordinates)]
-            yield _left_out(coordinates, block, self.weights[coordinates])
+            yield LeftOut(coordinates, block, self.weights[coordinates])
 
     def freedom_of_law(self) -> tuple[FloatArray, FloatArray]:
         """See `Posterior`."""
@@ -219,7 +230,7 @@ class NystromPosterior:
             half = scipy.linalg.solve_triangular(precision_factor, weighted.T, lower=True)
             departure = self.covariance.curves.departure[coordinates]
             weights = own_inverse @ (departure - stacked @ mean)
-            yield _left_out(coordinates, own_inverse - half.T @ half, weights)
+            yield LeftOut(coordinates, own_inverse - half.T @ half, weights)
 
     def freedom_of_law(self) -> tuple[FloatArray, FloatArray]:
         """See `Posterior`."""
@@ -275,9 +286,3 @@ def _rows_by_group(group: IndexArray) -> list[IndexArray]:
     """Rows of each group."""
     order = np.argsort(group, kind="stable")
     return np.split(order, np.cumsum(np.bincount(group))[:-1])
-
-
-def _left_out(coordinates: IndexArray, block: FloatArray, weights: FloatArray) -> LeftOut:
-    """What the others predict, from a block of the inverse covariance and K^-1 y."""
-    covariance = scipy.linalg.inv(block)
-    return LeftOut(coordinates, covariance @ weights, (covariance + covariance.T) / 2)
