@@ -134,7 +134,7 @@ def test_no_interval_is_given_without_support(fitted):
 
 
 def test_a_large_campaign_agrees_with_the_dense_surface(measured, law, fitted, monkeypatch):
-    monkeypatch.setattr(surface_module, "_LARGEST_DENSE", 5)
+    monkeypatch.setattr(surface_module, "LARGEST_DENSE", 5)
     large = fit_surface(measured, law)
     one, other = large.predict(NEW, NEW_SLIP), fitted.predict(NEW, NEW_SLIP)
     # all conditions are inducing, so that only the jitter differs

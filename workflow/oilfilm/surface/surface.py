@@ -22,7 +22,7 @@ from oilfilm.surface.support import SlipCoverage, support_codes
 from oilfilm.surface.threads import with_one_blas_thread
 
 # Above this number of curves, conditions that are far from each other stand for all.
-_LARGEST_DENSE = 150
+LARGEST_DENSE = 150
 _INDUCING_CONDITIONS = 60
 # The sizes of a large campaign come from so many curves.
 _CURVES_FOR_SIZES = 90
@@ -87,6 +87,7 @@ class Surface:
         slips: The tested slips.
         measurements: The points, in canonical order.
         verdict: What the measurements say of the law.
+        misfit_covariance: Covariance of the curves without the caution of intervals.
     """
 
     law: FreeLaw
@@ -95,6 +96,7 @@ class Surface:
     slips: SlipCoverage
     measurements: Measurements
     verdict: LawVerdict
+    misfit_covariance: CurveCovariance
 
     @with_one_blas_thread
     def log_mu(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -193,13 +195,15 @@ def fit_surface(
     if len(sample.conditions) < len(ordered.conditions):
         curves = reduced(ordered, law, log_mu, zero_sd, box)
     posterior, covariance = _posterior(curves, box, cautious)
+    misfit_posterior, misfit_covariance = _posterior(curves, box, of_misfit)
     return Surface(
         law=law,
         posterior=posterior,
         covariance=covariance,
         slips=SlipCoverage.of(ordered),
         measurements=ordered,
-        verdict=_verdict(law, curves, box, of_misfit),
+        verdict=_verdict(law, misfit_posterior, misfit_covariance),
+        misfit_covariance=misfit_covariance,
     )
 
 
@@ -242,18 +246,21 @@ def _posterior(
 ) -> tuple[Posterior, CurveCovariance]:
     """The posterior of curves: exact where they are few."""
     covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
-    if len(curves.conditions) <= _LARGEST_DENSE:
+    if len(curves.conditions) <= LARGEST_DENSE:
         return DensePosterior(covariance), covariance
     chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)
     inducing = np.flatnonzero(np.isin(curves.curve, chosen))
     return NystromPosterior(covariance, inducing), covariance
 
 
-def _verdict(
-    law: FreeLaw, curves: ReducedCurves, box: ConditionBox, logarithms: FloatArray
-) -> LawVerdict:
-    """What the measurements say of the law, without the caution of intervals."""
-    posterior, covariance = _posterior(curves, box, logarithms)
+def _verdict(law: FreeLaw, posterior: Posterior, covariance: CurveCovariance) -> LawVerdict:
+    """What the measurements say of the law.
+
+    Args:
+        law: The law.
+        posterior: The departure from the law, without the caution of intervals.
+        covariance: Covariance of the curves.
+    """
     change, spread = posterior.freedom_of_law()
     count = np.count_nonzero(law.free)
     constants = law.constants[law.free] + CONSTANT_SD * change[:count]
@@ -271,7 +278,7 @@ def _sample(ordered: Measurements) -> Measurements:
     canonical order, so that repeated runs show the effects of runs.
     """
     curves = len(ordered.conditions)
-    if curves <= _LARGEST_DENSE:
+    if curves <= LARGEST_DENSE:
         return ordered
     chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
     next_ones = np.minimum(chosen + 1, curves - 1)
