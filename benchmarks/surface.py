@@ -13,11 +13,13 @@ the same errors. The columns:
     answered     share of points with support
     s            seconds per fit
 
-    python benchmarks/surface.py                     (24 and 12 runs, 8 truths, one seed; 1 minute)
+    python benchmarks/surface.py                     (24 and 12 runs, 8 truths, one seed)
     python benchmarks/surface.py all [seeds]         (ten designs, 11 truths)
     python benchmarks/surface.py gaps [seeds]        (slips between and beyond the tested ones)
     python benchmarks/surface.py shapes [seeds]      (bad curves that are named, good ones too)
     python benchmarks/surface.py scale               (time and memory over the number of runs)
+
+Takes 1 minute; `all` takes 5, `shapes` and `scale` 3.
 """
 
 import sys

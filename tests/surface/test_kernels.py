@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.special
@@ -11,7 +13,7 @@ from oilfilm.surface.kernels import (
 )
 
 RANDOM = np.random.default_rng(3)
-SIZES = DepartureSizes(0.4, np.array([0.5, 0.7, 0.9]), 0.3, 1.4, np.array([0.8, 1.1, 0.6]))
+SIZES = DepartureSizes(0.4, np.array([0.5, 0.7, 0.9]), 0.3, 1.4, np.array([0.8, 1.1, 0.6]), 0.5)
 NAMES = ("kappa", "main_0", "main_1", "main_2", "interaction", "length_0", "length_1", "length_2")
 
 
@@ -27,6 +29,7 @@ def kernel(logarithms=NO_CHANGE, level_counts=(3, 2, 4)):
         SIZES.interaction * factors[4],
         SIZES.slip_length,
         SIZES.lengths * factors[5:],
+        SIZES.slip_trend,
     )
     return ConditionKernel(box, sizes)
 
@@ -62,7 +65,7 @@ def test_variance_is_the_sum_of_both_factors_of_a_row_with_itself():
 
 
 def test_a_condition_with_two_levels_keeps_its_bend_where_the_law_is_exact():
-    exact = DepartureSizes(1e-9, SIZES.main, SIZES.interaction, SIZES.slip_length, SIZES.lengths)
+    exact = replace(SIZES, kappa=1e-9)
     box = kernel().box
     two_levels = ConditionKernel(box, exact)
     middle, level = np.zeros((1, 3)), np.array([[0.0, 0.15, 0.0]])

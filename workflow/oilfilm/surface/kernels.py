@@ -1,8 +1,10 @@
 """Covariance of the departure of ln mu from a law, over slip and conditions.
 
-    k = C_E(x, x') + C_G(x, x') M(t, t')
+    k = w(t) w(t') (C_E(x, x') + C_G(x, x') M(t, t'))
 
-with t the scaled slip, x the scaled conditions about the middle of the tested box and M Matern-5/2:
+with t the scaled slip, x the scaled conditions about the middle of the tested box, M Matern-5/2 and
+w = r^((t - t_m)/t_r). r is the size at a slip of 0.3 over that at rolling: at low slip traction
+follows the viscosity, and a law misses more of it.
 
     C_E = A + B/2,   C_G = (A + B)/2
     A = kappa^2 (4 + sum x_d x_d' + sum x_d x_e x_d' x_e')
@@ -20,11 +22,13 @@ import numpy as np
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import LogNormal
+from oilfilm.surface.measurements import scaled_slip
 
 # Standard deviation of ln mu in the middle between two levels of P, U and T: the bends of oils.
 _BEND_SD = (0.05, 0.03, 0.08)
 _LEVELS_THAT_SHOW_A_BEND = 3
 _CONDITIONS = 3
+_TREND_SLIP = 0.3
 # Variance of the constant part over that of the linear part.
 _CONSTANT_VARIANCE = 4.0
 
@@ -32,6 +36,7 @@ MAIN_EFFECT = LogNormal(0.5, 1.0, 0.02, 10.0)
 INTERACTION = LogNormal(0.3, 1.0, 0.02, 10.0)
 # The longest lengths are about half the range of slips and twice that of conditions: with longer
 # ones a departure would be rigid, and no departure between the tested points could be expected.
+SLIP_TREND = LogNormal(0.5, 0.7, 0.1, 2.0)
 SLIP_LENGTH = LogNormal(1.5, 0.4, 0.3, 2.5)
 CONDITION_LENGTH = LogNormal(1.0, 0.5, 0.15, 3.0)
 
@@ -65,6 +70,7 @@ class DepartureSizes:
         interaction: Size of the interaction, in units of kappa.
         slip_length: Length over the scaled slip.
         lengths: Lengths over the scaled P, U and T, shape (3,).
+        slip_trend: r, the size at a slip of 0.3 over that at rolling.
     """
 
     kappa: float
@@ -72,6 +78,16 @@ class DepartureSizes:
     interaction: float
     slip_length: float
     lengths: FloatArray
+    slip_trend: float
+
+    def over_slip(self, scaled: FloatArray) -> FloatArray:
+        """w, the size at each scaled slip over that in the middle."""
+        return self.slip_trend ** trend_exponent(scaled)
+
+
+def trend_exponent(scaled: FloatArray) -> FloatArray:
+    """Power of the trend at each scaled slip: -1/2 at rolling, 1/2 at a slip of 0.3."""
+    return np.asarray(scaled / scaled_slip(np.array(_TREND_SLIP)) - 0.5)
 
 
 @dataclass(frozen=True)

@@ -85,9 +85,12 @@ def smooth_covariance(
     level_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
     distance = np.subtract.outer(left.slips, right.slips)
     correlation = matern(distance / covariance.sizes.departure.slip_length)
+    left_size = covariance.sizes.departure.over_slip(left.slips)
+    right_size = covariance.sizes.departure.over_slip(right.slips)
+    correlation *= np.outer(left_size, right_size)
     over_slip = (right.weights @ (left.weights @ correlation).T).T
     expanded = np.ix_(left.row, right.row)
-    level = np.outer(left.level, right.level)
+    level = np.outer(left.weights @ left_size, right.weights @ right_size)
     departure = level_factor[expanded] * level + slip_factor[expanded] * over_slip
     return departure + left.law_slopes @ right.law_slopes.T
 
@@ -95,7 +98,8 @@ def smooth_covariance(
 def smooth_variance(covariance: CurveCovariance, places: Coordinates) -> FloatArray:
     """Variance of the smooth part at points before the data, shape (points,)."""
     of_law = np.sum(places.law_slopes**2, axis=1)
-    return covariance.kernel.variances(places.conditions) + of_law
+    size = covariance.sizes.departure.over_slip(places.slips)
+    return size**2 * covariance.kernel.variances(places.conditions) + of_law
 
 
 def coordinates_by_group(curves_of_coordinates: IndexArray, group: IndexArray) -> list[IndexArray]:

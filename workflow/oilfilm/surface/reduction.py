@@ -55,11 +55,6 @@ class Coordinates:
     weights: scipy.sparse.csr_array
     law_slopes: FloatArray
 
-    @property
-    def level(self) -> FloatArray:
-        """Value of each coordinate for a surface that is 1 everywhere, shape (coordinates,)."""
-        return np.asarray(self.weights @ np.ones(len(self.slips)), dtype=float)
-
 
 def at_points(
     law: FreeLaw, box: ConditionBox, conditions: FloatArray, slip: FloatArray
@@ -102,7 +97,6 @@ class ReducedCurves:
         conditions: Centred conditions of each curve, shape (curves, 3).
         slips: Scaled slips without repeats, shape (slips,).
         to_slips: V' as weights of `slips`, shape (coordinates, slips).
-        level: V' of a constant, shape (coordinates,).
         departure: V' of ln mu less that of the law, shape (coordinates,).
         law_slopes: V' of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
         effects: V' of the design of the effects of runs, shape (coordinates, effects).
@@ -114,7 +108,6 @@ class ReducedCurves:
     conditions: FloatArray
     slips: FloatArray
     to_slips: scipy.sparse.csr_array
-    level: FloatArray
     departure: FloatArray
     law_slopes: FloatArray
     effects: FloatArray
@@ -223,7 +216,6 @@ def reduced(
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
         to_slips=scipy.sparse.csr_array(vectors.T @ selector),
-        level=vectors.T @ np.ones(points),
         departure=coordinates,
         law_slopes=vectors.T @ slopes_of_law(law, box, conditions, slip),
         effects=vectors.T @ effect_design(log_mu, conditions, slip),

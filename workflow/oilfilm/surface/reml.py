@@ -21,11 +21,13 @@ from oilfilm.surface.kernels import (
     INTERACTION,
     MAIN_EFFECT,
     SLIP_LENGTH,
+    SLIP_TREND,
     ConditionBox,
     ConditionKernel,
     DepartureSizes,
     matern,
     matern_slope,
+    trend_exponent,
 )
 from oilfilm.surface.reduction import ReducedCurves
 
@@ -60,6 +62,7 @@ class Sizes:
             interaction=values[9],
             slip_length=values[10],
             lengths=values[11:14],
+            slip_trend=values[14],
         )
         return cls(effects=values[:4], noise=values[4], departure=departure)
 
@@ -68,14 +71,15 @@ def size_names() -> tuple[str, ...]:
     """Names of the sizes, in the order in which they are searched."""
     mains = ("main_0", "main_1", "main_2")
     lengths = ("length_0", "length_1", "length_2")
-    return (*EFFECTS, "noise", "kappa", *mains, "interaction", "slip_length", *lengths)
+    departure = ("kappa", *mains, "interaction", "slip_length", *lengths, "slip_trend")
+    return (*EFFECTS, "noise", *departure)
 
 
 def priors(errors: RunErrorSizes, kappa: LogNormal) -> tuple[LogNormal, ...]:
     """What is known of each size before the data, in the order of `size_names`."""
     mains = (MAIN_EFFECT,) * 3
     lengths = (CONDITION_LENGTH,) * 3
-    return (*errors.in_order(), kappa, *mains, INTERACTION, SLIP_LENGTH, *lengths)
+    return (*errors.in_order(), kappa, *mains, INTERACTION, SLIP_LENGTH, *lengths, SLIP_TREND)
 
 
 @dataclass(frozen=True)
@@ -97,9 +101,14 @@ class CurveCovariance:
         """Covariance over conditions."""
         return ConditionKernel(self.box, self.sizes.departure)
 
-    def over_slip(self) -> FloatArray:
-        """Correlation over slip of the coordinates."""
-        return self.curves.over_slip(matern(self.slip_distances()))
+    def level(self) -> FloatArray:
+        """Coordinates of w, the size of the departure over slip."""
+        return self.curves.to_slips @ self.sizes.departure.over_slip(self.curves.slips)
+
+    def over_slip(self, correlations: FloatArray) -> FloatArray:
+        """Covariance of the coordinates from correlations of the slips, with the size over slip."""
+        size = self.sizes.departure.over_slip(self.curves.slips)
+        return self.curves.over_slip(correlations * np.outer(size, size))
 
     def slip_distances(self) -> FloatArray:
         """Distances of the scaled slips over the length, shape (slips, slips)."""
@@ -110,8 +119,9 @@ class CurveCovariance:
         """The covariance, shape (coordinates, coordinates)."""
         curves = self.curves
         level_factor, slip_factor = self.kernel.factors(curves.conditions, curves.conditions)
-        covariance = self._expanded(level_factor) * np.outer(curves.level, curves.level)
-        covariance += self._expanded(slip_factor) * self.over_slip()
+        level = self.level()
+        covariance = self._expanded(level_factor) * np.outer(level, level)
+        covariance += self._expanded(slip_factor) * self.over_slip(matern(self.slip_distances()))
         covariance += curves.law_slopes @ curves.law_slopes.T
         same_run = curves.curve[:, np.newaxis] == curves.curve
         scaled = curves.effects * self.sizes.effects
@@ -126,8 +136,10 @@ class CurveCovariance:
             weight: Symmetric, shape (coordinates, coordinates).
         """
         curves = self.curves
-        level_weight = self._summed(weight * np.outer(curves.level, curves.level))
-        slip_weight = self._summed(weight * self.over_slip())
+        level = self.level()
+        correlations = matern(self.slip_distances())
+        level_weight = self._summed(weight * np.outer(level, level))
+        slip_weight = self._summed(weight * self.over_slip(correlations))
         by_name = {}
         for number, name in enumerate(EFFECTS):
             column = curves.membership.multiply(curves.effects[:, number, np.newaxis])
@@ -136,10 +148,15 @@ class CurveCovariance:
         by_name["noise"] = 2 * self.sizes.noise**2 * np.trace(weight)
         for name, (level_slope, slip_slope) in self.kernel.slopes(curves.conditions).items():
             by_name[name] = np.sum(level_weight * level_slope) + np.sum(slip_weight * slip_slope)
-        _, slip_factor = self.kernel.factors(curves.conditions, curves.conditions)
-        slope_over_slip = curves.over_slip(matern_slope(self.slip_distances()))
-        expanded = self._expanded(slip_factor)
-        by_name["slip_length"] = np.einsum("ij,ij,ij->", weight, expanded, slope_over_slip)
+        level_factor, slip_factor = self.kernel.factors(curves.conditions, curves.conditions)
+        weighted = weight * self._expanded(slip_factor)
+        by_length = self.over_slip(matern_slope(self.slip_distances()))
+        by_name["slip_length"] = np.vdot(weighted, by_length)
+        exponent = trend_exponent(curves.slips)
+        by_trend = self.over_slip(correlations * np.add.outer(exponent, exponent))
+        level_by_trend = curves.to_slips @ (exponent * self.sizes.departure.over_slip(curves.slips))
+        of_level = level @ (weight * self._expanded(level_factor)) @ level_by_trend
+        by_name["slip_trend"] = np.vdot(weighted, by_trend) + 2 * of_level
         return np.array([by_name[name] for name in size_names()])
 
     def _expanded(self, of_curves: FloatArray) -> FloatArray:
