@@ -237,7 +237,7 @@ def certified(problem: Problem, data: CurveData) -> float:
     verdict = certify(problem, optima, errors, CONFIG.fit)
     seconds = time.perf_counter() - start
     if not verdict["certified"]:
-        print(verdict["certificate"])
+        print(verdict["doubts"])
     return seconds
 
 

@@ -4,7 +4,7 @@ The paper does not say which algorithm it used, nor its settings or bounds. This
 its defaults (`genetic` of fit.py), once on the raw constants within generous bounds and once on the
 logarithms and bounds that our search has. The points are the demonstration's matrix, simulated with
 a fixed seed (`task` of fit.py). `make bench NAME=genetic` writes
-its table of the ends and prints the tables of docs/explanation/method.md.
+its table of the ends and prints the tables of docs/study/genetic-algorithm.md.
 
     python benchmarks/genetic.py [seeds]
 

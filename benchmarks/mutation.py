@@ -28,7 +28,7 @@ from cosmic_ray.plugins import get_operator, operator_names
 ROOT = Path(__file__).parents[1]
 # All modules of a room get faults, but not its drawings, which are compared as pictures. All quick
 # tests of the room look for them, with the examples of its docstrings.
-ROOMS = ("physics", "bearing", "logs", "curation", "fits", "torque", "paper")
+ROOMS = ("physics", "bearing", "logs", "curation", "fits", "torque", "deng2026_study")
 # A test that takes so long has seen that something is wrong.
 LONGEST_S = 300
 # All that tests import and that no fault is in: imported once, for every run that is forked off.
@@ -137,7 +137,8 @@ def seen(tree: Path, tests: list[str]) -> bool:
 
 def score(tree: Path, room: str, count: int) -> None:
     """Print which faults of a room its tests do not see, and how many they see."""
-    library = tree / "workflow/oilfilm" / room
+    beside = tree / "workflow" / room
+    library = beside if beside.is_dir() else tree / "workflow/oilfilm" / room
     modules = [each for each in sorted(library.rglob("*.py")) if each.parent.name != "figures"]
     files = [f"tests/{room}", str(library)]
     start = time.process_time() + sum(os.times()[2:4])

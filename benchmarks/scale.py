@@ -305,12 +305,12 @@ def report(rows: list[Row]) -> Iterator[str]:
                 f"- {runs:,} {campaign.replace('oils', 'short logs')}: dry run {dry[runs]:.1f} s "
                 f"of CPU; kB per run: {', '.join(sizes)}."
             )
-    # rows of an earlier version have two steps for what is one now
-    steps = ("ingest", "curate", "points")
-    of_long = {step: series(rows, "long logs", step, "mib") for step in steps}
-    if any(of_long.values()):
+    # parts of the step `points` that an earlier version had as steps: "points: ingest"
+    steps = [step for step in steps_of(rows, "long logs") if step.startswith("points")]
+    if steps:
+        largest = [max(series(rows, "long logs", step, "mib").values()) for step in steps]
         memory = ", ".join(
-            f"{step} {max(of.values()):.0f} MiB" for step, of in of_long.items() if of
+            f"`{step}` {mib:.0f} MiB" for step, mib in zip(steps, largest, strict=True)
         )
         yield f"- Long logs: {memory}."
 

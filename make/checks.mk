@@ -12,7 +12,7 @@ docs-links: $(DOCS) ## whether the addresses that the documentation names still 
 .PHONY: findings
 findings: $(DEV) ## run demo, thermal and etm-slim; are the numbers of README, findings and bearing those of the runs?
 	for campaign in demo thermal etm-slim; do $(IN_VENV) $(BIN)/snakemake --config campaign=$$campaign || exit 1; done
-	$(IN_VENV) $(BIN)/python tests/helpers/findings.py
+	$(IN_VENV) $(BIN)/python tests/deng2026_study/findings.py
 
 .PHONY: verify
 verify: $(DEV) ## the demonstration twice, in other surroundings each: the same bytes (10 min)
@@ -40,3 +40,12 @@ audit: $(AUDITED) ## known weaknesses: bandit, zizmor, licences; advisories, if 
 	$(AUDIT)/bin/zizmor --offline --quiet --persona=pedantic .github/workflows docs/nightly/github-self-hosted.yml
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/python tests/lint/advisories.py $(AUDIT)/bin/pip-audit
+
+# The packages beside oilfilm, with their tests. Whoever needs none of them may delete these.
+BESIDE := workflow/deng2026_study workflow/simulated_lab tests/deng2026_study tests/simulated_lab
+
+.PHONY: apart
+apart: ## the tests in a copy of the last commit without the packages beside oilfilm (5 min)
+	folder=$$(mktemp -d) && git clone --quiet . "$$folder" && cd "$$folder" && rm -r $(BESIDE) && \
+	sed 's/^campaign: demo/campaign: etm-slim/' config/config.yaml > config.new && \
+	mv config.new config/config.yaml && $(MAKE) schemas && $(MAKE) test

@@ -12,12 +12,21 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import pytest
 from hypothesis import HealthCheck, settings
 
-from campaigns import ETM, REAL_PCS, ROOT, Campaign, carry_through, made_once, printed
+from campaigns import (
+    ETM,
+    LABORATORY,
+    REAL_PCS,
+    ROOT,
+    Campaign,
+    carry_through,
+    made_once,
+    printed,
+    simulator,
+)
 from oilfilm import tables
 from oilfilm.logs.raw_files import raw_files
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from simulated_lab.simulate import simulate_campaign
 
 # Collecting the tests imports a thousand modules: with fewer searches for cycles, a tenth faster.
 gc.set_threshold(50_000)
@@ -37,18 +46,27 @@ settings.load_profile("quick")
 
 @pytest.fixture(scope="session")
 def config() -> Settings:
+    """Settings of a laboratory's campaign, which needs no package beside oilfilm."""
+    return resolve(LABORATORY, {})
+
+
+@pytest.fixture(scope="session")
+def demo_config() -> Settings:
+    """Settings of the demonstration, which belongs to a study."""
+    pytest.importorskip("deng2026_study")
+    simulator()
     return resolve(ROOT / "config", {"campaign": "demo"})
 
 
 @pytest.fixture(scope="session")
-def demo(config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Campaign:
+def demo(demo_config: Settings, tmp_path_factory: pytest.TempPathFactory) -> Campaign:
     """The whole demonstration campaign, simulated and curated once for all workers."""
-    return made_once("demo", lambda folder: simulated(config, folder), tmp_path_factory)
+    return made_once("demo", lambda folder: simulated(demo_config, folder), tmp_path_factory)
 
 
 def simulated(config: Settings, folder: Path) -> Campaign:
     truth = []
-    for run, content, rows in simulate_campaign(config, printed()):
+    for run, content, rows in simulator().simulate_campaign(config, printed()):
         (folder / run.name).write_bytes(content)
         truth += rows
     files = sorted(path.name for path in folder.iterdir())

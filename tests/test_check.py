@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bad_logs import good
-from campaigns import ROOT, read_campaign, write_campaign
+from campaigns import LABORATORY, ROOT, laboratory_campaign, write_campaign
 from command_line import printed_objects
 from damages import SOUND
 from oilfilm.cli import main
@@ -29,7 +29,7 @@ def test_columns_and_set_points_are_shown(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A log in kgf, degF and 1/min with German names, in Windows-1252; a cell is missing."""
-    planted, campaign = good(), read_campaign(ROOT, "demo")
+    planted, campaign = good(), laboratory_campaign()
     logged = {
         "time": ("Zeit [s]", planted["time"]),
         "load": ("Prüfkraft [kgf]", planted["load"] / N_PER_KGF),
@@ -80,13 +80,13 @@ def test_columns_and_set_points_are_shown(
 
 def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     # a project may have the name of its campaign
-    demo = tmp_path / "demo"
-    logs = {"traction": demo / "april/a.csv", "torque": demo / "demo-torque/b.csv"}
+    project = tmp_path / "laboratory"
+    logs = {"traction": project / "april/a.csv", "torque": project / "laboratory-torque/b.csv"}
     for kind, path in logs.items():
         path.parent.mkdir(parents=True)
         path.write_bytes(SOUND[kind].text())
     # a folder is checked with all its subfolders
-    traction, torque = checked(capsys, tmp_path / "demo", *CONFIG)
+    traction, torque = checked(capsys, project, "--config", LABORATORY)
     assert (traction["rig_kind"], torque["rig_kind"]) == ("traction", "torque")
     assert (traction["verdict"], torque["verdict"]) == ("accepted", "accepted")
     (run,) = torque["runs"]
@@ -100,21 +100,23 @@ def test_folder_says_the_campaign_of_logs(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     shutil.copytree(ROOT / "config", tmp_path / "config")
-    write_campaign(tmp_path, "june", read_campaign(ROOT, "demo"))
+    for name in ("june", "july"):
+        write_campaign(tmp_path, name, laboratory_campaign())
+    (tmp_path / "config/config.yaml").write_text("campaign: july\n", encoding="utf-8")
     where = ["--config", str(tmp_path / "config")]
-    logs = {name: tmp_path / f"data/raw/{name}/a.csv" for name in ("june", "demo", "elsewhere")}
+    logs = {name: tmp_path / f"data/raw/{name}/a.csv" for name in ("june", "july", "elsewhere")}
     for path in logs.values():
         path.parent.mkdir(parents=True)
         path.write_bytes(b"no log")
-    for name, campaign in (("june", "june"), ("elsewhere", "demo")):
+    for name, campaign in (("june", "june"), ("elsewhere", "july")):
         (log,) = checked(capsys, logs[name], *where)
         assert log["campaign"] == campaign
     seen = FirstSeen("june", folder=tmp_path / "data/first_seen")
     seen.check_and_add(dict.fromkeys(["data/raw/june/a.csv", "data/raw/june/b.csv"], "0" * 64), [])
     assert main(["check", str(logs["june"]), *where]) == 1
     assert "earlier run has read are gone: data/raw/june/b.csv." in capsys.readouterr().err
-    assert main(["check", str(logs["june"]), str(logs["demo"]), *where]) == 2
-    assert "the logs are of the campaigns demo and june" in capsys.readouterr().err
+    assert main(["check", str(logs["june"]), str(logs["july"]), *where]) == 2
+    assert "the logs are of the campaigns july and june" in capsys.readouterr().err
 
 
 def test_page_shows_what_is_printed(

@@ -49,20 +49,6 @@ def test_prediction_has_its_interval(results: Path, capsys: pytest.CaptureFixtur
     assert "OUTSIDE" not in output
 
 
-def test_printed_constants_need_no_results(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    words = [word for option in AT.items() for word in option]
-    assert main(["predict", "--printed", "--oil", "4102", *words]) == 0
-    output = capsys.readouterr().out
-    true = float(traction_coefficient(printed()["4102"], 1.2, 30.0, 70.0, 0.05))
-    assert f"mu = {true:.5f}, no interval" in output
-    assert "constants as the paper prints them" in output
-    assert main(["predict", "--printed", "--oil", "own", *words]) == 2
-    assert "the paper prints no constants of 'own'" in capsys.readouterr().err
-
-
 def test_prediction_mistakes_are_told(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for changed, message in (
         ({"temperature": "-70"}, "inlet_temperature_c above zero"),

@@ -5,7 +5,6 @@ Beside it: what each tool computes from its export (`exports/test_exports.py` an
 above the limit (`torque/test_bearing_torque.py`).
 """
 
-import io
 import json
 import runpy
 import shutil
@@ -15,16 +14,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from openpyxl import load_workbook
 
 import oilfilm
 from browsers import CHROMIUM, QUIET
-from campaigns import REFERENCE
-from deng2026_study.study import describe_printed
+from exported import describe_law
 from known_laws import known_law
 from oilfilm.api.arrays import ArrayFit
 from oilfilm.cli import main
-from oilfilm.exports.campaign import adore_rows, workbook
+from oilfilm.exports.campaign import adore_rows
 from oilfilm.fits.fitted import Prediction
 from oilfilm.report.sections.build import answer
 from oilfilm.settings.resolved import Settings
@@ -179,24 +176,11 @@ def test_card_of_the_report_is_marked(asked: Asked, config: Settings) -> None:
     (row,) = answer(results.replace(fit_quality=quality), config).tables[0].rows
     assert "not tested there" in row[2]
 
-
-def test_open_signs_go_with_printed_constants(config: Settings, asked: Asked) -> None:
-    point = (1.5, 40.0, 120.0, 0.01)
-    lost = "the signs of B1, B2, C2, C3 were lost and are open"
-    text = asked.command("predict", "--printed", "--oil", "4010", *words_of(point))
-    assert lost in text
-    ends = text.partition("over the open signs mu is ")[2].split()[:3:2]
-    # worked out apart from this code
-    np.testing.assert_allclose(list(map(float, ends)), [0.0018, 0.0157], atol=5e-5)
-    described = describe_printed(REFERENCE, config.printed.boxes.tested, config.exports)
-    (of_4010,) = (each for each in described if each.oil == "4010")
-    sheet = load_workbook(io.BytesIO(workbook(of_4010)))["mu"]
-    assert any(lost in str(cell.value) for row in sheet.iter_rows() for cell in row)
     # the other exports: tests/deng2026_study/test_printed.py
 
 
 def test_form_of_adore_is_marked(config: Settings) -> None:
-    first, *_ = describe_printed(REFERENCE, config.printed.boxes.tested, config.exports)
+    first = describe_law(config, "deng2026")
     at = dict(zip(CONDITIONS, (1.2, 30.0, 50.0), strict=True))
     points = (at, {**at, "entrainment_speed_m_s": 150.0})
     rows = adore_rows(replace(first, adore_points=points))

@@ -1,15 +1,21 @@
 """Writes 13 simulated logs of a rig into a folder `logs`, for the tutorial "Your first CSV".
 
-The truth is the printed law of oil 4102. One log has a planted fault.
+The truth is the law `deng2026` with constants that were published for oil 4102. One log has a
+planted fault.
 """
 
 from pathlib import Path
 
 import numpy as np
 
-import deng2026_study
+import oilfilm
 
 BALL_RADIUS_M, DISC_RADIUS_M = 0.010, 0.040
+CONSTANTS = [
+    *(-0.01567792, 1.6654, -0.5014, -0.1065),  # A0 to A3
+    *(0.63482685, 1.2727, -0.4139, -1.2181),  # B0 to B3
+    *(24.43483717, 0.3964, 0.1591, -0.7121),  # C0 to C3
+]
 LOAD_N = {1.0: 42.1, 1.5: 142.1}
 HEAD = "Time (s),Normal Force (N),Friction Force (N),Ball (rpm),Disc (rpm),Oil Temp (degC)"
 
@@ -20,9 +26,9 @@ def one_log(pressure_gpa: float, speed_m_s: float, temperature_c: float, seed: i
     levels = np.concatenate([[0.0], np.linspace(0.0, 0.3, 16), [0.0]])
     slip = np.repeat(levels, 200)  # 4 s each at 50 Hz
     time_s = np.arange(len(slip)) / 50
-    law = deng2026_study.printed("4102")
     pressure = pressure_gpa * (1 + random.normal(0, 0.005))
-    mu = law.predict_at(pressure, speed_m_s, temperature_c, slip).traction_coefficient
+    traction = oilfilm.predict("deng2026", CONSTANTS, pressure, speed_m_s, temperature_c, slip)
+    mu = traction.traction_coefficient
     ball_rpm = speed_m_s * (1 - slip / 2) / BALL_RADIUS_M * 30 / np.pi
     disc_rpm = speed_m_s * (1 + slip / 2) / DISC_RADIUS_M * 30 / np.pi
     exact = [

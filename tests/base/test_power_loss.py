@@ -112,8 +112,8 @@ from oilfilm.releases.release import make_release
 from oilfilm.settings.resolve import resolve
 from oilfilm import tables
 from releases import made, made_now, project
-from campaigns import ROOT
-settings = resolve(ROOT / "config", {"campaign": "demo"})
+from campaigns import LABORATORY
+settings = resolve(LABORATORY, {})
 run = made(project(Path("project")), settings, {"a.csv": b"1"}, {"runs": tables.empty("runs")})
 made_now(run)
 make_release(run, Path("promised"))

@@ -125,7 +125,7 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
     log = [("log", bad_logs.csv(values))]
     points = check_logs(log, bad_logs.CONFIG).points.query("slide_roll_ratio > 0.02")
     # the plateau of pure rolling alone does not save the run
-    assert set(points["failed_gates"]) == {"no_point_left;transient_not_ended"}
+    assert set(points["failed_gates"]) == {("no_point_left", "transient_not_ended")}
     # 62 rows are left from 0.8 s on; the noise of 0.02 N over 82 N moves a mean by some 1e-4
     steady = decay[80 + 16 : 80 + 78]
     expected = steady[:12].mean() - steady[12:].mean()
@@ -219,7 +219,7 @@ def test_absurd_log_is_one_refused_run(name: str, rows: slice, value: float, ver
 
 
 @pytest.mark.parametrize("start", [660, 1500])
-def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, config: Settings, start: int) -> None:
+def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, start: int) -> None:
     run_id = "4102_P1.25_U25_T070.csv"
     clean = demo.curated.points.query("run_id == @run_id")["slide_roll_ratio"].to_numpy()
     log = (demo.folder / run_id).read_text(encoding="utf-8")
@@ -227,7 +227,7 @@ def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, config: Settings, st
     frame = pd.read_csv(io.StringIO(log), comment="#")
     frame.loc[start : start + 49, "ball_speed_rpm"] *= 0.95
     slipped = header + frame.round(4).to_csv(index=False)
-    points = check_logs([("log.csv", slipped.encode())], config).points
+    points = check_logs([("log.csv", slipped.encode())], demo.config).points
     accepted = points[points["accepted"]]
     assert 27 <= len(accepted) < 31
     # each point left is one of the clean log's, to within the errors that it reports

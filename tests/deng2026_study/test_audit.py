@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from claim_evidence import CLAIMS, OILS, claims_of, evidence_of, planted, with_study
 from scipy.optimize import brentq
 
-from campaigns import CLAIMS, REFERENCE, Campaign, printed
-from claim_evidence import OILS, claims_of, evidence_of, planted
+from campaigns import REFERENCE, Campaign, printed
 from deng2026_study.audit import checks
 from deng2026_study.audit.audit import audit, audit_campaign, box, check, refit_evidence
 from deng2026_study.audit.audit import printed_evidence as of_printed
 from deng2026_study.audit.evidence import NotCheckableError, Outcome, View
 from deng2026_study.reference import read_claims
+from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -74,7 +75,9 @@ def test_linear_range_of_an_exponential_ends_by_algebra(judge: Judge, config: Se
     end = brentq(lambda x: (1 - np.exp(-x)) / x - 0.9, 0.01, 1.0) / 30.0
     finding = judge("linear-start", same(B0=1e-9), "tested")
     np.testing.assert_allclose(finding.cases["value"], end, rtol=2e-3)
-    assert finding.numbers["within"] == (1.0 if end >= config.audit.linear_to_slip else 0.0)
+    assert finding.numbers["within"] == (
+        1.0 if end >= study_settings(config).audit.linear_to_slip else 0.0
+    )
     # R2 of x and 1 - exp(-x) at 13 even steps to x = 0.3: 0.998
     assert finding.share == 1.0
 
@@ -83,7 +86,8 @@ def test_linear_range_of_an_exponential_ends_by_algebra(judge: Judge, config: Se
 def test_peak_lies_by_algebra(judge: Judge, config: Settings, slope: float, rate: float) -> None:
     still = {f"{letter}{number}": 0.0 for letter in "ABC" for number in (1, 2, 3)}
     finding = judge("peak-decline", same(B0=slope, C0=rate, **still), "tested")
-    peak, end = 1 / rate + 0.02 / slope, config.printed.boxes.tested.slide_roll_ratio[1]
+    peak = 1 / rate + 0.02 / slope
+    end = study_settings(config).printed.boxes.tested.slide_roll_ratio[1]
     assert finding.numbers["peaks"] == float(peak < end)
     if peak < end:
         of_peak, of_end = (
@@ -98,7 +102,7 @@ def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_not(judge: Judge, config: 
     np.testing.assert_allclose(straight.cases["value"], 1.0, rtol=1e-12)
     assert straight.share == 1.0
     power = judge("rises-with-stress", same(A1=4.0, B1=4.0))
-    pressure = np.linspace(0.8, 2.5, config.audit.levels)
+    pressure = np.linspace(0.8, 2.5, study_settings(config).audit.levels)
     r2 = np.corrcoef(pressure, pressure**4)[0, 1] ** 2
     np.testing.assert_allclose(power.cases["value"], r2, rtol=1e-12)
     assert power.share == 0.0
@@ -153,7 +157,7 @@ def test_claim_about_no_place_is_open(
 ) -> None:
     # with no film thick enough anywhere the thinnest oil is not asked for either
     thick = {"gates": {"lambda_limit": 100}}
-    changed = config.with_changes({"selection": {"limits": limits}, **thick})
+    changed = with_study(config, {"selection": {"limits": limits}}).with_changes(thick)
     (row,) = tables.rows(audit(claims_of(claim), [of_printed(printed(), changed)])["claims"])
     assert (row["verdict"], row["reason_code"]) == ("cannot be checked", "no condition")
 
@@ -281,8 +285,9 @@ def test_prediction_is_judged_at_left_out_ends_and_by_truth(config: Settings, ju
     fits = pd.DataFrame({"oil": ["4102"], "law": "deng2026", **errors}).assign(
         speed_end_out_relative_rms=0.2
     )
+    regions: list[tuple[str, ...]] = [("temperature",)] * 3 + [()]
     truth = pd.DataFrame({"traction_coefficient": [0.0104, 0.02, 0.011, 0.5]}).assign(
-        oil="4102", law="deng2026", true_traction_coefficient=0.01, beyond=["T", "T", "T", ""]
+        oil="4102", law="deng2026", true_traction_coefficient=0.01, beyond=regions
     )
     evidence = evidence_of(printed(), config, fit_quality=fits, extrapolation=truth)
     finding = judge("extrapolates", evidence)

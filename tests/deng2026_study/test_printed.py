@@ -6,12 +6,13 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from claim_evidence import sign_study
 from hypothesis import given
 from hypothesis import strategies as st
 
 import deng2026_study
 import oilfilm
-from campaigns import ROOT, printed, sign_study
+from campaigns import ROOT, printed
 from deng2026_study import printed_constants as signs
 from deng2026_study.printed_constants import (
     LAW,
@@ -22,6 +23,7 @@ from deng2026_study.printed_constants import (
     verdicts,
     where_true,
 )
+from deng2026_study.settings import default_settings, study_settings
 from deng2026_study.study import describe_printed
 from oilfilm import tables
 from oilfilm.base.home import CONFIG
@@ -43,7 +45,7 @@ BOX = {
     "inlet_temperature_c": [20.0, 140.0],
     "slide_roll_ratio": [0.0, 0.3],
 }
-LIMITS = read_config(CONFIG).printed.signs
+LIMITS = default_settings().printed.signs
 SLIPS = [0.05, 0.1, 0.15, 0.2]
 Studied = tuple[pd.DataFrame, pd.DataFrame]
 exponents = st.lists(st.floats(-3, 3), min_size=9, max_size=9)
@@ -225,7 +227,9 @@ def judged(config: Settings, fitted: np.ndarray, points: pd.DataFrame) -> dict[s
     results = CampaignTables.in_memory(
         points=points, coefficients=coefficients.assign(value=fitted), fit_quality=quality
     )
-    (row,) = tables.rows(judge_printed(results, printed(), config.oils, config.printed))
+    (row,) = tables.rows(
+        judge_printed(results, printed(), config.oils, study_settings(config).printed)
+    )
     return row
 
 
@@ -252,7 +256,9 @@ def test_largest_difference_lies_where_the_plateaus_part() -> None:
 
 def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> None:
     oils = ["unrecorded-oil", "4050"]
-    assert judge_printed(CampaignTables.in_memory(), printed(), oils, config.printed).empty
+    assert judge_printed(
+        CampaignTables.in_memory(), printed(), oils, study_settings(config).printed
+    ).empty
 
 
 # ---------------------------------------------------------------- what the lost signs leave open
@@ -297,8 +303,7 @@ def test_printed_law_is_outside_where_the_paper_did_not_test() -> None:
 
 
 def test_every_export_says_how_sure_each_sign_is() -> None:
-    config = read_config(CONFIG)
-    box, forms = config.printed.boxes.tested, config.exports
+    box, forms = default_settings().printed.boxes.tested, read_config(CONFIG).exports
     (described,) = (x for x in describe_printed(REFERENCE, box, forms) if x.oil == "4010")
     verdicts = {each["name"]: each["verdict"] for each in described.constants}
     assert verdicts["A0"] == "printed"

@@ -269,7 +269,7 @@ def test_run_of_unknown_temperature_costs_no_effect_of_temperature(quick: Settin
     fit = fit_oil(points, "4102", quick.fit, SEED)
     rows = fit.coefficients.set_index("constant")
     np.testing.assert_allclose(rows["value"].to_numpy(), printed()["4102"], rtol=1e-5)
-    assert fit.fit_quality["incomplete_curves"].tolist() == ["run004"]
+    assert fit.fit_quality["incomplete_curves"].tolist() == [("run004",)]
 
 
 def test_missing_or_foreign_conditions_are_named(heated: FittedLaw) -> None:

@@ -11,9 +11,11 @@ from scipy.optimize import curve_fit
 from campaigns import Campaign, printed
 from fit_points import LAW, P, T, U, make_points, matrix, polished, problem_of
 from nights import quick_ones
+from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
 from oilfilm.fits import engine
+from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.fit import fit_oil
@@ -68,7 +70,7 @@ def test_refit_recovers_traction_and_constants(
     refitted: dict[str, CampaignTables], oil: str
 ) -> None:
     coefficients, quality = refitted[oil].coefficients, refitted[oil].fit_quality
-    assert quality["certified"].iloc[0], quality["certificate"].iloc[0]
+    assert quality["certified"].iloc[0], quality["doubts"].iloc[0]
     values = coefficients["value"].to_numpy()
     grid = np.meshgrid(P, U, T, np.linspace(0, 0.3, 31))
     true = traction_coefficient(printed()[oil], *grid)
@@ -114,27 +116,39 @@ def test_one_condition_gives_a_curve_but_no_exponents(quick: Settings) -> None:
 @pytest.mark.parametrize(
     ("spoil", "reason"),
     [
-        (lambda frame: frame.head(0), "0 accepted points"),
-        (lambda frame: frame.head(3), "3 accepted points; at least 4 distinct ones"),
-        (lambda frame: frame.assign(inlet_temperature_c=-frame["inlet_temperature_c"]), "zero"),
-        (lambda frame: frame.assign(traction_coefficient=np.nan), "2232 accepted points have no"),
-        (lambda frame: frame.assign(slide_roll_ratio=0.0), "every slide-roll ratio is zero"),
-        (lambda frame: frame.assign(traction_coefficient=0.02), "mu is 0.02 at every point"),
+        (lambda frame: frame.head(0), {"no_fit": "no points"}),
+        (
+            lambda frame: frame.head(3),
+            {"no_fit": "too few points", "distinct_points": 3, "points_needed": 4},
+        ),
+        (
+            lambda frame: frame.assign(inlet_temperature_c=-frame["inlet_temperature_c"]),
+            {"no_fit": "no value"},
+        ),
+        (
+            lambda frame: frame.assign(traction_coefficient=np.nan),
+            {"no_fit": "unknown traction", "unusable_points": 2232},
+        ),
+        (lambda frame: frame.assign(slide_roll_ratio=0.0), {"no_fit": "no slip"}),
+        (lambda frame: frame.assign(traction_coefficient=0.02), {"no_fit": "constant traction"}),
         (
             lambda frame: frame.assign(traction_coefficient=-frame["traction_coefficient"]),
-            "is the sign of the force right",
+            {"no_fit": "no traction"},
         ),
         (
             lambda frame: pd.concat([frame.iloc[[5]]] * 40).assign(first_row=range(40)),
-            "40 accepted points, 1 of them distinct; at least 4",
+            {"no_fit": "too few points", "distinct_points": 1, "points_needed": 4},
         ),
     ],
 )
-def test_unfit_data_end_in_a_verdict(quick: Settings, spoil: Any, reason: str) -> None:
+def test_unfit_data_end_in_a_verdict(quick: Settings, spoil: Any, reason: dict[str, Any]) -> None:
     points = spoil(make_points("4102", matrix()))
     fit = fit_oil(points, "4102", quick.fit, SEED)
     assert not fit.fit_quality["certified"].iloc[0]
-    assert reason in fit.fit_quality["certificate"].iloc[0]
+    (quality,) = tables.rows(fit.fit_quality)
+    assert {name: quality[name] for name in reason} == reason
+    # a sentence is made of every reason
+    assert certificate(quality).startswith("not fitted: ")
     assert fit.coefficients["value"].isna().all()
     assert len(fit.coefficients) == 12
 
@@ -148,10 +162,11 @@ def test_certificate_fails_where_searches_disagree_or_stop_early(quick: Settings
     other = Optimum(off, float(np.sum(task.residual(off) ** 2)))
     alone = certify(task, [other], errors, quick.fit)
     assert not alone["certified"]
-    assert "gradient" in alone["certificate"]
+    assert "gradient" in alone["doubts"]
     two = certify(task, [end, other], errors, quick.fit)
     assert (two["searches_agreeing"], two["certified"]) == (1, False)
-    assert "not certified: 1 of 2 searches agree" in two["certificate"]
+    assert two["doubts"][0] == "searches disagree"
+    assert "1 of 2 searches" in certificate(two | {"no_fit": "", "fixed_conditions": ""})
     assert gradient_cosine(task, other) > gradient_cosine(task, end)
 
 

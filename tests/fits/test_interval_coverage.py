@@ -9,7 +9,6 @@ import scipy
 
 from campaigns import printed
 from fit_points import LAW, polished
-from oilfilm.base.home import CONFIG
 from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
@@ -20,11 +19,9 @@ from oilfilm.fits.uncertainty import (
     robust_covariance,
     robust_draws,
 )
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal
-from simulated_lab.truth import LawTruth, Truth, true_tractions
-from simulated_points import Campaign, spread_conditions
+from simulated_points import Campaign, heated_film_truth, law_truth, spread_conditions
 
 SMALL = np.array(list(itertools.product([1.0, 1.5], [25.0, 32.0, 40.0], [30.0, 100.0])))
 
@@ -35,7 +32,7 @@ def conditions(config: Settings) -> np.ndarray:
 
 
 def campaign(config: Settings, oil: str) -> Campaign:
-    return Campaign(LawTruth(printed()[oil]), config.common_contact())
+    return Campaign(law_truth(oil), config.common_contact())
 
 
 @pytest.mark.no_cover
@@ -89,9 +86,9 @@ def test_draws_of_twelve_runs_do_not_depend_on_signs_that_a_kernel_chooses(
 @pytest.mark.no_cover
 @pytest.mark.parametrize("film", [False, True], ids=["true law", "heated film"])
 def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, film: bool) -> None:
-    truths: dict[str, Truth] = {oil: LawTruth(each) for oil, each in printed().items()}
+    truths = {oil: law_truth(oil) for oil in printed()}
     if film:
-        truths = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})
+        truths = {oil: heated_film_truth(oil) for oil in printed()}
     settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 100})
     run = np.arange(len(conditions))
     some = conditions[(run + run // 6 + run // 24) % 3 == 0]  # every level, 24 runs

@@ -11,17 +11,14 @@ import pytest
 from campaigns import printed
 from fit_points import LAW, polished
 from oilfilm import tables
-from oilfilm.base.home import CONFIG
 from oilfilm.fits import soundness
 from oilfilm.fits.conditions import FixedCondition, to_text
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.patterns import Leftover, find_patterns
 from oilfilm.fits.soundness import runs_in_common, verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from simulated_lab.truth import LawTruth, Truth, true_tractions
-from simulated_points import Campaign, Drift
+from simulated_points import Campaign, Drift, Truth, heated_film_truth, law_truth
 
 RUNS = 24
 NUMBER = np.arange(RUNS)
@@ -48,10 +45,7 @@ def leftover(
 ) -> Leftover:
     random = np.random.default_rng(seed)
     campaign = Campaign(
-        truth or LawTruth(printed()[oil]),
-        settings.common_contact(),
-        drift=drift,
-        other=LawTruth(printed()["4010"]),
+        truth or law_truth(oil), settings.common_contact(), drift=drift, other=law_truth("4010")
     )
     points = campaign.points(matrix()[random.permutation(RUNS)], random, oil)
     return Leftover(*polished(points, printed()[oil]), groups or {}, {}, settings.patterns)
@@ -92,19 +86,21 @@ def test_a_change_over_the_runs_is_named(config: Settings, name: str) -> None:
 @pytest.mark.parametrize(
     ("column", "texts", "name"),
     [
-        ("stated", ("ball=B7; day=1", "day=1"), "ball=B7"),
-        ("columns", ("time [s], T [K]", "time [s]"), "the column T [K]"),
+        ("stated", [("ball=B7", "day=1"), ("day=1",)], "ball=B7"),
+        ("columns", [("time [s]", "T [K]"), ("time [s]",)], "the column T [K]"),
     ],
 )
 def test_runs_with_another_force_are_named_by_header_or_columns(
-    config: Settings, column: str, texts: tuple[str, str], name: str
+    config: Settings, column: str, texts: list[tuple[str, ...]], name: str
 ) -> None:
     contact, drift = config.common_contact(), Drift(force=1 + 0.1 * HALF)
-    points = Campaign(LawTruth(printed()["4102"]), contact, drift=drift).points(
+    points = Campaign(law_truth("4102"), contact, drift=drift).points(
         matrix(), np.random.default_rng(1), "4102"
     )
-    runs = pd.DataFrame({"run_id": points["run_id"].unique(), "columns": "", "stated": ""})
-    runs[column] = np.where(HALF, *texts)
+    names = points["run_id"].unique()
+    nothing: list[tuple[str, ...]] = [()] * len(names)
+    runs = pd.DataFrame({"run_id": names, "columns": nothing, "stated": nothing})
+    runs[column] = [texts[0] if is_of_half else texts[1] for is_of_half in HALF]
     runs = runs.reindex(columns=[*tables.columns("runs")])
     fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4102"]))
     groups = runs_in_common(runs, points, config.patterns.curves_min)
@@ -152,7 +148,7 @@ def smooth_step(*at: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("seed", [4, 5, 6])
 @pytest.mark.parametrize("name", ["heated film", "smooth step"])
 def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str, seed: int) -> None:
-    film = true_tractions(resolve(CONFIG, {"campaign": "thermal"}), {})["4050"]
+    film = heated_film_truth("4050")
     truth = film if name == "heated film" else smooth_step
     first, *others = find_patterns(leftover(config, Drift(), seed, truth=truth))
     assert first.when == "law"
@@ -163,13 +159,14 @@ def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str, s
 
 def verdict_on(config: Settings, lost: str | None, known: list[bool], **quality: str) -> dict:
     """The verdict where a condition is not known: in all runs, or in the first one."""
-    campaign = Campaign(LawTruth(printed()["4050"]), config.common_contact())
+    campaign = Campaign(law_truth("4050"), config.common_contact())
     points = campaign.points(matrix(), np.random.default_rng(3), "4050")
     of_run = points["run_id"] == "run000"
     column = lost or "inlet_temperature_c"
     points[column] = points[column].mask(of_run | bool(lost))
     fit = replace(Coefficients.bare(LAW, printed()["4050"]), known=np.array(known))
-    row = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "two_level_conditions": ""}
+    row = {"rmse": 1e-4, "relative_rms": 0.01, "certified": True}
+    row |= {"two_level_conditions": (), "incomplete_curves": ()}
     return verdict_of_fit(row | quality, FittedLaw(LAW, fit), points, config.fit, config.patterns)
 
 
@@ -183,6 +180,27 @@ def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
     assert len(what_is_wrong(row)) == 1
 
 
+def test_run_with_a_comma_in_its_name_counts_as_one(config: Settings) -> None:
+    campaign = Campaign(
+        law_truth("4102"), config.common_contact(), drift=Drift(force=1 + 0.1 * HALF)
+    )
+    points = campaign.points(matrix(), np.random.default_rng(1), "4102")
+    points["run_id"] = "run, " + points["run_id"].str.removeprefix("run")
+    row = verdict_of_fit(
+        {"rmse": 1e-4, "relative_rms": 0.01, "certified": True, "fixed_conditions": ""}
+        | {"two_level_conditions": (), "incomplete_curves": ()},
+        FittedLaw(LAW, Coefficients.bare(LAW, printed()["4102"])),
+        points,
+        config.fit,
+        config.patterns,
+    )
+    changed = row["changed_runs"]
+    assert 1 < len(changed) < len(HALF)
+    assert set(changed) <= set(points["run_id"])
+    (sentence,) = what_is_wrong(row | {"bend_relative_rms": np.nan})
+    assert f"{len(changed)} runs" in sentence
+
+
 def test_a_run_that_the_fit_left_out_spoils_no_verdict(config: Settings) -> None:
-    row = verdict_on(config, None, [True] * 3, fixed_conditions="", incomplete_curves="run000")
+    row = verdict_on(config, None, [True] * 3, fixed_conditions="", incomplete_curves=("run000",))
     assert (row["law_verdict"], row["campaign_verdict"]) == ("adequate", "steady")

@@ -14,14 +14,14 @@ import pyarrow as arrow
 from nptdms import RootObject
 
 import formats
-from campaigns import ROOT, printed, rig_contact
+from campaigns import LABORATORY, ROOT, printed, rig_contact
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 Columns = dict[str, np.ndarray]
 
-CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
+CONFIG = resolve(LABORATORY, {})
 # An export of a PCS rig has no set points.
 SET_POINTS = {"entrainment_speed_m_s": 0.025, "inlet_temperature_c": 40}
 PCS_CONFIG = resolve(ROOT / "config", {"campaign": "etm-slim"}).with_changes(

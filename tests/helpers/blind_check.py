@@ -64,6 +64,7 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
     told = {
         file: f"{said.get(file, '')} {warning}".strip()
         for file, warning in runs["warning"]
+        .map("; ".join)
         .reindex(runs.index.union(said.index), fill_value="")
         .items()
         if file in said

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -15,8 +16,8 @@ import pandas as pd
 import pytest
 import yaml
 
-from deng2026_study.printed_constants import study_signs
 from oilfilm import tables
+from oilfilm.base import studies
 from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.fits.fit import fit_oil
@@ -28,20 +29,19 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import OilFile, Rig
 from oilfilm.tables.campaign_tables import CampaignTables
-from simulated_lab.printed import printed_constants
-from simulated_lab.simulate import simulate_campaign
 
 if sys.platform != "win32":
     import fcntl
 
 ROOT = Path(__file__).parents[2]
 REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
-CLAIMS = ROOT / "workflow/deng2026_study/reference/claims.yaml"
+# Configuration of a laboratory for tests: it needs no package beside oilfilm.
+LABORATORY = ROOT / "tests/laboratory"
 ETM = ROOT / "data/raw/etm-slim"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
 # Settings of fits that take seconds: every law is compared in tests/studies.
 QUICK = {"fit": {"bootstrap": 20, "searches": 2}, "compare": {"laws": ["deng2026", "tanh"]}}
-# Constants of a film that heats itself, as in config/campaigns/thermal.yaml.
+# Constants of a film that heats itself, as in the campaign `thermal`.
 HEATED_FILM = {
     **{"eyring_stress_pa": 5e6, "limiting_stress_ratio": 0.08},
     **{"limiting_stress_reference_c": 40.0, "limiting_stress_decay_1_k": 0.003},
@@ -86,7 +86,21 @@ def rig_contact() -> Contact:
 
 @cache
 def printed() -> dict[str, np.ndarray]:
-    return printed_constants(REFERENCE)
+    """Constants of the law `deng2026` by oil: those that Deng et al. (2026) print."""
+    oils = yaml.safe_load(REFERENCE.read_text("utf-8"))["oils"]
+    return {oil: np.concatenate([block[letter] for letter in "ABC"]) for oil, block in oils.items()}
+
+
+needs_study = pytest.mark.skipif(
+    "deng2026_study" not in studies.available(),
+    reason="the study of Deng et al. (2026) is not here",
+)
+
+
+def simulator() -> ModuleType:
+    """The module that simulates logs; a test that needs it is skipped where it is not."""
+    module: ModuleType = pytest.importorskip("simulated_lab.simulate")
+    return module
 
 
 def carry_through(config: Settings, folder: Path, files: Iterable[str]) -> Campaign:
@@ -120,9 +134,20 @@ def made_once(name: str, make: Callable[[Path], Made], factory: pytest.TempPathF
 
 def rows(table: str, *given: dict[str, Any], flag: bool = False) -> pd.DataFrame:
     """Rows of a table; what is not given is nothing, zero or false."""
-    nothing = {"number": np.nan, "integer": 0, "flag": flag, "text": ""}
+    nothing = {"number": np.nan, "integer": 0, "flag": flag, "text": "", "texts": ()}
     empty = {column.name: nothing[column.type] for column in tables.TABLES[table].columns}
     return pd.DataFrame([{**empty, **row} for row in given], columns=list(empty))
+
+
+def laboratory_campaign() -> dict[str, Any]:
+    """Keys of a measured campaign, which needs no package beside oilfilm."""
+    return _read(LABORATORY / "campaigns/laboratory.yaml")
+
+
+def simulated_campaign() -> dict[str, Any]:
+    """Keys of a simulated campaign; the test is skipped where nothing simulates logs."""
+    simulator()
+    return _read(LABORATORY / "campaigns/simulated.yaml")
 
 
 def without(settings: Settings, *keys: str) -> Settings:
@@ -130,11 +155,6 @@ def without(settings: Settings, *keys: str) -> Settings:
     plain = settings.plain()
     campaign = {key: value for key, value in plain["campaign"].items() if key not in keys}
     return Settings.of({**plain, "campaign": campaign})
-
-
-def sign_study(settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """The study of the lost signs as its rule runs it."""
-    return study_signs(printed(), settings.oils, settings.printed, settings.gates.traction_max)
 
 
 def lay_out(project: Path) -> None:
@@ -148,11 +168,9 @@ def lay_out(project: Path) -> None:
 
 def lay_out_small(project: Path) -> None:
     """The same with the campaign `small`: simulated, one oil, 12 runs, two defects."""
+    campaign = simulated_campaign()
     lay_out(project)
-    campaign = read_campaign(project, "demo")
     campaign["oils"] = ["4102"]
-    campaign["figures"] = ["constants", "curves"]
-    del campaign["studies"]
     del campaign["torque"]
     campaign["matrix"] = SMALL_MATRIX
     campaign["twin"]["defects"] = [
@@ -167,17 +185,17 @@ def lay_out_measured(
     project: Path, name: str, oils: list[str], matrix: dict[str, list[float]]
 ) -> Path:
     """A campaign of simulated logs as if a user had measured them; the folder of its logs."""
+    campaign = simulated_campaign()
     raw = project / "data/raw" / name
     raw.mkdir(parents=True)
     lay_out(project)
-    campaign = read_campaign(project, "demo")
     campaign |= {"oils": oils, "matrix": matrix, "figures": ["curves"]}
     campaign["settings"] = {**QUICK, "compare": {"laws": ["tanh"]}, "split": {"runs": 6}}
     campaign["twin"] |= {"slip_steps": 9, "sampling_rate_hz": 20, "defects": []}
-    del campaign["torque"], campaign["studies"]
+    del campaign["torque"]
     write_campaign(project, name, campaign)
     config = resolve(project / "config", {"campaign": name})
-    for run, content, _ in simulate_campaign(config, printed()):
+    for run, content, _ in simulator().simulate_campaign(config, printed()):
         (raw / run.name).write_bytes(content)
     del campaign["twin"]
     write_campaign(project, name, campaign)
@@ -195,7 +213,10 @@ def as_measured(project: Path, name: str) -> Path:
 
 
 def read_campaign(project: Path, name: str) -> dict[str, Any]:
-    path = project / f"config/campaigns/{name}.yaml"
+    return _read(project / f"config/campaigns/{name}.yaml")
+
+
+def _read(path: Path) -> dict[str, Any]:
     campaign: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
     return campaign
 

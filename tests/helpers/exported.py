@@ -3,8 +3,6 @@
 import numpy as np
 import pandas as pd
 
-from campaigns import ROOT
-from deng2026_study.study import describe_printed
 from law_points import EVERY_LAW, TRUTH
 from oilfilm.exports.description import SLIP, Description, describe
 from oilfilm.fits.conditions import FixedCondition, to_text
@@ -13,7 +11,6 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Law
 from planted_fits import planted_tables
 
-PRINTED = ROOT / "data/reference/printed_coefficients.yaml"
 LOWER, UPPER = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
 LOAD_AT_1_GPA = 42.0  # N, of the 20 mm ball
 # Names of oils that would end a comment, a string or an identifier.
@@ -42,7 +39,6 @@ def tables_of(
     quality = {
         **{"n_points": 62, "n_curves": 2, "rmse": 1e-4, "max_error": 5e-4},
         **{"searches": 5, "searches_agreeing": 5, "fixed_conditions": to_text(fixed)},
-        "certificate": "certified: 5 of 5 searches agree; and more",
         "tested_min_slide_roll_ratio": 0.002,
         **corners.min().add_prefix("tested_min_"),
         **corners.max().add_prefix("tested_max_"),
@@ -107,9 +103,3 @@ def beyond(fit: Description, arguments: np.ndarray, mu: np.ndarray) -> np.ndarra
         lower, upper = condition.tested
         inside &= (column >= lower) & (column <= upper)
     return ~inside
-
-
-def printed_oils(config: Settings) -> dict[str, Description]:
-    """The constants of the paper by oil."""
-    described = describe_printed(PRINTED, config.printed.boxes.tested, config.exports)
-    return {each.oil: each for each in described}

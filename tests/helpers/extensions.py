@@ -255,13 +255,11 @@ EXTENSIONS = {
     "A column": (
         after(
             f"{_LIBRARY}/tables/fits.yaml",
-            "  n_repeated_conditions: count | conditions that several runs have\n",
-            "  n_judged: count | points whose residuals are judged\n",
+            "    meaning: conditions that several runs have\n",
+            "  n_judged:\n    type: count\n    meaning: points whose residuals are judged\n",
         ),
-        Edit(
-            f"{_LIBRARY}/tables/fits.yaml",
-            "columns: oil law n_repeats n_repeated_conditions relative_rms",
-            "columns: oil law n_repeats n_repeated_conditions n_judged relative_rms",
+        after(
+            f"{_LIBRARY}/tables/fits.yaml", "      - n_repeated_conditions\n", "      - n_judged\n"
         ),
         before(
             f"{_LIBRARY}/fits/soundness.py",

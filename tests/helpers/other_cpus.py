@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from numpy._core._multiarray_umath import __cpu_features__ as features
+from pandas.api.types import is_object_dtype
 
 from oilfilm.releases.compare import KERNEL_CHANGE
 from oilfilm.releases.manifest import Environment
@@ -138,6 +139,9 @@ def table_changes(before: Path, after: Path) -> Iterator[str]:
 def _with_errors(path: Path) -> pd.DataFrame:
     """A table; refits with the standard errors of their constants."""
     frame = pd.read_parquet(path)
+    for name in frame.columns[[is_object_dtype(kind) for kind in frame.dtypes]]:
+        # lists come as arrays, which cannot be compared
+        frame[name] = frame[name].map(lambda value: tuple(value) if np.ndim(value) else value)
     if path.stem != "refits":
         return frame
     key = ["oil", "law", "constant"]

@@ -1,10 +1,12 @@
 """What tests ask of any drawn figure."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.testing.compare import compare_images
 
 from oilfilm.base import studies
 from oilfilm.base.figure_catalogue import figures
@@ -13,6 +15,9 @@ from oilfilm.report.figures.sheet import draw_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
+# Root-mean-square difference of the pictures' values, of 255. The same code gives 0; this leaves
+# room for the font rendering of another build of matplotlib, and every fault is larger.
+TOLERANCE = 1.0
 Draw = Callable[..., tuple[Figure, pd.DataFrame]]
 
 
@@ -23,6 +28,16 @@ def nothing_is_cut_off(figure: Figure) -> bool:
     box = figure.get_tightbbox(canvas.get_renderer())
     width, height = figure.get_size_inches()
     return min(box.x0, box.y0, width - box.x1, height - box.y1) > -0.01
+
+
+def difference_from(baseline: Path, figure: Figure, folder: Path) -> str | None:
+    """What a figure has that its earlier picture has not; None where they look the same."""
+    path = folder / baseline.name
+    figure.savefig(path, dpi=60, metadata={"Software": None})
+    message = compare_images(str(baseline), str(path), TOLERANCE)
+    if message is None:
+        return None
+    return f"{message}\nIs it meant? Look at it, then copy it over the baseline."
 
 
 def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, pd.DataFrame]:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import least_squares
 
-from campaigns import ROOT, printed, rig_contact
+from campaigns import LABORATORY, printed, rig_contact
 from fit_points import LAW, accepted_points, problem_of
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.measured_curves import effects, points_of_curves
@@ -23,7 +23,7 @@ from planted_fits import printed_fits
 
 OIL = "4102"
 CONTACT = rig_contact()
-DEMO = resolve(ROOT / "config", {}).plain()
+DEMO = resolve(LABORATORY, {}).plain()
 SETTINGS = Settings.of({**DEMO, "oils": {OIL: DEMO["oils"][OIL]}})
 TRUTH = to_internal(LAW, np.array(printed()[OIL]))
 SLIP = np.linspace(0, 0.3, 31)

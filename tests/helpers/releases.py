@@ -56,7 +56,7 @@ def made(
     """A finished run in a project: its raw logs, tables, one figure, one log."""
     name = settings.campaign.name
     logs, results = root / "data/raw" / name, Path("results", name)
-    provenance = {"campaign": name, "data": "simulated", "rule": "test"}
+    provenance = {"campaign": name, "data": settings.campaign.data, "rule": "test"}
     logs.mkdir(parents=True, exist_ok=True)
     for file, content in raw.items():
         (logs / file).write_bytes(content)
@@ -67,7 +67,7 @@ def made(
     content = {**provenance, "content": {}}
     tables.write(tables.empty("samples"), "samples", root / sample, content)
     others: dict[Path, bytes] = {
-        results / "figures/fig02.png": PNG,
+        results / "figures/curves.png": PNG,
         results / "summary.txt": b"fine\n",
         results / "report.html": f"<h1>\u6cb9\r\n</h1>{UNRELEASED}".encode(),
         results / "exports/4102/law.h": b"double mu;\n",
@@ -109,7 +109,7 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: byt
 
 def runs_of(raw: dict[str, bytes]) -> pd.DataFrame:
     """One row per log, as ingest writes it."""
-    common = {"campaign": "demo", "oil": "4102", "log_kind": "steps", "verdict": "accepted"}
+    common = {"campaign": "laboratory", "oil": "4102", "log_kind": "steps", "verdict": "accepted"}
     common |= dict.fromkeys(("samples", "plateaus", "accepted_points"), 1)
     found = []
     for name, content in raw.items():

@@ -10,6 +10,7 @@ from campaigns import rows
 from fit_points import make_points, matrix
 from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
+from oilfilm.report.document import Section
 from oilfilm.report.html import html
 from oilfilm.report.sections.build import sections
 from oilfilm.settings.resolved import Settings
@@ -41,12 +42,12 @@ def measured(oil: str) -> pd.DataFrame:
         entrainment_speed_systematic_m_s=0.03,
         inlet_temperature_systematic_c=0.5,
         lambda_ratio=7.0,
-        failed_gates="",
+        failed_gates=[()] * len(points),
     )
 
 
 def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables:
-    """Three oils fitted; one run, one log and one torque log refused; two claims."""
+    """Three oils fitted; one run, one log and one torque log refused."""
     points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
     settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
     fits = [fit_oil(points, oil, settings, config.seed) for oil in oils]
@@ -63,11 +64,10 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     ]
     sound = {"optimum_confirmed": True, "law_verdict": "adequate", "campaign_verdict": "steady"}
     changed = {"law_verdict": "bend", "campaign_verdict": "changed", "change": "load"}
-    changed |= {"change_size": 8.0, "change_course": "from", "changed_runs": "b, c"}
+    changed |= {"change_size": 8.0, "change_course": "from", "changed_runs": ("b", "c")}
     stuck = {"run_id": "stuck.csv", "file": "stuck.csv", "verdict": "refused"}
     runs.append({**stuck, "rule": "stuck_sensor", "reason": "the force stays"})
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
-    claim = {"claim": "zero-slip", "judged_on": "extrapolated", "cases": 10}
     unread = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
     torque = {"oil": "4102", "torque_n_m": 1.0, "traction_torque_n_m": 0.2, "converged": True}
     return CampaignTables.in_memory(
@@ -85,12 +85,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         soundness=rows(
             "soundness",
             {"oil": "4102", "sound": True, **sound},
-            {"oil": "4050", **sound, **changed, "bend": "shape"},
-        ),
-        claims=rows(
-            "claims",
-            {**claim, "basis": "refit", "verdict": "holds", "share": 1.0},
-            {**claim, "basis": "printed", "verdict": "fails", "share": 0.1},
+            {"oil": "4050", **sound, **changed, "bend": ("shape",)},
         ),
         torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
         torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "zero_drift"}),
@@ -106,7 +101,7 @@ def report_of(
     results: CampaignTables,
     config: Settings,
     folder: Path,
-    names: Sequence[str] = ("fig02", "coverage"),
+    names: Sequence[str] = ("curves", "coverage"),
 ) -> str:
     """A report with small pictures in place of the figures and of the page of the refused run."""
     pngs = [folder / f"{name}.png" for name in (*names, "stuck")]
@@ -129,3 +124,19 @@ def with_hostile_names(results: CampaignTables) -> CampaignTables:
     return results.replace(
         points=renamed, quarantine=refused, torque_quarantine=refused, refused_pages=pages
     )
+
+
+def by_anchor(results: CampaignTables, config: Settings) -> dict[str, Section]:
+    return {section.anchor: section for section in sections(results, config)}
+
+
+def told(section: Section) -> str:
+    """All sentences of a section."""
+    return " ".join(f"{fact.text} {fact.advice}" for fact in section.facts)
+
+
+def cells(section: Section, table: str, first: str) -> dict[str, str]:
+    """The row of a table that begins with a text, by heading."""
+    (shown,) = (each for each in section.tables if each.name == table)
+    (row,) = (row for row in shown.rows if row[0] == first)
+    return dict(zip((column.heading for column in shown.columns), row, strict=True))

@@ -5,16 +5,42 @@ of its own, and what all runs of a rig share (calibration). Drifts are planted b
 same size would take a minute per campaign.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 import pandas as pd
 
+from campaigns import HEATED_FILM, oil_of, printed, rig_contact
 from oilfilm import tables
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import PA_PER_GPA, FloatArray
 from oilfilm.physics.contact import Contact
+from oilfilm.physics.thermal_traction import ThermalEhl, thermal_ehl_traction
 from oilfilm.traction.law import CONDITIONS
-from simulated_lab.truth import Truth
+from oilfilm.traction.laws.deng2026 import traction_coefficient
+
+# mu of an oil at (P in GPa, U in m/s, T in degC, S).
+Truth = Callable[..., FloatArray]
+
+
+def law_truth(oil: str) -> Truth:
+    """The law of Deng et al. (2026) with the constants that they print for an oil."""
+    return partial(traction_coefficient, printed()[oil])
+
+
+def heated_film_truth(oil: str) -> Truth:
+    """A thermal, shear-thinning film on the rig, which no law of oilfilm is."""
+    properties, film, contact = oil_of(oil), ThermalEhl(**HEATED_FILM), rig_contact()
+
+    def traction(
+        pressure_gpa: FloatArray, speed: FloatArray, temperature: FloatArray, slip: FloatArray
+    ) -> FloatArray:
+        bodies = contact.radius_m, contact.reduced_modulus_pa
+        peak_pa = np.asarray(pressure_gpa) * PA_PER_GPA
+        return thermal_ehl_traction(properties, film, peak_pa, speed, temperature, slip, *bodies)
+
+    return traction
 
 
 @dataclass(frozen=True)

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pandas as pd
+import pytest
 
 from campaigns import printed
 from oilfilm import tables
 from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.settings.resolved import Settings
-from simulated_lab.torque_logs import simulate_torque
 
 RATE_HZ = 20
 BEARING = "mainshaft-167"
@@ -54,7 +54,8 @@ def text(frame: pd.DataFrame, header: str = "# oil: 4050\n") -> bytes:
 
 def curated_logs(settings: Settings) -> tuple[dict[str, str], Curated, pd.DataFrame]:
     """Planted defect of each simulated log, the curated logs, and the table of the truth."""
-    logs = list(simulate_torque(settings, printed()))
+    simulator = pytest.importorskip("simulated_lab.torque_logs")
+    logs = list(simulator.simulate_torque(settings, printed()))
     curated = check_logs([(plan.name, content) for plan, content, _ in logs], settings, TorqueRig)
     truth = tables.from_rows([row for *_, rows in logs for row in rows], "torque_truth")
     return {plan.name: plan.defect for plan, *_ in logs}, curated, truth

@@ -23,7 +23,7 @@ from oilfilm.logs.ingest import read_bytes, read_log
 from oilfilm.settings.resolve import resolve
 def peak():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10
-settings = resolve(Path("config"), {"campaign": "demo"})
+settings = resolve(Path("tests/laboratory"), {})
 read_log(Path(sys.argv[2]).read_bytes(), "small", settings)
 before = peak()
 _, reading = read_log(read_bytes(Path(sys.argv[1])), "log", settings)

@@ -187,9 +187,9 @@ def test_damaged_byte_keeps_the_encoding(write: Callable[..., bytes], encoding: 
 def test_runs_tell_the_columns_of_the_log_and_what_else_its_header_says() -> None:
     log = bad_logs.csv(run="first", operator="A; B", date="2026-03-01 10:15", ball="B7")
     (run,) = ingest_logs([("a.csv", log)], CONFIG).runs.to_dict("records")
-    columns = "time [s], load [N], traction_force [N], ball_speed [rpm], disc_speed [rpm]"
-    assert run["columns"] == f"{columns}, inlet_temperature [degC]"
-    assert run["stated"] == "ball=B7; date=2026-03-01; operator=A, B"
+    names = ["time [s]", "load [N]", "traction_force [N]", "ball_speed [rpm]", "disc_speed [rpm]"]
+    assert run["columns"] == (*names, "inlet_temperature [degC]")
+    assert run["stated"] == ("ball=B7", "date=2026-03-01", "operator=A; B")
 
 
 # unit -> what one of it is in the reader's unit, from the definitions of the units themselves

@@ -2,6 +2,7 @@
 
 import gzip
 import io
+import shutil
 import zipfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,7 +18,7 @@ from nptdms import GroupObject, RootObject
 import formats
 import torque_logs
 from bad_logs import CONFIG, KEYS, PCS_ROW, UNITS, csv, good, pcs
-from campaigns import lay_out
+from campaigns import LABORATORY
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.curation.curate import check_logs
@@ -368,12 +369,12 @@ def test_sheet_is_no_log_and_there_is_one(tmp_path: Path) -> None:
 
 
 def test_check_uses_the_sheet_nearby(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    lay_out(tmp_path)
-    raw = tmp_path / "data/raw/demo"
+    raw = tmp_path / "data/raw/laboratory"
     raw.mkdir(parents=True)
     (raw / "runs.csv").write_text(f"{HEAD}a.csv,4102,{SET_POINTS}\n")
     # of two logs of a folder without a header, one has a row; elsewhere there is no sheet
     where = ["--config", str(tmp_path / "config")]
+    shutil.copytree(LABORATORY, tmp_path / "config")
     for log, code, said in (
         (raw / "a.csv", 0, "a.csv: ACCEPTED"),
         (raw / "b.csv", 1, "no row for this log"),

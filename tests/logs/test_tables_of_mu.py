@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from bad_logs import CONFIG
-from campaigns import lay_out, printed
+from campaigns import LABORATORY, printed
 from command_line import printed_objects
 from oilfilm.curation.curate import check_logs
 from oilfilm.logs.sheet_file import read_run_sheet
@@ -80,12 +80,11 @@ def test_run_sheet_may_say_that_rows_are_settled() -> None:
 def test_gates_that_need_time_are_listed(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    lay_out(tmp_path)
     log = tmp_path / "mtm.csv"
     names = "slide_roll_ratio [%],entrainment_speed [mm/s],traction_coefficient,load_n,"
     rows = table("").decode().partition("\n")[2]
     log.write_text(f"{LABELS}{names}inlet_temperature_c\n{rows}")
-    where = ["--config", str(tmp_path / "config")]
+    where = ["--config", str(LABORATORY)]
     ((checked),) = printed_objects(capsys, "check", log, *where)
     (run,) = checked["runs"]
     assert (checked["verdict"], run["accepted_plateaus"]) == ("accepted", len(SLIPS))

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from campaigns import ROOT, Campaign
+from campaigns import LABORATORY, ROOT, Campaign
 from oilfilm.cli import main
 from oilfilm.curation.curate import collect, curate
 from oilfilm.curation.traction_rig import TractionRig
@@ -26,7 +26,7 @@ from releases import alter, made, project, released, tables_of
 
 OILS = ("4102", "4050")
 CONFIG = ["--config", str(ROOT / "config")]
-DRIFT = resolve(ROOT / "config", {"campaign": "demo"}).drift
+DRIFT = resolve(LABORATORY, {}).drift
 LOGS = {"4050.csv": b"1", "4102.csv": b"1"}
 Make = Callable[..., Path]
 
@@ -135,7 +135,8 @@ def test_each_difference_is_in_its_section(
 ) -> None:
     points, coefficients = frames["points"].copy(), frames["coefficients"].copy()
     first = points.index[points["accepted"]][0]
-    points.loc[first, ["accepted", "failed_gates"]] = [False, "thin_film"]
+    points.at[first, "accepted"] = False
+    points.at[first, "failed_gates"] = ("thin_film",)
     coefficients.loc[3, "verdict"] = "sign unknown"
     config = demo.config.with_changes({"gates": {"lambda_limit": 2.5}})
     after = make(config, points=points, coefficients=coefficients)

@@ -8,7 +8,7 @@ import pytest
 from oilfilm.cli import main
 from storage_servers import SECRET, Storage, moto_storage
 
-PLACE = "s3://lab/releases/demo"
+PLACE = "s3://lab/releases/laboratory"
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def storage() -> Iterator[Storage]:
 def in_the_bucket(release: Path, storage: Storage) -> None:
     """The release is in the bucket as well."""
     files = (path for path in release.rglob("*") if path.is_file())
-    keys = {f"releases/demo/{path.relative_to(release).as_posix()}": path for path in files}
+    keys = {f"releases/laboratory/{path.relative_to(release).as_posix()}": path for path in files}
     storage.put({key: path.read_bytes() for key, path in keys.items()})
 
 
@@ -52,7 +52,7 @@ def test_release_that_is_not_as_released_makes_no_folder(
     sentence: str,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    whole = storage.files("releases/demo/")
+    whole = storage.files("releases/laboratory/")
     files = {f"altered/{name}": content for name, content in (whole | change).items()}
     storage.put(files)
     assert main(["fetch", "s3://lab/altered", str(tmp_path / "fetched")]) == 2

@@ -32,7 +32,7 @@ from oilfilm.releases.stored_release import pin
 from oilfilm.settings.resolved import Settings
 from releases import RAW, made, made_now, project, rebuilding, released, runs_of, verify
 
-SECOND = "data/raw/demo/b 12:30.csv"
+SECOND = "data/raw/laboratory/b 12:30.csv"
 
 
 @pytest.fixture
@@ -63,12 +63,15 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
     assert not pinned
     assert {
         *("config.yaml", "requirements.lock", "environment.json", "summary.txt"),
-        *("tables/runs.parquet", "tables/datapackage.json", "figures/fig02.png"),
+        *("tables/runs.parquet", "tables/datapackage.json", "figures/curves.png"),
         *("exports/4102/law.h", "code/Snakefile", "code/workflow/oilfilm/fit.py"),
     } <= paths
     assert not [path for path in paths if "samples" in path or "snakemake_timestamp" in path]
     assert [record.path for record in manifest.samples] == ["tables/samples/oil=4102"]
-    assert [record.path for record in manifest.made_from.raw] == ["data/raw/demo/a.csv", SECOND]
+    assert [record.path for record in manifest.made_from.raw] == [
+        "data/raw/laboratory/a.csv",
+        SECOND,
+    ]
     assert set(bytes_of(release)) == {*paths, MANIFEST, CHECKSUMS}
     report = (release / "report.html").read_bytes().decode()
     assert report.startswith("<h1>\u6cb9\r\n</h1>")
@@ -82,7 +85,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
 @pytest.mark.parametrize(
     ("file", "settings"),
     [
-        ("data/raw/demo/a.csv", {}),
+        ("data/raw/laboratory/a.csv", {}),
         ("workflow/oilfilm/fit.py", {}),
         ("workflow/new.py", {}),
         ("data/reference/printed_coefficients.yaml", {}),
@@ -107,21 +110,30 @@ def test_anything_that_a_release_is_made_from_changes_its_version(
 @pytest.mark.parametrize(
     ("file", "sentence"),
     [
-        ("results/demo/figures/fig02.png", r"fig02\.png: is not as its step wrote it"),
-        ("results/demo/tables/samples/oil=4102/part-0.parquet", "is not as its step wrote it"),
-        ("results/demo/exports/4102/planted.h", r"planted\.h: no step of the run has written it"),
-        ("data/raw/demo/a.csv", r"data/raw/demo/a\.csv: has changed since the run"),
-        ("results/releases/demo/latest/summary.txt", r"not as it was released: summary\.txt: dif"),
+        ("results/laboratory/figures/curves.png", r"curves\.png: is not as its step wrote it"),
+        (
+            "results/laboratory/tables/samples/oil=4102/part-0.parquet",
+            "is not as its step wrote it",
+        ),
+        (
+            "results/laboratory/exports/4102/planted.h",
+            r"planted\.h: no step of the run has written it",
+        ),
+        ("data/raw/laboratory/a.csv", r"data/raw/laboratory/a\.csv: has changed since the run"),
+        (
+            "results/releases/laboratory/latest/summary.txt",
+            r"not as it was released: summary\.txt: dif",
+        ),
     ],
 )
 def test_changed_file_is_not_released(run: making.FinishedRun, file: str, sentence: str) -> None:
     made_now(run)
     if "releases" in file:
-        making.make_release(run, run.root / "results/releases/demo")
+        making.make_release(run, run.root / "results/releases/laboratory")
         (run.root / file).chmod(0o644)
     (run.root / file).write_bytes(b"?")
     with pytest.raises(OilfilmError, match=sentence):
-        making.make_release(run, run.root / "results/releases/demo")
+        making.make_release(run, run.root / "results/releases/laboratory")
 
 
 def test_other_bytes_under_the_same_version_are_refused(run: making.FinishedRun) -> None:
@@ -143,7 +155,7 @@ def test_interrupted_release_gives_its_room_back_and_the_next_run_makes_it(
     def interrupt(*_: object) -> None:
         raise error
 
-    releases = run.root / "results/releases/demo"
+    releases = run.root / "results/releases/laboratory"
     with monkeypatch.context() as patch, pytest.raises(type(error)):
         patch.setattr(making, step, interrupt)
         released(run)
@@ -227,12 +239,12 @@ def test_release_without_all_hashes_is_refused(
 
 
 @pytest.mark.parametrize(
-    "name", ["v2-aaaaaaaaaaaa", "releases/other/{}", "releases/demo/v1-000000000000"]
+    "name", ["v2-aaaaaaaaaaaa", "releases/other/{}", "releases/laboratory/v1-000000000000"]
 )
 def test_release_under_another_name_is_refused(loose: Path, tmp_path: Path, name: str) -> None:
     (complaint,) = verify(shutil.copytree(loose, tmp_path / name.format(loose.name)))
-    assert f"name of another release: the manifest is that of demo {loose.name}." in complaint
-    for place in (f"releases/demo/{loose.name}", loose.name, "latest"):
+    assert f"name of another release: the manifest is that of laboratory {loose.name}." in complaint
+    for place in (f"releases/laboratory/{loose.name}", loose.name, "latest"):
         assert verify(shutil.copytree(loose, tmp_path / "right" / place)) == []
 
 
@@ -332,7 +344,7 @@ def test_files_of_another_version_are_refused(release: Path, tmp_path: Path, pat
 
 def test_pin_is_verified(release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = pin(release, tmp_path)
-    assert folder == tmp_path / "data/reference/pins/demo"
+    assert folder == tmp_path / "data/reference/pins/laboratory"
     assert read_manifest(folder)[0].version == release.name
     assert main(["verify", str(folder)]) == 0
     assert "the files in the pin are" in capsys.readouterr().out
@@ -356,7 +368,7 @@ def measured(
     config: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> making.FinishedRun:
     """A run of measured logs, which a rebuild has to find again; the project is the folder."""
-    campaign = without(config, "twin", "torque").with_changes({"campaign": {"figures": ["fig02"]}})
+    campaign = without(config, "twin", "torque").with_changes({"campaign": {"figures": ["curves"]}})
     own = Settings.of({**campaign.plain(), "bearings": {}})
     run = made(project(tmp_path / "project"), own, RAW, {"runs": runs_of(RAW)})
     monkeypatch.chdir(run.root)

@@ -79,8 +79,8 @@ NOWHERE = ("../../evil", "/evil", "a/b", "C:evil", "")
     # a rebuild writes one file for each oil and rig
     [
         *({"oils": {name: {}}} for name in NOWHERE),
-        {"campaign": {"name": "demo", "torque": None}},
-        {"campaign": [["name", "demo"]]},
+        {"campaign": {"name": "laboratory", "torque": None}},
+        {"campaign": [["name", "laboratory"]]},
         {"shards": 4},
     ],
 )
@@ -102,7 +102,7 @@ def test_rebuild_refuses_a_configuration_of_a_stranger_or_of_an_earlier_version(
 
 def written(path: Path, content: arrow.Table, table: str = "coefficients", **options: Any) -> Path:
     """A Parquet file that says it is a table of oilfilm."""
-    footer = {"table": table, "campaign": "demo"}
+    footer = {"table": table, "campaign": "laboratory"}
     content = content.replace_schema_metadata({"oilfilm": json.dumps(footer)})
     path.parent.mkdir(parents=True, exist_ok=True)
     parquet.write_table(content, path, **options)

@@ -60,7 +60,7 @@ def test_campaign_needs_accepted_runs(
 
 
 def test_enough_runs_are_counted_by_oil_and_too_few_end_the_run(config: Settings) -> None:
-    with pytest.raises(OilfilmError, match=r"'demo'.*oil y: 0 of 1 runs accepted"):
+    with pytest.raises(OilfilmError, match=r"'laboratory'.*oil y: 0 of 1 runs accepted"):
         accepted_runs_text(runs(x="A", y="R"), campaign(config))
     text = accepted_runs_text(runs(x="AR", y="A", unread="-"), campaign(config))
     assert text == "runs: 2 of 4 accepted\n  x: 1 of 2\n  y: 1 of 1\n"

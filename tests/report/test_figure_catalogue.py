@@ -10,9 +10,9 @@ from oilfilm.settings.resolved import Settings
 
 
 def test_origin_of_data_says_simulated_or_who_measured(config: Settings) -> None:
-    assert "SIMULATED data (rig twin, campaign 'demo')" in provenance(config.campaign)
-    own = {"name": "june", "data": "measured", "twin": None, "credit": "ours", "torque": None}
-    measured = Settings.of({**config.plain(), "campaign": {**config.plain()["campaign"], **own}})
+    simulated = config.with_changes({"campaign": {"data": "simulated", "simulated_by": "x"}})
+    assert "SIMULATED data (x, campaign 'laboratory')" in provenance(simulated.campaign)
+    measured = config.with_changes({"campaign": {"name": "june", "credit": "ours"}})
     assert provenance(measured.campaign) == "Measured data (ours), campaign 'june'"
 
 

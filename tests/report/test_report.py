@@ -96,7 +96,7 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
         identifiable=False,
         verdict="not identifiable",
     )
-    empty = ("refits", "points", "runs", "quarantine", "claims", "torque")
+    empty = ("refits", "points", "runs", "quarantine", "torque")
     page = Page(
         write(
             coefficients=nothing,
@@ -124,8 +124,8 @@ def test_page_stays_below_its_limit_and_says_what_it_leaves_out(write: Write, te
     size_max = len(text.encode()) - pictures + 1000
     page = write({"report": {"size_max_mb": size_max / 1e6}})
     assert len(page.encode()) <= size_max
-    assert "<code>figures/fig02.png</code>" in page
-    assert "<code>figures/fig02.png</code>" not in text
+    assert "<code>figures/curves.png</code>" in page
+    assert "<code>figures/curves.png</code>" not in text
 
 
 def test_many_points_and_refusals_are_thinned_and_counted(write: Write) -> None:
@@ -152,11 +152,13 @@ def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: f
 
 
 def test_header_says_once_where_the_data_are_from(write: Write, text: str) -> None:
-    assert text.count("SIMULATED data (rig twin") == 1
-    measured = write({"campaign": {"data": "measured"}, "dataset": {"date": "June 2026"}})
-    assert "SIMULATED data" not in measured
-    assert "Measured data" in measured
-    assert "June 2026" in measured
+    assert text.count("Measured data") == 1
+    assert "SIMULATED data" not in text
+    by_program = {"data": "simulated", "simulated_by": "a program"}
+    simulated = write({"campaign": by_program, "dataset": {"date": "June 2026"}})
+    assert simulated.count("SIMULATED data (a program") == 1
+    assert "Measured data" not in simulated
+    assert "June 2026" in simulated
 
 
 def test_page_of_a_release_says_which(text: str) -> None:

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.nightly
 PAGES = (
     *("index", "tutorials/first-csv", "how-to/describe-logs", "reference/gates"),
     *("reference/api", "reference/glossary", "reference/tables"),
-    *("explanation/findings", "report", "reference/configuration/config"),
+    *("study/findings", "report", "reference/configuration/config"),
     *("explanation/law", "explanation/film", "explanation/method", "notebooks/first-curve"),
 )
 

@@ -1,4 +1,7 @@
-"""What the docs name exists, what is generated is current, and notebooks print what they store."""
+"""What the docs name exists, what is generated is current, and notebooks print what they store.
+
+Pages show a study as their example. They are those of the whole repository.
+"""
 
 import json
 import re
@@ -6,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from campaigns import needs_study
 from notebooks import FOLDER, execute, texts
 from reference_pages import GENERATED
 
@@ -25,6 +29,7 @@ def named_paths(text: str) -> set[str]:
     return set(code) | {link.split("#")[0] for link in re.findall(r"\]\(([^):]+)\)", text)}
 
 
+@needs_study
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_paths_that_a_page_names_exist(page: Path):
     folders = (ROOT, page.parent, ROOT / "workflow/oilfilm")
@@ -46,6 +51,7 @@ FILES = {path.name for folder in FOLDERS for path in (ROOT / folder).rglob("*.*"
 FILES |= {path.name for path in ROOT.glob("*.*")}
 
 
+@needs_study
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_source_files_that_a_page_names_without_a_folder_exist(page: Path) -> None:
     named = re.findall(r"`([\w.-]+\.(?:py|smk|jinja|toml|yaml))`", page.read_text("utf-8"))
@@ -57,6 +63,7 @@ def test_generated_file_is_current(path: str) -> None:
     assert (ROOT / path).read_text("utf-8") == GENERATED[path](), "run `make schemas`"
 
 
+@needs_study
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("*.ipynb")), ids=lambda path: path.stem)
 def test_notebook_prints_what_it_stores(path: Path) -> None:
     stored = json.loads(path.read_text(encoding="utf-8"))

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from campaigns import ROOT
+from campaigns import ROOT, needs_study
 from nights import nightly
 from oilfilm.cli import main
 from oilfilm.logs.ingest import ingest_logs
@@ -24,8 +24,10 @@ from oilfilm.logs.torque_log import TORQUE
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
+from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.declaration import Declarations
 from page_blocks import Block
 from page_blocks import blocks as page_blocks
 
@@ -111,9 +113,19 @@ def test_readme_prints_what_it_says() -> None:
 
 
 YAML = [each for each in page_blocks() if each.language == "yaml" and "tutorials" not in each.page]
+DECLARATIONS = [block for block in YAML if "tables" in yaml.safe_load(block.content)]
+SETTINGS_BLOCKS = [block for block in YAML if block not in DECLARATIONS]
 
 
-@pytest.mark.parametrize("block", YAML, ids=lambda block: block.page)
+@pytest.mark.parametrize("block", DECLARATIONS, ids=lambda block: block.page)
+def test_declarations_of_a_page_are_accepted(block: Block, tmp_path: Path) -> None:
+    path = tmp_path / "declared.yaml"
+    path.write_text(block.content, "utf-8")
+    assert load(path, Declarations).tables
+
+
+@needs_study
+@pytest.mark.parametrize("block", SETTINGS_BLOCKS, ids=lambda block: block.page)
 def test_settings_of_a_page_are_accepted(block: Block, tmp_path: Path) -> None:
     """As keys of a campaign file, of config.yaml or as the file of a rig."""
     folder = tmp_path / "config"

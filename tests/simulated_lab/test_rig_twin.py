@@ -12,7 +12,7 @@ from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from simulated_lab.simulate import simulate_campaign, slip_programme
-from simulated_lab.truth import Truth, misfit, true_tractions, truth_grid
+from simulated_lab.truth import Truth, misfit, true_tractions
 
 
 def test_log_depends_on_seed_and_name_and_says_simulated(config: Settings, demo: Campaign) -> None:
@@ -90,15 +90,3 @@ def test_misfit_is_what_the_torque_rig_has_too_much(config: Settings) -> None:
 
     planted = Mock(spec=Truth, side_effect=truth, at_points=more)
     assert misfit(planted, config) == pytest.approx(0.07, abs=1e-6)
-
-
-def test_truth_grid_has_every_condition_of_figs_7_to_10_for_every_oil() -> None:
-    config = resolve(ROOT / "config", {"campaign": "thermal"})
-    grid = truth_grid(config, printed())
-    wanted = sum(
-        np.prod([len(levels) for levels in figure.model_dump().values()])
-        for figure in config.extrapolation.values()
-    )
-    assert grid.groupby("oil").size().to_dict() == dict.fromkeys(["4010", "4050", "4102"], wanted)
-    # docs/physics.md, sanity [C, L-M]: mu of 0.02 to 0.04 at its peak; nowhere far above
-    assert 0.03 < grid["traction_coefficient"].max() < 0.05

@@ -74,3 +74,18 @@ def test_with_one_truth_the_fitted_law_meets_the_torque(demo: Campaign, config: 
     allowed = np.sqrt(se**2 + 0.01**2 + (0.003 * measured) ** 2)
     assert (np.abs(by_stress["torque_n_m"] - measured) < 4 * allowed).all()
     assert by_stress["relative_error"].abs().median() < 0.003
+
+
+def test_a_planted_defect_of_the_twin_is_caught(config: Settings) -> None:
+    defects, curated, _ = curated_logs(config)
+    runs, refused = curated.points, curated.quarantine
+    gates = {"tare_drift": "zero_drift", "truncated": "truncated", "warming": "torque_drifts"}
+    for name, defect in defects.items():
+        of_run = runs[runs["run_id"] == name]
+        if not defect:
+            assert of_run["accepted"].all(), name
+            assert len(of_run) == 4
+            continue
+        refusals = [*of_run["failed_gates"], *refused[refused["run_id"] == name]["rule"]]
+        assert gates[defect] in refusals, name
+        assert not of_run["accepted"].any()

@@ -1,3 +1,5 @@
+"""Effects of errors of runs on ln mu, and their sizes before the data."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""What two levels of a condition leave open."""
+
 import numpy as np
 import pytest
 

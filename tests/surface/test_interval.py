@@ -1,3 +1,5 @@
+"""Levels and factors of intervals, from left-out conditions."""
+
 import numpy as np
 import pytest
 

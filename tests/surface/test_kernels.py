@@ -1,3 +1,5 @@
+"""Covariance of the departure from a law, and its slopes."""
+
 from dataclasses import replace
 
 import numpy as np

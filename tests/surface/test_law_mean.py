@@ -1,3 +1,5 @@
+"""A law with free constants: values, slopes, bounds."""
+
 import numpy as np
 import pytest
 

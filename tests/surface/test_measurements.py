@@ -1,3 +1,5 @@
+"""Points as arrays: scales, levels, canonical order, what is refused."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Sizes by restricted maximum likelihood: gradient, planted sizes, misfit of a law."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Curves that contradict the others."""
+
 import numpy as np
 import pytest
 

@@ -1,3 +1,5 @@
+"""Changes of a rig over its runs."""
+
 from dataclasses import replace
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Where a surface gives no answer."""
+
 import numpy as np
 import pytest
 

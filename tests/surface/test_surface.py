@@ -1,3 +1,5 @@
+"""Surfaces of whole campaigns: error, interval, verdict, independence of order and threads."""
+
 from dataclasses import replace
 
 import numpy as np

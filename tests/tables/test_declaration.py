@@ -1,5 +1,6 @@
 """Columns are declared once, with units that a program can read; every table has its key."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -10,6 +11,10 @@ import yaml
 import oilfilm
 from oilfilm import tables
 from oilfilm.base import studies
+from oilfilm.base.errors import OilfilmError
+from oilfilm.tables import dictionary
+from oilfilm.tables.declaration import PHYSICAL_UNITS
+from oilfilm.tables.dictionary import COLUMNS, TABLES, declare
 from reference_pages.table_examples import read_examples
 
 studies.declare_tables(studies.available())
@@ -39,7 +44,7 @@ def test_every_number_has_a_unit_of_the_list() -> None:
 
 def test_units_are_of_the_quantity_that_the_name_says() -> None:
     registry = pint.UnitRegistry()
-    for unit in tables.UNITS - {"1", tables.BY_ROW}:
+    for unit in PHYSICAL_UNITS:
         registry.parse_units(unit)
     for column in tables.COLUMNS.values():
         name = column.name.removesuffix("_se")
@@ -75,8 +80,79 @@ def test_every_column_has_an_example_that_its_declaration_allows(model: tables.T
     shown = read_examples().get(model.name, {})
     assert list(shown) == model.names
     # no example: no finished table had a value, so the column must be one that may be empty
+    empty = {"text": "", "texts": []}
     row = {
-        name: "" if value is None and model[name].type == "text" else value
+        name: empty.get(model[name].type) if value is None else value
         for name, value in shown.items()
     }
-    model.schema.validate(pd.DataFrame([row]), lazy=True)
+    # a list of JSON is a tuple in a table; a text is none
+    lists = {name: tuple(value) for name, value in row.items() if isinstance(value, list)}
+    model.schema.validate(pd.DataFrame([row | lists]), lazy=True)
+
+
+DECLARED = """columns:
+  colour:
+    type: text
+    meaning: colour of the oil
+tables:
+  colours:
+    description: One oil and its colour.
+    key: [oil]
+    columns:
+      - oil
+      - colour
+    in_this_table:
+      colour:
+        note: by daylight
+"""
+
+
+@pytest.fixture
+def declared_as(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Path]:
+    """Write a declaration to a file; what it declares is forgotten after the test."""
+    monkeypatch.setattr("oilfilm.tables.dictionary.COLUMNS", dict(COLUMNS))
+    monkeypatch.setattr("oilfilm.tables.dictionary.TABLES", dict(TABLES))
+    path = tmp_path / "declared.yaml"
+
+    def write(text: str) -> Path:
+        path.write_text(text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_column_of_a_table_has_its_declaration_and_what_the_table_adds(
+    declared_as: Callable[[str], Path],
+) -> None:
+    declare(declared_as(DECLARED))
+    colours = dictionary.TABLES["colours"]
+    assert colours.names == ["oil", "colour"]
+    assert colours["colour"].meaning_here == "colour of the oil; by daylight"
+    assert colours["oil"] == COLUMNS["oil"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "named"),
+    [
+        ("meaning: colour", "meening: colour", 4, "meening"),
+        ("type: text", "type: words", 3, "words"),
+        ("type: text", "unit: ft", 3, "ft"),
+        ("    type: text\n", "", 2, "unit"),
+        ("type: text", "type: count\n    unit: N", 4, "unit"),
+        ("      - colour", "      - color", 11, "color"),
+        ("key: [oil]", "key: [run_id]", 8, "run_id"),
+        ("      colour:\n        note", "      row:\n        note", 13, "row"),
+        ("  colour:\n    type", "  oil:\n    type", 2, "oil"),
+        ("  colours:\n", "  runs:\n", 6, "runs"),
+        ("    key: [oil]", "    column_sets: [grease]", 8, "grease"),
+    ],
+)
+def test_mistake_in_a_declaration_is_told_with_file_line_and_name(
+    declared_as: Callable[[str], Path], old: str, new: str, line: int, named: str
+) -> None:
+    assert old in DECLARED
+    path = declared_as(DECLARED.replace(old, new, 1))
+    with pytest.raises(OilfilmError) as mistake:
+        declare(path)
+    assert str(mistake.value).startswith((f"{path}, line {line}:", f"{path}, line {line},"))
+    assert named in str(mistake.value)

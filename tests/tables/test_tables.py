@@ -11,9 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from campaigns import Campaign
+from campaigns import Campaign, rows
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
+from oilfilm.tables import refuse_unpacking
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_file import content_digest, digests_of_runs, samples_by_run
 
@@ -90,9 +91,60 @@ def test_short_cut_past_pandera_is_as_strict(demo, changed: tuple[tuple[str, str
         tables.conform(frame, table, "here")
 
 
+def test_list_is_read_back_as_it_was_written_whatever_its_texts_hold(tmp_path: Path) -> None:
+    path = tmp_path / "soundness.parquet"
+    runs: list[tuple[str, ...]] = [("a, b.csv", "c; d.csv"), (), ("",)]
+    frame = rows("soundness", *({"oil": str(row)} for row in range(3)))
+    frame = frame.assign(
+        law_verdict="adequate", campaign_verdict="steady", change_course="", changed_runs=runs
+    )
+    tables.write(frame, "soundness", path, ABOUT)
+    assert tables.read("soundness", path)["changed_runs"].tolist() == runs
+    assert parquet.read_table(path).schema.field("changed_runs").type.value_type == arrow.string()
+    refuse_unpacking(path)
+
+
+def test_unknown_list_is_null_and_no_empty_list(tmp_path: Path) -> None:
+    path = tmp_path / "law_verdicts.parquet"
+    frame = rows("law_verdicts", *({"oil": oil, "verdict": "best"} for oil in "abc"))
+    frame["bic_ties"] = [None, (), ("tanh",)]
+    tables.write(frame, "law_verdicts", path, ABOUT)
+    assert tables.read("law_verdicts", path)["bic_ties"].tolist() == [None, (), ("tanh",)]
+    filled = tables.filled(pd.DataFrame({"oil": ["a"], "verdict": "no fit"}), "law_verdicts")
+    assert filled["bic_ties"].tolist() == [None]
+
+
+@pytest.mark.parametrize("value", ["thin_film", None, (1,), ("thin_film", None)])
+def test_what_is_no_list_of_texts_is_refused(demo, value: object) -> None:
+    frame = demo.curated.points.head(1).copy()
+    frame.at[0, "failed_gates"] = value
+    frame["accepted"] = False
+    with pytest.raises(OilfilmError, match="'failed_gates'"):
+        tables.conform(frame, "points", "here")
+
+
+@pytest.mark.parametrize(
+    "kind", [arrow.list_(arrow.list_(arrow.string())), arrow.list_(arrow.int8())]
+)
+def test_other_nested_columns_are_not_unpacked(tmp_path: Path, kind: arrow.DataType) -> None:
+    path = tmp_path / "nested.parquet"
+    parquet.write_table(arrow.table({"a": arrow.array([None], kind)}), path)
+    with pytest.raises(OilfilmError, match="list"):
+        refuse_unpacking(path)
+
+
+def test_list_that_unpacks_to_more_than_memory_holds_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.parquet"
+    texts = arrow.array([["x" * 10_000] * 100] * 100, arrow.list_(arrow.string()))
+    parquet.write_table(arrow.table({"a": texts}), path, use_dictionary=["a.list.element"])
+    assert path.stat().st_size < 100_000
+    with pytest.raises(OilfilmError, match="unpacks to"):
+        refuse_unpacking(path, largest=10_000_000)
+
+
 def test_accepted_point_with_a_reason_is_a_contradiction(demo) -> None:
     frame = demo.curated.points.head(3).copy()
-    frame.loc[0, "failed_gates"] = "thin_film"
+    frame.at[0, "failed_gates"] = ("thin_film",)
     with pytest.raises(OilfilmError, match="accepted with a failed gate"):
         tables.conform(frame, "points", "here")
 

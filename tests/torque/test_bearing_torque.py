@@ -8,16 +8,12 @@ import pandas as pd
 import pytest
 
 from bearings import RIG, RPM, SETTINGS, printed_law, problem, shipped
-from campaigns import ROOT, oil_of, printed
-from deng2026_study.advice import advise
-from deng2026_study.published_tests import published_tests_table
-from deng2026_study.reference import PublishedBearingTests
+from campaigns import LABORATORY, oil_of, printed
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.physics.contact import Conditions
-from oilfilm.settings.messages import load as load_settings
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -35,13 +31,9 @@ from oilfilm.traction import LAWS, laws_for
 from pictures import draw, nothing_is_cut_off
 from planted_fits import TESTED, printed_fits
 from reports import rows
-from torque_logs import curated_logs
 
-FIGURES = ["fig06", "cage-slip", "slip-advice", "size-effect", "power-loss"]
+FIGURES = ["torque", "cage-slip", "size-effect"]
 SPEED_RPM = np.array([6000.0, 9000.0, 12000.0])
-PUBLISHED = load_settings(
-    ROOT / "workflow/deng2026_study/reference/bearing_tests.yaml", PublishedBearingTests
-)
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +42,7 @@ def config() -> Settings:
         "cage_slip": {"pitch_speed_mm_rpm": [1e6, 2e6], "axial_load_n": [2000, 20000]},
         "size_effect": {"ball_size_factors": [0.25, 1.0, 1.5], "groove_curvatures": [0.51, 0.54]},
     }
-    return resolve(ROOT / "config", {}).with_changes({"bearing": small})
+    return resolve(LABORATORY, {}).with_changes({"bearing": small})
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +55,7 @@ def plateaus(
 ) -> pd.DataFrame:
     """Accepted plateaus of oil 4050 at 20 kN and 100 degC."""
     columns = {"run_id": "a.csv", "oil": "4050", "axial_load_n": 20e3, "oil_temperature_c": 100.0}
-    columns |= {"torque_n_m_se": se, "accepted": True, "failed_gates": ""}
+    columns |= {"torque_n_m_se": se, "accepted": True, "failed_gates": ()}
     pairs = zip(torque_n_m, speed_rpm, strict=True)
     return rows(
         "torque_runs",
@@ -145,9 +137,11 @@ def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils)
     crushed, sound, _ = (torque[torque["first_row"] == row] for row in (0, 1, 2))
     assert not crushed["converged"].any()
     assert crushed["torque_n_m"].isna().all()
-    assert crushed["why"].str.contains("check the axial load and its unit").all()
+    assert (crushed["no_equilibrium"] == "contacts too wide").all()
+    assert (crushed["widest_contact"] >= 1).all()
     assert sound["converged"].all()
-    assert (sound["why"] == "").all()
+    assert (sound["no_equilibrium"] == "").all()
+    assert (sound["widest_contact"] < 1).all()
     assert inversion["verdict"].iloc[0] == "not known"
     assert list(inversion["verdict"] == "no solution") == [False, False, True]
     assert list(inversion["traction_coefficient"].isna()) == [True, False, True]
@@ -167,21 +161,6 @@ def test_an_oil_tested_at_one_temperature_says_nothing_about_a_bearing(config):
     lost = coefficients["constant"].str.endswith("3") & (coefficients["oil"] == "4050")
     oils = oils_in_bearings(coefficients[~lost], quality, config)
     assert [oil.name for oil in oils] == ["4102", "4010"]
-
-
-def test_a_planted_defect_of_the_twin_is_caught(config):
-    defects, curated, _ = curated_logs(config)
-    runs, refused = curated.points, curated.quarantine
-    gates = {"tare_drift": "zero_drift", "truncated": "truncated", "warming": "torque_drifts"}
-    for name, defect in defects.items():
-        of_run = runs[runs["run_id"] == name]
-        if not defect:
-            assert of_run["accepted"].all(), name
-            assert len(of_run) == 4
-            continue
-        refusals = [*of_run["failed_gates"], *refused[refused["run_id"] == name]["rule"]]
-        assert gates[defect] in refusals, name
-        assert not of_run["accepted"].any()
 
 
 def test_load_based_laws_go_wrong_with_the_ball_size_and_dimensionless_ones_do_not(config, oils):
@@ -214,18 +193,14 @@ def results(config: Settings, oils: list[OilInBearing]) -> CampaignTables:
     return CampaignTables.in_memory(
         torque=torque_table(plateaus([5.0, 6.5], [6000.0, 9000.0]), oils, config)[0],
         cage_slip=slip,
-        slip_advice=advise(slip, config.selection, config.gates.lambda_limit),
         size_effect=size_effect_table(oils, config),
-        published_tests=published_tests_table(PUBLISHED, oils, config),
     )
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_figures_say_that_data_are_simulated_or_that_there_are_none(config, results, name):
+def test_figures_show_their_data_or_say_that_there_are_none(config, results, name):
     figure, drawn = draw(name, results, config)
     assert len(drawn)
-    titles = [legend.get_title() for legend in figure.legends]
-    assert "SIMULATED" in " ".join(text.get_text() for text in [*figure.texts, *titles])
     assert nothing_is_cut_off(figure)
     figure, drawn = draw(name, CampaignTables.in_memory(), config)
     assert drawn.empty

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from campaigns import ROOT
-from deng2026_study.advice import advise
+from campaigns import LABORATORY
 from oilfilm import tables
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, cage_slip_table, oils_in_bearings
+from oilfilm.torque.best_oil import best_oils
 from oilfilm.torque.heat_balance import heat_balance_table
 from planted_fits import printed_fits
 
@@ -17,7 +17,7 @@ MAP = {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [1000, 20000]}
 
 @pytest.fixture(scope="module")
 def config() -> Settings:
-    return resolve(ROOT / "config", {}).with_changes({"bearing": {"cage_slip": MAP}})
+    return resolve(LABORATORY, {}).with_changes({"bearing": {"cage_slip": MAP}})
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def oils(config: Settings) -> list[OilInBearing]:
     return oils_in_bearings(*printed_fits(), config)
 
 
-def test_heated_oil_on_the_map_takes_its_share_and_the_advice_is_asked_again(config, oils):
+def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(config, oils):
     slip = cage_slip_table(oils, config)
     table = heat_balance_table(oils, slip, tables.empty("torque"), config)
     assert len(table) == len(slip)
@@ -47,8 +47,8 @@ def test_heated_oil_on_the_map_takes_its_share_and_the_advice_is_asked_again(con
     rolling = heated_rows.xs(20000, level="axial_load_n")
     assert (rolling["heated_lambda_ratio"] < rolling["lambda_ratio"]).all()
     assert (rolling["heated_torque_n_m"] < rolling["torque_n_m"]).all()
-    advice = advise(slip, config.selection, config.gates.lambda_limit)
-    best = advice.set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"]
+    limits = config.bearing.cage_slip.slip_limit, config.gates.lambda_limit
+    best = best_oils(slip, *limits).set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"]
     assert (rows.set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"] == best).all()
 
 

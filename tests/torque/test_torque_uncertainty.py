@@ -8,7 +8,7 @@ import pytest
 from scipy.special import ndtri
 
 from bearings import SETTINGS, printed_law, shipped
-from campaigns import ROOT, oil_of
+from campaigns import LABORATORY, oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.resistance import TERMS
 from oilfilm.fits.interval import UNKNOWN, Unseen
@@ -136,7 +136,7 @@ def test_calculated_and_measured_torque_agree_within_two_combined_uncertainties(
         run_id="a.csv", oil="4050", accepted=True, axial_load_n=10000.0, inner_speed_rpm=12000.0
     )
     runs = runs.assign(oil_temperature_c=100.0, torque_n_m_se=0.01)
-    table, _ = torque_table(runs, [uncertain], resolve(ROOT / "config", {}))
+    table, _ = torque_table(runs, [uncertain], resolve(LABORATORY, {}))
     rows = table[table["load_variable"] == "stress"].sort_values("first_row")
     # of the sensor: 0.01 N m at random, 0.01 N m offset, 0.3 % gain
     of_sensor = np.sqrt(0.01**2 + 0.01**2 + (0.003 * measured) ** 2)
@@ -203,7 +203,7 @@ def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
 
 def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted():
     names = ("4102", "4050", "4010")
-    config = resolve(ROOT / "config", {}).with_changes(
+    config = resolve(LABORATORY, {}).with_changes(
         {"bearing": {"cage_slip": {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [500, 1e4]}}}
     )
     oils = [oil(name, in_first(0.0, 10), in_first(0.0, 0), drag=0.8) for name in names]
@@ -217,7 +217,7 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
     columns = runs[["cage_slip", "torque_n_m", "lambda_ratio"]].to_numpy()
     slip, torque, film = np.moveaxis(columns.reshape(3, 41, 4, 3), -1, 0)
     full = film > config.gates.lambda_limit
-    held = full & (slip <= config.selection.limits.slip_limit)
+    held = full & (slip <= config.bearing.cage_slip.slip_limit)
     by_torque = np.where(held, torque, np.inf).argmin(axis=0)
     by_slip = np.where(full, slip, np.inf).argmin(axis=0)
     best = np.where(full.any(axis=0), np.where(held.any(axis=0), by_torque, by_slip), -1)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from campaigns import lay_out_small, made_once
+from campaigns import lay_out_small, made_once, simulator
 from reproduce import USUAL, Surroundings, measured, succeed
 
 
@@ -14,6 +14,7 @@ def released_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     Its folder has a name that shells, Make and Snakemake may stumble over.
     """
+    simulator()
 
     def released(folder: Path) -> Path:
         project = folder / "-x/small"

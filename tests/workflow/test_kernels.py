@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from campaigns import QUICK, SMALL_MATRIX, lay_out, read_campaign, write_campaign
+from campaigns import QUICK, SMALL_MATRIX, lay_out, simulated_campaign, write_campaign
 from command_line import succeeded
 from oilfilm.traction import LAW_FILES
 from other_cpus import CPUS, ENVIRONMENT, environment_of, table_changes
@@ -32,9 +32,8 @@ Run = Callable[[str], Path]
 
 def bearing_study(project: Path) -> None:
     """Lay out a simulated campaign of two oils and a bearing, some of whose cages skid."""
+    campaign = simulated_campaign()
     lay_out(project)
-    campaign = read_campaign(project, "demo")
-    del campaign["studies"]
     campaign |= {"oils": [*OILS], "figures": ["constants"], "matrix": SMALL_MATRIX}
     defect = {"oil": "4102", "condition": [1.0, 25, 50], "kind": "truncated"}
     campaign["twin"] |= {"sampling_rate_hz": 20, "defects": [defect]}

@@ -2,8 +2,8 @@
 
 The paper chooses oils by cage slip: up to a limit the one with the least heat, beyond it one with
 more traction. Where the friction equilibrium gives the slip with each oil, the choice follows from
-it alone (`oilfilm.torque.best_oil`). The paper's rules (`selection` of the configuration) are its
-sentences in the order of its conclusion: the first whose conditions are met decides, and of the
+it alone (`oilfilm.torque.best_oil`). The paper's rules (`selection` of the study's settings) are
+its sentences in the order of its conclusion: the first whose conditions are met decides, and of the
 oils that it prefers the first one with enough film is taken. They are applied as an engineer would:
 which oil they advise where nothing slips, whether the cage slips with that oil, and if so which one
 then.
@@ -22,11 +22,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from deng2026_study.settings import SelectionLimits, SelectionSettings, study_settings
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.settings.config import SelectionLimits, SelectionSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
@@ -54,13 +54,14 @@ def advice_in_band(
     Args:
         oils: Oils with their laws.
         results: Table of cage slip, the nominal scenario.
-        settings: `bearing`, `gates` and `selection`, and the campaign's bearing.
+        settings: `bearing`, `gates` and `studies`, and the campaign's bearing.
 
     Returns:
         The tables `slip_advice` and `advice_band`; empty where the rules name an oil that has no
         law.
     """
-    choice, lambda_limit = settings.selection, settings.gates.lambda_limit
+    choice = study_settings(settings).selection
+    lambda_limit = settings.gates.lambda_limit
     nominal = advise(results.cage_slip, choice, lambda_limit)
     if nominal.empty:
         return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
@@ -96,7 +97,7 @@ def advise(
 
     Args:
         cage_slip: Table of cage slip.
-        settings: `selection` of the settings.
+        settings: `selection` of the study's settings.
         lambda_limit: Full film above.
 
     Returns:
@@ -157,20 +158,24 @@ def _choices(at: SlipMap, settings: SelectionSettings, lambda_limit: float) -> p
     )
     names = np.array([*oils, ""])
     return points.assign(
-        oils_within_limit=_joined(within, oils),
+        oils_within_limit=tables.lists(_names_of(within, oils), points.index),
         selection_rule=np.array([rule.name for rule in settings.rules])[deciding],
         advised_oil=names[advised],
         best_oil=names[best],
-        good_oils=_joined(good, oils),
+        good_oils=tables.lists(_names_of(good, oils), points.index),
         judgement=judgement,
         **dict(zip(oils, good, strict=True)),
     )
 
 
-def _joined(chosen: BoolArray, oils: Sequence[str]) -> np.ndarray:
-    """Names of the oils that are chosen at each operating point."""
-    kinds, kind = np.unique(chosen.T, axis=0, return_inverse=True)
-    return np.array(["; ".join(itertools.compress(oils, each)) for each in kinds])[kind]
+def _names_of(chosen: BoolArray, oils: Sequence[str]) -> list[tuple[str, ...]]:
+    """Names of the oils that are chosen at each operating point.
+
+    Args:
+        chosen: Shape (oils, points).
+        oils: Their names.
+    """
+    return [tuple(itertools.compress(oils, at_point)) for at_point in chosen.T]
 
 
 def decide(
@@ -185,7 +190,7 @@ def decide(
     Args:
         points: Pressure, dmN and temperature of operating points.
         slip: Their cage slip.
-        settings: `selection` of the settings.
+        settings: `selection` of the study's settings.
         oils: The oils that may be advised.
         enough: Whether an oil has enough film, shape (oils, points).
 
@@ -209,7 +214,7 @@ def decide(
         unruled = levels.assign(cage_slip=slip)[~ruled].iloc[0]
         at = ", ".join(f"{name} {level:.3g}" for name, level in unruled.items())
         raise OilfilmError(
-            f"selection.rules of the configuration: no rule applies at {at}; end the list "
+            f"selection.rules of the study's settings: no rule applies at {at}; end the list "
             "with rules for `slipping` and for `gripping`."
         )
     orders = [np.array([oils.index(oil) for oil in rule.prefer]) for rule in settings.rules]

@@ -4,22 +4,46 @@ The answer is about laws, not about oils: a law that fails here fails in a world
 one, and nothing is decided about the real oils.
 """
 
+import itertools
 from collections.abc import Mapping
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
+from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import INTERVALS, FittedLaw
+from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
+from simulated_lab.truth import known_contact, true_tractions
 
 _CUT_OFF = 1e6  # of mu, for laws that run away: its errors must be numbers of a table
 _AT = [*CONDITIONS, "slide_roll_ratio", "true_traction_coefficient", "traction_coefficient"]
 _SHORT_NAMES = np.array(["pressure", "speed", "temperature"])  # of CONDITIONS
+
+
+def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
+    """The true traction at the conditions of Figs 7-10, as table `truth_grid`.
+
+    Raises:
+        OilfilmError: As `true_tractions`.
+    """
+    contact = known_contact(settings)
+    grids = []
+    for oil, traction in true_tractions(settings, constants).items():
+        for figure, conditions in study_settings(settings).extrapolation.items():
+            levels = conditions.model_dump()
+            frame = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
+            mu = traction(*(frame[name].to_numpy(dtype=float) for name in levels))
+            load_n = contact.load_n(frame["max_hertz_pressure_gpa"].to_numpy())
+            grids.append(
+                frame.assign(oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu)
+            )
+    return tables.conform(pd.concat(grids, ignore_index=True), "truth_grid", "truth of the twin")
 
 
 def extrapolate(
@@ -57,9 +81,10 @@ def extrapolate(
             mu = fitted.predict(conditions, of_oil["slide_roll_ratio"].to_numpy())
             box = [[fit[f"tested_min_{name}"], fit[f"tested_max_{name}"]] for name in CONDITIONS]
             outside = is_beyond(of_oil[list(CONDITIONS)].to_numpy(), np.array(box), within)
+            regions = [tuple(_SHORT_NAMES[row].tolist()) for row in outside]
             predicted = named.assign(
                 law=law,
-                beyond=[", ".join(_SHORT_NAMES[row]) for row in outside],
+                beyond=tables.lists(regions, named.index),
                 traction_coefficient=mu.traction_coefficient,
                 **{name: getattr(mu, name) for name in INTERVALS},
             )
@@ -80,7 +105,7 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     """
     rows = []
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
-        beyond = group[group["beyond"] != ""]
+        beyond = group[group["beyond"].map(len) > 0]
         true = beyond["true_traction_coefficient"]
         held = true.between(beyond["obs_ci_lower"], beyond["obs_ci_upper"]).mean()
         error = group["traction_coefficient"] - group["true_traction_coefficient"]

@@ -20,12 +20,12 @@ from functools import cached_property
 import numpy as np
 import pandas as pd
 
+from deng2026_study.settings import PrintedSettings, SignSettings
 from oilfilm import tables
 from oilfilm.base.ties import evened, exceeds, first_largest, reaches
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
-from oilfilm.settings.config import PrintedSettings, SignSettings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Observations, to_internal
 from oilfilm.traction.laws.deng2026 import DENG2026

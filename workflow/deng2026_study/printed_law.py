@@ -11,14 +11,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import pandas as pd
 
+from deng2026_study.settings import default_settings
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.home import CONFIG, reference_file
+from oilfilm.base.home import reference_file
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.settings.config import Box
 from oilfilm.settings.messages import load
-from oilfilm.settings.resolve import read_config
 from oilfilm.traction.laws.deng2026 import DENG2026, traction_coefficient
 from simulated_lab.printed import PrintedCoefficients
 
@@ -120,7 +120,7 @@ def printed(oil: str | int) -> PrintedLaw:
     if (name := str(oil)) not in content.oils:
         known = ", ".join(content.falling_viscosity)
         raise OilfilmError(f"the paper prints no constants of {oil!r}; of {known}.")
-    return printed_law(content, name, read_config(CONFIG).printed.boxes.tested)
+    return printed_law(content, name, default_settings().printed.boxes.tested)
 
 
 def with_printed(coefficients: pd.DataFrame, printed: PrintedCoefficients) -> pd.DataFrame:

@@ -12,11 +12,18 @@ import pandas as pd
 from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
 from deng2026_study.printed_law import PrintedLaw, printed, printed_law
 from deng2026_study.reference import Claim, Claims, read_claims, read_reference
+from deng2026_study.settings import NAME, default_settings, study_settings
 from oilfilm import tables
 from oilfilm.base.home import CONFIG, reference_file
-from oilfilm.base.studies import Study
+from oilfilm.base.studies import Study, publication
 from oilfilm.exports.campaign import in_folders
-from oilfilm.exports.description import Condition, Description, constant_meanings, identifiers
+from oilfilm.exports.description import (
+    Condition,
+    Description,
+    Published,
+    constant_meanings,
+    identifiers,
+)
 from oilfilm.report.document import Entry, Section, facts, show_table
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.config import Box, ExportSettings
@@ -28,6 +35,9 @@ from oilfilm.torque.best_oil import stays_best
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import QUANTITIES
 from simulated_lab.printed import PrintedCoefficients
+
+# Where the printed constants are from.
+_SOURCE = f"{publication(NAME)}, Eqs 11-13"
 
 
 def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[Description]:
@@ -57,9 +67,24 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
                 constants=tuple(_constants(fitted)),
                 quality=None,
                 adore_points=points,
+                published=Published(_SOURCE, tuple(_what_is_not_known(fitted))),
             )
         )
     return described
+
+
+def _what_is_not_known(fitted: PrintedLaw) -> Iterator[str]:
+    """Sentences for a user of the printed constants."""
+    constants_by_sign: dict[str, list[str]] = {}
+    for constant, how_sure in fitted.signs.items():
+        constants_by_sign.setdefault(f"sign {how_sure}", []).append(constant)
+    signs = "; ".join(f"{sign}: {', '.join(names)}" for sign, names in constants_by_sign.items())
+    yield (
+        "They are as printed, not refitted: without errors and intervals. The tested box is that "
+        "of the paper's abstract."
+    )
+    yield "The signs of the exponents were lost in the available text and are restored."
+    yield f"How sure they are: {signs}"
 
 
 def _conditions(fitted: PrintedLaw) -> Iterator[Condition]:
@@ -227,8 +252,7 @@ def _share(share: float) -> str:
 
 def _filled(text: str, settings: Settings) -> str:
     """A text of a claim with settings in place of its braces."""
-    keys = {name: getattr(settings, name) for name in ("audit", "printed", "selection")}
-    return text.format(**keys)
+    return text.format(**dict(study_settings(settings)))
 
 
 def _printed(results: CampaignTables, campaign: Campaign) -> Section:
@@ -270,7 +294,7 @@ def _choice(results: CampaignTables) -> Section:
     others = judged[judged["judgement"] != "agree"]
     counts, band = others["judgement"].value_counts(), results.advice_band
     share = band["agreeing_points"] / band["operating_points"]
-    advised = [oil for oils in judged["good_oils"] for oil in oils.split("; ") if oil]
+    advised = judged["good_oils"].explode().tolist()
     drawn = stays_best(results.cage_slip, _STAYS_BEST)
     made = facts(
         "deng2026_study/choice.jinja",
@@ -306,7 +330,8 @@ def _exports(
     oils: Collection[str], settings: Settings, provenance: Mapping[str, Any]
 ) -> dict[str, bytes]:
     """The printed constants of these oils, in every form."""
-    path, tested = reference_file("printed_coefficients"), settings.printed.boxes.tested
+    path = reference_file("printed_coefficients")
+    tested = study_settings(settings).printed.boxes.tested
     described = describe_printed(path, tested, settings.exports)
     chosen = [each for each in described if each.oil in oils]
     files = in_folders(chosen, provenance) if chosen else {}
@@ -315,8 +340,9 @@ def _exports(
 
 def _describe_published() -> tuple[list[Description], Path]:
     """The printed constants of every oil, and their file."""
-    path, config = reference_file("printed_coefficients"), read_config(CONFIG)
-    return describe_printed(path, config.printed.boxes.tested, config.exports), path
+    path = reference_file("printed_coefficients")
+    tested = default_settings().printed.boxes.tested
+    return describe_printed(path, tested, read_config(CONFIG).exports), path
 
 
 STUDY = Study(

@@ -36,7 +36,7 @@ rule torque:
     params:
         code=lambda wildcards: code("torque.py", tables=rules.torque.output.keys()),
         config=part(
-            *("audit", "rigs", "oils", "bearings", "bearing", "gates", "seed", "selection"),
+            *("rigs", "oils", "bearings", "bearing", "gates", "seed", "torque_logs"),
             campaign=("oils", "torque", "twin"),
         ),
     script:
@@ -57,7 +57,7 @@ rule bearing_maps:
     params:
         code=lambda wildcards: code("bearing_maps.py", tables=rules.bearing_maps.output.keys()),
         config=part(
-            *("rigs", "oils", "bearings", "bearing", "gates", "seed", "selection"),
+            *("rigs", "oils", "bearings", "bearing", "gates", "seed"),
             campaign=("torque",),
         ),
     script:

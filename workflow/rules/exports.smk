@@ -15,6 +15,6 @@ rule exports:
         code=code("exports.py", *STUDIES),
         # no digest of Python's modules covers these
         templates=sorted(map(file_digest, (PACKAGE / "exports/templates").glob("*.jinja"))),
-        config=part("fit", "exports", "printed", campaign=("credit", "description", "studies")),
+        config=part("fit", "exports", "studies", campaign=("credit", "description", "studies")),
     script:
         "../scripts/exports.py"

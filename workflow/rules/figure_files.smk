@@ -8,7 +8,7 @@ def files_of_figures(figures):
             in_report(
                 f"<figures>/{figure.name}.png",
                 category=figure.category,
-                labels={"figure": figure.paper or figure.title},
+                labels={"figure": figure.counterpart or figure.title},
             )
             for figure in figures
         ],

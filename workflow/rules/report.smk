@@ -34,7 +34,13 @@ rule report:
     localrule: True
     params:
         tables=[name for name, path in TABLE_FILES.items() if path],
-        code=code("report.py", *LAW_FILES.values(), *TABLE_WORDS, *STUDIES),
+        code=code(
+            "report.py",
+            *LAW_FILES.values(),
+            *TABLE_WORDS,
+            *STUDIES,
+            *studies.shown_tables(CAMPAIGN.studies),
+        ),
         page=[file_digest(path) for path in PAGE_FILES],
         captions=[[figures()[name].title, figures()[name].caption] for name in CAMPAIGN.figures],
         config=SETTINGS.plain(),

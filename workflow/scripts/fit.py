@@ -5,7 +5,9 @@ from pathlib import Path
 import pandas as pd
 
 import oilfilm.run.job as run
+from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.fit import fit_law
+from oilfilm.tables import rows
 from oilfilm.tables.table_needs import OF_FIT
 
 with run.job(snakemake) as job:
@@ -14,4 +16,5 @@ with run.job(snakemake) as job:
     job.write({name: pd.concat([fit.table(name) for fit in fits]) for name in OF_FIT})
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
         for law, fit in zip(laws, fits, strict=True):
-            log.write(f"{oil}, {law}: {fit.fit_quality['certificate'].item()}\n")
+            (quality,) = rows(fit.fit_quality)
+            log.write(f"{oil}, {law}: {certificate(quality)}\n")

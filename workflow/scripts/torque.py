@@ -1,9 +1,13 @@
 """Compare measured torque with the fitted law; calculate what the oil's own heating changes."""
 
 import oilfilm.run.job as run
+from oilfilm.base import studies
 from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
 from oilfilm.torque.heat_balance import heat_balance_table
 from oilfilm.torque.torque_control import torque_control
+
+# the truth behind simulated torque logs is a table of the package that simulates them
+studies.declare_tables([studies.simulator()])
 
 with run.job(snakemake) as job:
     coefficients, quality = job.tables.coefficients, job.tables.fit_quality

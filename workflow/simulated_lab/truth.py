@@ -6,15 +6,12 @@ bearing mu at every point of its contacts.
 Decides: the truth behind simulated logs of both rigs.
 """
 
-import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-import pandas as pd
 
-from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import PA_PER_GPA, FloatArray
 from oilfilm.bearing.ellipse import Grid, TractionLaw, grid
@@ -201,23 +198,3 @@ def misfit(truth: Truth, settings: Settings) -> float:
     shown = truth(pressure, speed, temperature, slip[:, np.newaxis])[..., 0]
     # what is left of equal ones is rounding
     return round(float(np.sqrt(np.mean((mean - shown) ** 2) / np.mean(shown**2))), 6)
-
-
-def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
-    """The true traction at the conditions of `extrapolation` in config, as table `truth_grid`.
-
-    Raises:
-        OilfilmError: As `true_tractions`.
-    """
-    contact = known_contact(settings)
-    grids = []
-    for oil, traction in true_tractions(settings, constants).items():
-        for figure, conditions in settings.extrapolation.items():
-            levels = conditions.model_dump()
-            frame = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
-            mu = traction(*(frame[name].to_numpy(dtype=float) for name in levels))
-            load_n = contact.load_n(frame["max_hertz_pressure_gpa"].to_numpy())
-            grids.append(
-                frame.assign(oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu)
-            )
-    return tables.conform(pd.concat(grids, ignore_index=True), "truth_grid", "truth of the twin")

@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from oilfilm.base import studies
 from oilfilm.base.home import HOME
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
@@ -51,6 +52,17 @@ PAGES: dict[str, tuple[str, str, dict[str, Any]]] = {
     ),
     "bearings": ("config/bearings/<name>.yaml", "Geometry of a bearing.", {"": BearingFile}),
 }
+# study -> the same of its settings
+OF_STUDIES = {
+    study: (
+        f"workflow/{study}/config.yaml",
+        f"Settings of the study `{study}`. A project's `config.yaml`, or `settings` of a campaign, "
+        f"changes single ones under `studies: {{{study}: ...}}`.",
+        {"": studies.settings_module(study).StudySettings},
+    )
+    for study in studies.available()
+    if studies.settings_file(study).is_file()
+}
 
 
 def index() -> str:
@@ -61,6 +73,7 @@ def index() -> str:
     ]
     lines = [
         "# Settings\n",
+        "For users who set up a campaign. Look up each key: meaning, unit, default and range.\n",
         "Each YAML file of `config` describes one thing. Most projects write a campaign and a rig,",
         "and leave the rest as it comes. `oilfilm init` writes both files from your logs.\n",
         "| file | what it holds |\n| --- | --- |",
@@ -73,13 +86,16 @@ def index() -> str:
 
 def page(name: str) -> str:
     """All keys of one kind of file: meaning, default, unit and range."""
-    file, about, models = PAGES[name]
-    shipped = read_yaml(HOME / "config/config.yaml").values if name == "config" else {}
-    parts = [f"# `{file}`\n", f"{about}\n"]
+    file, about, models = (PAGES | OF_STUDIES)[name]
+    # these files have a value for each of their keys
+    has_every_key = (HOME / file).name == "config.yaml"
+    shipped = read_yaml(HOME / file).values if has_every_key else {}
+    parts = [f"# `{file}`\n", f"For users who write this file. Look up its keys.\n\n{about}\n"]
     for title, model in models.items():
         parts += [f"## `{title}`\n"] if title else []
         parts += _groups(schema_of(model), shipped, "###" if title else "##")
-    note = "This page is made from the models in `workflow/oilfilm/settings` by `make schemas`."
+    package = file.split("/")[1] if name in OF_STUDIES else "oilfilm"
+    note = f"This page is made from the models in `workflow/{package}` by `make schemas`."
     return "\n".join([*parts, f"{note}\n"])
 
 

@@ -7,6 +7,8 @@ from oilfilm.traction.typeset import mathml
 _BEGINS = """\
 # Traction laws
 
+For readers who choose a law or program one. Look up its equation, signs and source.
+
 Generated from the laws in `workflow/oilfilm/traction/laws` by `make schemas`; do not edit.
 S is the slide-roll ratio. A coefficient X without a formula of its own is
 X0 times powers of the operating conditions; the fit gives X0 and the exponents X1, X2, X3.

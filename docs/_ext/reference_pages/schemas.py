@@ -17,7 +17,19 @@ FILES: dict[str, Any] = {
     "oil": OilFile,
     "bearing": BearingFile,
 }
+# Models of the settings of studies by the file that has the schema.
+OF_STUDIES = {
+    f"workflow/{study}/config.schema.json": studies.settings_module(study).StudySettings
+    for study in studies.available()
+    if studies.settings_file(study).is_file()
+}
 _DIALECT = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+
+
+def of_study(path: str) -> str:
+    """The JSON schema of the settings of a study, on one line."""
+    schema = _for_editors(schema_of(OF_STUDIES[path])) | _DIALECT
+    return json.dumps(schema, ensure_ascii=False) + "\n"
 
 
 def of_file(name: str) -> str:

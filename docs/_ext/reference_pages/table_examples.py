@@ -18,6 +18,7 @@ from oilfilm.tables.dictionary import Column, Table
 
 EXAMPLES = HOME / "docs/reference/table_examples.json"
 _LONGEST = 40
+_MOST_TEXTS = 3
 # Where several files hold a table, the first file of the last folder counts.
 _FOLDERS = ("refused", "figures", "twin", "tables")
 
@@ -51,7 +52,7 @@ def examples(*results: Path) -> dict[str, dict[str, Any]]:
 
 def _examples_of(table: Table, frame: pd.DataFrame) -> dict[str, Any]:
     """Values of the fullest row; of another one where that row is empty."""
-    filled = frame.notna() & (frame.astype(object) != "")
+    filled = frame.notna() & ~frame.map(_is_empty)
     fullest = filled.sum(axis="columns")
     row = _middle(fullest.index[fullest == fullest.max()])
     values = {}
@@ -62,6 +63,11 @@ def _examples_of(table: Table, frame: pd.DataFrame) -> dict[str, Any]:
     return values
 
 
+def _is_empty(value: object) -> bool:
+    """Whether a text or a list has nothing in it."""
+    return isinstance(value, str | tuple) and not value
+
+
 def _middle(rows: pd.Index) -> Any:
     """A row from the middle, because the first one is often a zero or a limit."""
     return rows[len(rows) // 2] if len(rows) else None
@@ -70,12 +76,16 @@ def _middle(rows: pd.Index) -> Any:
 def _shown(value: Any, column: Column) -> Any:
     if column.type == "number":
         return float(f"{value:.4g}")
-    if column.type != "text":
-        return value.item()
-    value = value.replace("`", "")  # the page shows it between such marks
-    if " " in value:
-        return textwrap.shorten(value, _LONGEST, placeholder=" …", break_on_hyphens=False)
-    return value if len(value) <= _LONGEST else f"{value[:12]}…"
+    if column.type == "texts":
+        return [_short(text) for text in value[:_MOST_TEXTS]]
+    return _short(value) if column.type == "text" else value.item()
+
+
+def _short(text: str) -> str:
+    text = text.replace("`", "")  # the page shows it between such marks
+    if " " in text:
+        return textwrap.shorten(text, _LONGEST, placeholder=" …", break_on_hyphens=False)
+    return text if len(text) <= _LONGEST else f"{text[:12]}…"
 
 
 def write_examples(*results: Path) -> None:

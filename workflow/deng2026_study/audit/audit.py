@@ -12,6 +12,7 @@ import pandas as pd
 from deng2026_study.audit import checks
 from deng2026_study.audit.evidence import NotCheckableError, Numbers, Outcome, View
 from deng2026_study.reference import Claim, read_claims
+from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
@@ -37,8 +38,8 @@ def audit_campaign(
             `torque_control`.
         printed: File of the printed constants.
         claims: File of the paper's claims.
-        settings: `audit`, `film`, `gates`, `oils`, `printed`, `rigs`, `same_set_point`,
-            `selection` and the campaign's `matrix` and `twin`.
+        settings: `film`, `gates`, `oils`, `rigs`, `same_set_point`, `studies` and the campaign's
+            `matrix` and `twin`.
 
     Raises:
         OilfilmError: A reference file has a mistake.
@@ -83,8 +84,9 @@ def printed_evidence(printed: dict[str, FloatArray], settings: Settings) -> View
 
 def box(settings: Settings, name: str) -> Grid:
     """A box in which trends are judged, `tested` or `extrapolated`, as a grid."""
-    levels, slips = settings.audit.levels, settings.printed.signs.slide_roll_ratio.figures
-    return Grid.spanning(settings.printed.boxes.model_dump()[name], levels, slips)
+    study = study_settings(settings)
+    levels, slips = study.audit.levels, study.printed.signs.slide_roll_ratio.figures
+    return Grid.spanning(study.printed.boxes.model_dump()[name], levels, slips)
 
 
 def audit(claims: Sequence[Claim], evidence: Sequence[View]) -> dict[str, pd.DataFrame]:
@@ -132,7 +134,7 @@ def _judge(claim: Claim, basis: View) -> tuple[dict[str, Any], Numbers]:
 
     It holds if every fair reading of it does, and fails if none holds in a fair share.
     """
-    audit, grid = basis.settings.audit, basis.grid
+    audit, grid = basis.study.audit, basis.grid
     if claim.judged_on == "extrapolated":
         grid = box(basis.settings, claim.judged_on)
     try:

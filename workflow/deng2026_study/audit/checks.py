@@ -43,7 +43,7 @@ def zero_slip(view: View) -> Outcome:
     still = view.at(slide_roll_ratio=[0.0])
     mu = np.abs(still.mu())
     always = of_equation(view, lambda law: _any_constants(law, np.zeros(1)) == 0)
-    found = still.outcome(mu <= view.settings.audit.zero_traction_max, mu)
+    found = still.outcome(mu <= view.study.audit.zero_traction_max, mu)
     return replace(found, by_construction=always)
 
 
@@ -57,8 +57,8 @@ def non_negative(view: View) -> Outcome:
 
 def linear_start(view: View) -> Outcome:
     """Mu begins as a straight line."""
-    end, to_slip = _linear_range(view), view.settings.audit.linear_to_slip
-    start = np.linspace(0.0, to_slip, view.settings.audit.levels)
+    end, to_slip = _linear_range(view), view.study.audit.linear_to_slip
+    start = np.linspace(0.0, to_slip, view.study.audit.levels)
     straight = _straight(view, start, view.mu(slide_roll_ratio=start), _S)[0]
     return view.outcome(straight, end, within=reaches(end, to_slip), longest=np.nanmax(end))
 
@@ -69,7 +69,7 @@ def peak_decline(view: View) -> Outcome:
     peak = mu.max(axis=_S, keepdims=True)
     # a law that comes to a constant level reaches it within rounding, and has no peak
     peaks, decline = exceeds(peak, mu[..., -1:]), 1 - mu[..., -1:] / peak
-    slight = reaches(view.settings.printed.signs.decline_max, decline, size=1.0)
+    slight = reaches(view.study.printed.signs.decline_max, decline, size=1.0)
     shown = [oil == view.falling_viscosity[0] for oil in view.laws]
     coldest = decline[:, :, :, 0]
     return view.outcome(
@@ -85,7 +85,7 @@ def peak_decline(view: View) -> Outcome:
 
 def falls_with_temperature(view: View) -> Outcome:
     """Mu falls with T, more steeply where it is cold."""
-    audit, mu = view.settings.audit, view.mu()
+    audit, mu = view.study.audit, view.mu()
     bands = np.clip([audit.cold_band_c, audit.hot_band_c], *_ends(view.grid.inlet_temperature_c))
     cold, hot = (
         -np.diff(view.mu(inlet_temperature_c=band), axis=_T) / np.diff(band) for band in bands
@@ -116,7 +116,7 @@ def rises_with_stress(view: View) -> Outcome:
 
 def rises_with_slip(view: View) -> Outcome:
     """The level of mu rises with S."""
-    tested = view.settings.printed.boxes.tested.max_hertz_pressure_gpa
+    tested = view.study.printed.boxes.tested.max_hertz_pressure_gpa
     shown = view.at(max_hertz_pressure_gpa=tested[1:])
     mu = shown.mu()
     level = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
@@ -131,7 +131,7 @@ def similar_limit(view: View) -> Outcome:
     change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
     apart = np.ptp(mu, axis=0) / mu.mean(axis=0)
     return view.outcome(
-        reaches(1 - view.settings.audit.plateau_share, change, size=1.0),
+        reaches(1 - view.study.audit.plateau_share, change, size=1.0),
         change,
         closer=exceeds(apart[..., 0], apart[..., 2], size=1.0),
         apart_at_start=apart[..., 0].mean(),
@@ -144,7 +144,7 @@ def earlier_plateau(view: View) -> Outcome:
     end = _linear_range(view)
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(inlet_temperature_c=ends_c, slide_roll_ratio=view.curve)
-    reached = reaches(mu, view.settings.audit.plateau_share * mu.max(axis=_S, keepdims=True))
+    reached = reaches(mu, view.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
     begin = view.curve[np.argmax(reached, axis=_S)]
     coldest, hottest = (view.by_oil(np.median, begin[..., at]) for at in (0, 1))
     plateaus = {"plateau_coldest": coldest, "plateau_hottest": hottest}
@@ -194,7 +194,7 @@ def hot_convergence(view: View) -> Outcome:
 
 def speed_mutes_temperature(view: View) -> Outcome:
     """T changes mu less at a high speed."""
-    speeds = np.clip(view.settings.audit.slow_and_fast_m_s, *_ends(view.grid.entrainment_speed_m_s))
+    speeds = np.clip(view.study.audit.slow_and_fast_m_s, *_ends(view.grid.entrainment_speed_m_s))
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
     drop = -np.diff(mu, axis=_T)
@@ -205,9 +205,10 @@ def speed_mutes_temperature(view: View) -> Outcome:
 
 def full_film(view: View) -> Outcome:
     """Film and lambda are above what a full film needs."""
-    settings, oils = view.settings, view.falling_viscosity
-    limits = np.array([settings.audit.film_min_um, settings.gates.lambda_limit])
-    figures = settings.printed.signs.slide_roll_ratio.figures
+    oils = view.falling_viscosity
+    film_min_um = view.study.audit.film_min_um
+    limits = np.array([film_min_um, view.settings.gates.lambda_limit])
+    figures = view.study.printed.signs.slide_roll_ratio.figures
     curve = view.at(slide_roll_ratio=[0.0, *figures, view.curve[-1]])
     points = view.measured.points.dropna(subset=["lambda_ratio"])
     if view.basis == "printed" or view.measured.points.empty:
@@ -223,7 +224,7 @@ def full_film(view: View) -> Outcome:
         judged = points.assign(value=margins.min(axis=0))
         judged["holds"] = exceeds(judged["value"], 1.0)
     thinnest, smallest = (np.nanmin(film) for film in films)
-    central = curve.films(thickness="central")[0] / settings.audit.film_min_um
+    central = curve.films(thickness="central")[0] / film_min_um
     thick, full, central = (exceeds(each, 1.0)[~np.isnan(each)] for each in (*margins, central))
     unknown = judged["value"].isna().sum()
     return outcome(
@@ -242,13 +243,13 @@ def wang_deng_zero(view: View) -> Outcome:
     """The Wang-Deng law has traction without slip."""
     fits = _wang_deng(view)
     mu = fits["zero_slip_traction"].abs()
-    holds = mu > view.settings.audit.zero_traction_max
+    holds = mu > view.study.audit.zero_traction_max
     return outcome(fits.assign(holds=holds, value=mu), largest=mu.max())
 
 
 def wang_deng_overfit(view: View) -> Outcome:
     """The errors of the Wang-Deng law grow more on curves left out."""
-    audit, fits = view.settings.audit, _wang_deng(view)
+    audit, fits = view.study.audit, _wang_deng(view)
     every = view.measured.fit_quality
     own = every[every["law"] == audit.stress_law].set_index("oil")
     if not set(fits["oil"]) <= set(own.index):
@@ -262,7 +263,7 @@ def torque_stress(view: View) -> Outcome:
     """The law of pressure gives the torque of a bearing."""
     rows, further = _torque(view)
     rows = rows.dropna(subset="stress")
-    holds = reaches(view.settings.audit.torque_stress_error, rows["stress"])
+    holds = reaches(view.study.audit.torque_stress_error, rows["stress"])
     judged = rows.assign(holds=holds, value=rows["stress"])
     return outcome(judged, largest=rows["stress"].max(), **further)
 
@@ -276,7 +277,7 @@ def torque_load(view: View) -> Outcome:
     excess, largest = both["load"] - both["stress"], both["load"].max()
     farther = exceeds(both["load"], both["stress"], size=1.0)
     found = outcome(both.assign(holds=farther, value=excess), largest=largest, **further)
-    return replace(found, complete=bool(reaches(largest, view.settings.audit.torque_load_error)))
+    return replace(found, complete=bool(reaches(largest, view.study.audit.torque_load_error)))
 
 
 def uniquely_determined(view: View) -> Outcome:
@@ -285,7 +286,7 @@ def uniquely_determined(view: View) -> Outcome:
     if fits.empty:
         raise NotCheckableError("no fit by the paper's law")
     constants = view.measured.coefficients
-    of_law = constants["law"] == view.settings.audit.stress_law
+    of_law = constants["law"] == view.study.audit.stress_law
     known = constants[of_law & constants["oil"].isin(fits["oil"])]["verdict"].eq("known")
     # digits below a millionth of a standard error are rounding
     spread = fits["constant_spread"].round(6)
@@ -300,7 +301,7 @@ def genetic_optimum(view: View) -> Outcome:
 
 def extrapolates(view: View) -> Outcome:
     """The law predicts beyond the tested conditions."""
-    limit, fits = view.settings.audit.prediction_error, _by_paper_law(view)
+    limit, fits = view.study.audit.prediction_error, _by_paper_law(view)
     if view.truth_is_law:
         raise NotCheckableError("own law")
     ends = fits.filter(regex="^oil$|_end_out_relative_rms$").melt("oil").dropna()
@@ -308,8 +309,8 @@ def extrapolates(view: View) -> Outcome:
         raise NotCheckableError("no fit by the paper's law")
     left_out = fits["left_out_rmse"] * fits["relative_rms"] / fits["rmse"]
     truth = view.measured.extrapolation
-    own = (truth["law"] == view.settings.audit.stress_law) & truth["oil"].isin(fits["oil"])
-    truth = truth[own & (truth["beyond"] != "")]
+    own = (truth["law"] == view.study.audit.stress_law) & truth["oil"].isin(fits["oil"])
+    truth = truth[own & (truth["beyond"].map(len) > 0)]
     error = (truth["traction_coefficient"] / truth["true_traction_coefficient"] - 1).abs()
     return outcome(
         ends.assign(holds=reaches(limit, ends["value"])),
@@ -328,7 +329,7 @@ def composite_roughness(view: View) -> Outcome:
 
 def rolling_speed(view: View) -> Outcome:
     """The stated dmN has the stated entrainment speed."""
-    stated, tolerance = view.settings.selection.stated, view.settings.audit.kinematic_tolerance
+    stated, tolerance = view.study.selection.stated, view.study.audit.kinematic_tolerance
     pitch_speed, speed = stated.pitch_speed_mm_rpm, stated.entrainment_speed_m_s
     rolling = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
     surface, near = surface_speed_m_s(pitch_speed), _near_one(rolling / speed, tolerance)
@@ -343,9 +344,9 @@ def rolling_speed(view: View) -> Outcome:
 
 def slip_is_cage_slip(view: View) -> Outcome:
     """The slide-roll ratio of a bearing is its cage slip."""
-    choice, slip = view.settings.selection, np.linspace(0.05, 0.4, 8)
+    choice, slip = view.study.selection, np.linspace(0.05, 0.4, 8)
     ratio = np.concatenate([inner_slide_roll_ratio(slip, gamma) / slip for gamma in _GAMMAS])
-    tolerance, limit = view.settings.audit.kinematic_tolerance, choice.limits.slip_limit
+    tolerance, limit = view.study.audit.kinematic_tolerance, choice.limits.slip_limit
     near, of_both = (_near_one(each, tolerance) for each in (ratio, ratio / 2))
     return outcome(
         pd.DataFrame({"oil": "", "holds": near, "value": ratio}),
@@ -358,7 +359,7 @@ def slip_is_cage_slip(view: View) -> Outcome:
 
 def light_load_4102(view: View) -> Outcome:
     """Under light load 4102 has the most traction."""
-    choice = view.settings.selection
+    choice = view.study.selection
     light = _within(_to_the_end(view), above=-np.inf, below=choice.limits.light_below_gpa)
     mu, grid = light.mu_by_viscosity(), light.grid
     ratio = mu[:1] / mu[1:].max(axis=0, keepdims=True)
@@ -373,7 +374,7 @@ def light_load_4102(view: View) -> Outcome:
 
 def slip_15(view: View) -> Outcome:
     """Up to 15 % cage slip the thinnest oil has the least traction, beyond it the thickest most."""
-    view, choice = _to_the_end(view), view.settings.selection
+    view, choice = _to_the_end(view), view.study.selection
     mu, adequate = view.mu_by_viscosity(), _thinnest_is_adequate(view)
     slipping = exceeds(view.grid.slide_roll_ratio, choice.slide_roll_ratio_limit)
     # S taken for the cage slip, as section 4.3 does
@@ -397,7 +398,7 @@ def slip_15(view: View) -> Outcome:
 
 def heavy_load_4010(view: View) -> Outcome:
     """Under heavy load with enough film 4010 has the least traction."""
-    heavy = _within(view, above=view.settings.selection.limits.heavy_from_gpa, below=np.inf)
+    heavy = _within(view, above=view.study.selection.limits.heavy_from_gpa, below=np.inf)
     mu, adequate = heavy.mu_by_viscosity(), _thinnest_is_adequate(heavy)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
     least = heavy.outcome(exceeds(1.0, ratio), ratio, adequate=adequate)
@@ -425,7 +426,7 @@ def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
 def _linear_range(view: View) -> FloatArray:
     """Slip at which mu/S has left its value at no slip by the tolerance; the last slip if never."""
     # the slope at no slip is that over a slip a thousand times below the first step of the curve
-    curve, tolerance = view.curve, view.settings.audit.linear_tolerance
+    curve, tolerance = view.curve, view.study.audit.linear_tolerance
     slip = np.concatenate([[curve[1] * 1e-3], curve[1:]])
     chord = view.mu(slide_roll_ratio=slip) / slip
     left = np.abs(chord / chord[..., :1] - 1)
@@ -474,7 +475,7 @@ def _straight(
     y = values - values.mean(axis=axis, keepdims=True)
     joint = (x * y).sum(axis=axis, keepdims=True)
     r2 = joint**2 / ((x**2).sum() * (y**2).sum(axis=axis, keepdims=True))
-    return r2 >= view.settings.printed.signs.linear_r2_min, r2
+    return r2 >= view.study.printed.signs.linear_r2_min, r2
 
 
 def _to_the_end(view: View) -> View:
@@ -516,7 +517,7 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     known = slips["lambda_ratio"].notna().groupby([slips[name] for name in OPERATING_POINT])
     slips = slips[known.transform("all")]
     pressure = slips[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(axis=1)
-    heavy = reaches(pressure, view.settings.printed.boxes.tested.max_hertz_pressure_gpa[1])
+    heavy = reaches(pressure, view.study.printed.boxes.tested.max_hertz_pressure_gpa[1])
     full = exceeds(slips["lambda_ratio"], view.settings.gates.lambda_limit)
     slips = slips[full & heavy]
     torque = slips.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
@@ -539,7 +540,7 @@ def _where(found: Outcome, asked: BoolArray, reason: str) -> Outcome:
 
 def _by_paper_law(view: View) -> pd.DataFrame:
     fits = view.rows("fit_quality", reason="no fit by the paper's law")
-    return fits[fits["law"] == view.settings.audit.stress_law]
+    return fits[fits["law"] == view.study.audit.stress_law]
 
 
 def _wang_deng(view: View) -> pd.DataFrame:

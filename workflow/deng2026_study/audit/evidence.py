@@ -2,11 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
+from deng2026_study.settings import StudySettings, study_settings
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.fits.fitted import FittedLaw
@@ -104,11 +106,16 @@ class View:
             raise NotCheckableError("not printed" if self.basis == "printed" else reason)
         return frame
 
+    @cached_property
+    def study(self) -> StudySettings:
+        """The settings of the study."""
+        return study_settings(self.settings)
+
     @property
     def curve(self) -> FloatArray:
         """Slips of a whole curve."""
-        end = self.settings.printed.boxes.tested.slide_roll_ratio[1]
-        return np.linspace(0.0, end, self.settings.audit.curve_points)
+        end = self.study.printed.boxes.tested.slide_roll_ratio[1]
+        return np.linspace(0.0, end, self.study.audit.curve_points)
 
     def mu(
         self, oils: Sequence[str] | None = None, **levels: Sequence[float] | FloatArray

@@ -27,7 +27,7 @@ _NO_CHOICE = {
 _NO_MAP = "The oils of selection.rules have no law or no film here:\nno map."
 
 
-@register(like="torque", paper="Fig. 6")
+@register(like="torque", counterpart="Fig. 6")
 def fig06(results: CampaignTables, settings: Settings) -> Sheet:
     """Friction torque of the bearing."""
     return torque(results, settings)

@@ -16,6 +16,7 @@ from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
 from deng2026_study.printed_law import with_printed
 from deng2026_study.reference import PaperStatement, PaperTables
+from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
@@ -34,10 +35,10 @@ _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 
 
 @register(
-    paper="Fig. 2",
+    counterpart="Fig. 2",
     family="data",
     tables=("points", "runs", "coefficients"),
-    settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
+    settings=("oils", "rigs", "same_set_point", "studies", "campaign.matrix"),
 )
 def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction curves of one oil.
@@ -46,7 +47,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     Left: by maximum Hertz pressure; right: by entrainment speed. Symbols: plateau means with
     the 95 % interval of their random error. Lines: fitted law.
     """
-    runs, choice = with_levels(results.runs, settings), settings.figures.fig02
+    runs, choice = with_levels(results.runs, settings), study_settings(settings).figures.fig02
     oil, temperatures = choice.oil, choice.inlet_temperature_c
     law = FittedLaw.of(results.configured.coefficients, oil)
     base = style.oil_colour(oil, list(settings.oils))
@@ -71,10 +72,10 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 @register(
-    paper="Fig. 3",
+    counterpart="Fig. 3",
     family="data",
     tables=("points", "runs", "coefficients"),
-    settings=("figures", "oils", "rigs", "same_set_point", "campaign.matrix"),
+    settings=("oils", "rigs", "same_set_point", "studies", "campaign.matrix"),
 )
 def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction curves of all oils at one temperature.
@@ -82,7 +83,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     Traction coefficient against slide-roll ratio, one panel per maximum Hertz pressure.
     Symbols: plateau means with the 95 % interval of their random error. Lines: fitted law.
     """
-    runs, choice = with_levels(results.runs, settings), settings.figures.fig03
+    runs, choice = with_levels(results.runs, settings), study_settings(settings).figures.fig03
     oils = list(settings.oils)
     same = {_SPEED: choice.entrainment_speed_m_s, _TEMPERATURE: choice.inlet_temperature_c}
     pressures = _levels_of(runs, settings.campaign, _PRESSURE)
@@ -171,7 +172,7 @@ _MATRIX = {
 
 
 @register(
-    paper="Table 1",
+    counterpart="Table 1",
     family="data",
     settings=("oils",),
     references=("paper_tables",),
@@ -200,7 +201,7 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
 
 
 @register(
-    paper="Table 2",
+    counterpart="Table 2",
     family="data",
     tables=("points", "runs"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -236,7 +237,7 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
 
 
 @register(
-    paper="Table 3",
+    counterpart="Table 3",
     family="data",
     settings=("bearings", "campaign.torque"),
     references=("paper_tables",),
@@ -330,7 +331,7 @@ def _table(
     return sheet
 
 
-@register(like="constants", paper="Eqs 11-13", references=("printed_coefficients",))
+@register(like="constants", counterpart="Eqs 11-13", references=("printed_coefficients",))
 def eqs11_13(
     results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
 ) -> Sheet:
@@ -356,7 +357,7 @@ _KINDS: dict[str, tuple[Any, str]] = {
 _EDGE: style.Look = {"edgecolor": "black", "linewidth": 0.6}
 
 
-@register(paper="Fig. 1", family="data", settings=("rigs",), shows_data=False)
+@register(counterpart="Fig. 1", family="data", settings=("rigs",), shows_data=False)
 def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction rig.
 
@@ -381,7 +382,7 @@ def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     return _draw(sheet, "fig01", titles, sizes)
 
 
-@register(paper="Fig. 5", family="data", shows_data=False)
+@register(counterpart="Fig. 5", family="data", shows_data=False)
 def fig05(results: CampaignTables, settings: Settings) -> Sheet:
     """Torque rig.
 

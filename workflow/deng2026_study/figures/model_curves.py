@@ -12,6 +12,7 @@ from matplotlib.ticker import MaxNLocator
 
 from deng2026_study.extrapolation import is_beyond
 from deng2026_study.printed_law import with_printed
+from deng2026_study.settings import MatrixWithSlip, study_settings
 from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import FloatArray
@@ -22,7 +23,6 @@ from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import starts_of, symbol_of
 from oilfilm.report.figures.sheet import Panel, Sheet, register
 from oilfilm.report.words import law_name
-from oilfilm.settings.config import Conditions
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -48,10 +48,10 @@ _BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 
 
 @register(
-    paper="Fig. 7",
+    counterpart="Fig. 7",
     family="law",
     tables=("coefficients", "refits", "fit_quality"),
-    settings=("oils", "extrapolation", "same_set_point"),
+    settings=("oils", "same_set_point", "studies"),
     references=("printed_coefficients",),
 )
 def fig07(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
@@ -71,7 +71,7 @@ def fig07(results: CampaignTables, settings: Settings, **references: Any) -> She
     return _draw_cuts("fig07", results, settings, **references)
 
 
-@register(like="fig07", paper="Fig. 8")
+@register(like="fig07", counterpart="Fig. 8")
 def fig08(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against entrainment speed.
 
@@ -81,7 +81,7 @@ def fig08(results: CampaignTables, settings: Settings, **references: Any) -> She
     return _draw_cuts("fig08", results, settings, **references)
 
 
-@register(like="fig07", paper="Fig. 9")
+@register(like="fig07", counterpart="Fig. 9")
 def fig09(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against pressure.
 
@@ -91,7 +91,7 @@ def fig09(results: CampaignTables, settings: Settings, **references: Any) -> She
     return _draw_cuts("fig09", results, settings, **references)
 
 
-@register(like="fig07", paper="Fig. 10")
+@register(like="fig07", counterpart="Fig. 10")
 def fig10(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against temperature.
 
@@ -108,7 +108,7 @@ def _draw_cuts(
     printed_coefficients: PrintedCoefficients,
 ) -> Sheet:
     """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
-    (abscissa, by), levels = CUTS[figure], settings.extrapolation[figure]
+    (abscissa, by), levels = CUTS[figure], study_settings(settings).extrapolation[figure]
     apart = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
     cuts = list(itertools.product(*(getattr(levels, name) for name in apart)))
     sheet = Sheet(len(cuts), 2, height=1.75, across=0.5, sharex=True)
@@ -159,7 +159,7 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
 def _draw(
     panel: Panel,
     laws: Mapping[str, Mapping[str, FittedLaw]],
-    levels: Conditions,
+    levels: MatrixWithSlip,
     fixed: Mapping[str, float],
     cut: tuple[str, str],
     settings: Settings,
@@ -246,7 +246,7 @@ _DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7":
 
 
 @register(
-    paper="Fig. 4",
+    counterpart="Fig. 4",
     family="law",
     tables=("points", "fit_quality", "coefficients", "law_points"),
     settings=("oils", "rigs"),

@@ -20,8 +20,7 @@ rule paper:
     params:
         code=lambda wildcards: code(STUDY_SCRIPTS / "paper.py", tables=rules.paper.output.keys()),
         config=part(
-            *("audit", "extrapolation", "film", "gates", "oils", "printed", "rigs"),
-            *("same_set_point", "selection"),
+            *("film", "gates", "oils", "rigs", "same_set_point", "studies"),
             campaign=("matrix", "oils", "twin"),
         ),
     script:
@@ -46,7 +45,7 @@ if CAMPAIGN.torque is not None:
                 STUDY_SCRIPTS / "slip_advice.py", tables=rules.slip_advice.output.keys()
             ),
             config=part(
-                *("rigs", "oils", "bearings", "bearing", "gates", "selection"),
+                *("rigs", "oils", "bearings", "bearing", "gates", "studies"),
                 campaign=("torque",),
             ),
         script:

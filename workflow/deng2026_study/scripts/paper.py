@@ -4,19 +4,20 @@ from pathlib import Path
 
 import oilfilm.run.job as run
 from deng2026_study.audit.audit import audit_campaign
-from deng2026_study.extrapolation import extrapolate, extrapolation_errors
+from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
 from deng2026_study.printed_constants import judge_printed, study_signs
+from deng2026_study.settings import study_settings
 from oilfilm.fits.fit import laws_of
 from oilfilm.tables import empty
 from simulated_lab.printed import printed_constants
-from simulated_lab.truth import truth_grid
 
 with run.job(snakemake) as job:
     printed, claims = Path(snakemake.input.printed), Path(snakemake.input.claims)
     constants, oils = printed_constants(printed), list(job.settings.oils)
-    judged = judge_printed(job.tables.configured, constants, oils, job.settings.printed)
+    study = study_settings(job.settings)
+    judged = judge_printed(job.tables.configured, constants, oils, study.printed)
     limit = job.settings.gates.traction_max
-    signs, verdicts = study_signs(constants, oils, job.settings.printed, limit)
+    signs, verdicts = study_signs(constants, oils, study.printed, limit)
     frames = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}
     if job.settings.campaign.twin:
         truth = truth_grid(job.settings, constants)

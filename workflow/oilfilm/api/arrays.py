@@ -18,6 +18,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
+from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
@@ -103,7 +104,8 @@ class ArrayFit:
         else:
             lines = [f"{name}: NOT sound"]
             lines.extend(fitted.wrong)
-            lines.extend(quality.loc[~quality["certified"], "certificate"])
+            doubtful = quality[~quality["certified"]]
+            lines.extend(certificate(row) for row in tables.rows(doubtful))
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
         if np.isnan(coefficients.unseen.at(0.95)[0]):
             fewest = self.settings.min_curves_for_errors

@@ -41,7 +41,7 @@ class FigureDeclaration:
         tables: Finished tables with the drawn data.
         settings: Settings that it depends on; `campaign.matrix` is a key of the campaign file.
         references: Files of reference data that it shows, without ending.
-        paper: Its counterpart in the paper, as "Fig. 2"; empty where the paper has none.
+        counterpart: Its counterpart in the publication of a study, as "Fig. 2"; empty without one.
         shows_data: False where nothing comes from the campaign's logs.
         requires: Key of the campaign file without which there is nothing to draw.
     """
@@ -54,19 +54,27 @@ class FigureDeclaration:
     tables: tuple[str, ...] = ()
     settings: tuple[str, ...] = ()
     references: tuple[str, ...] = ()
-    paper: str = ""
+    counterpart: str = ""
     shows_data: bool = True
     requires: str = ""
 
     @property
     def category(self) -> str:
-        """Section of the report; every counterpart of the paper is in "Paper"."""
-        return "Paper" if self.paper else _CATEGORIES[self.family]
+        """Section of Snakemake's report; figures after a publication have one of their own."""
+        return studies.publication(self.study) if self.counterpart else _CATEGORIES[self.family]
 
     @property
     def caption(self) -> str:
-        """What is drawn; `report.captions` adds the origin of the data."""
-        return " ".join(self.paragraphs)
+        """What is drawn, and the figure of a publication that it is made after."""
+        caption = " ".join(self.paragraphs)
+        if not self.counterpart:
+            return caption
+        return f"{caption} Made after {self.counterpart} of {studies.publication(self.study)}."
+
+    @property
+    def full_title(self) -> str:
+        """Title, after the number of its counterpart: "Fig. 2. Traction curves of one oil"."""
+        return f"{self.counterpart}. {self.title}" if self.counterpart else self.title
 
     @property
     def study(self) -> str:

@@ -6,6 +6,10 @@ before anything is imported: its tables, and the reference files that its part o
 the exports needs. It may also have:
 
 - `study` with `STUDY`: sections of the report, exports, laws with published constants;
+- `config.yaml` with settings of its own, and `settings` with their model `StudySettings` and with
+  `contradictions` between them and a campaign;
+- `campaigns`, files of campaigns;
+- `shown_tables.yaml`, the tables that its part of the report shows;
 - `tables`: declares the package's tables when it is imported;
 - `plan`: names of the logs that it simulates, beside the rules in `rules/logs.smk`;
 - `rules/study.smk`, and folders `scripts`, `figures` and `reference`.
@@ -95,6 +99,32 @@ def rule_files(names: Iterable[str]) -> list[Path]:
     """Files of the rules of some studies."""
     files = (folder(name) / "rules/study.smk" for name in names)
     return [file for file in files if file.is_file()]
+
+
+def settings_file(name: str) -> Path:
+    """The file with the settings of a package; not every package has one."""
+    return folder(name) / "config.yaml"
+
+
+def publication(name: str) -> str:
+    """The publication whose figures the figures of a package are made after; empty without one."""
+    return str(_declaration(name).get("publication", ""))
+
+
+def settings_module(name: str) -> ModuleType:
+    """The module `settings` of a package that has settings."""
+    return import_module(f"{name}.settings")
+
+
+def shown_tables(names: Iterable[str]) -> list[Path]:
+    """Files in which packages declare the tables that the report shows."""
+    files = (folder(name) / "shown_tables.yaml" for name in names)
+    return [file for file in files if file.is_file()]
+
+
+def campaign_folders() -> list[Path]:
+    """Folders of the campaign files of all packages."""
+    return [folder(name) / "campaigns" for name in available()]
 
 
 def references(names: Iterable[str], purpose: Literal["reported", "exported"]) -> list[str]:

@@ -38,7 +38,7 @@ from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
 from oilfilm.logs.raw_files import named_logs, raw_files
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
-from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolve import campaign_names, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 
@@ -103,13 +103,14 @@ def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
         OilfilmError: They are of several campaigns.
     """
     raw = raw.resolve()
+    known_campaigns = campaign_names(config)
     campaigns = set()
     for path in paths:
         # not `resolve`, which fails on a link to itself
         real = Path(os.path.realpath(path))
         if real.is_relative_to(raw):
             name = real.relative_to(raw).parts[0].removesuffix("-torque")
-            if (config / f"campaigns/{name}.yaml").is_file():
+            if name in known_campaigns:
                 campaigns.add(name)
     if len(campaigns) > 1:
         raise OilfilmError(
@@ -213,6 +214,7 @@ def _checked_run(
     is_traction = kind.name == TRACTION
     ranges = points[list(MEASURED[kind.name])].agg(["min", "max"])
     checked: Plain = {name: run[name] for name in _RUN_COLUMNS}
+    checked["warning"] = "; ".join(run["warning"])
     checked["oil_source"] = sources.get("oil", _CAMPAIGN)
     checked["rig_source"] = sources.get("rig" if is_traction else "bearing", _CAMPAIGN)
     checked["rows"] = run["samples"]

@@ -8,7 +8,7 @@ from oilfilm.cli.arguments import config_folder
 from oilfilm.releases.compare import compare
 from oilfilm.releases.release import rebuild
 from oilfilm.releases.stored_release import StoredRelease, fetch_release, pin
-from oilfilm.settings.resolve import read_config, resolve
+from oilfilm.settings.resolve import campaign_names, read_config, resolve
 
 
 def run(options: argparse.Namespace) -> int:
@@ -52,7 +52,7 @@ def _diff(options: argparse.Namespace) -> int:
     before, after = StoredRelease.open(options.before), StoredRelease.open(options.after)
     campaign = after.manifest.made_from.campaign
     folder = config_folder(options.config)
-    if options.gate or (folder / "campaigns" / f"{campaign}.yaml").is_file():
+    if options.gate or campaign in campaign_names(folder):
         drift = resolve(folder, {"campaign": campaign}).drift
     else:
         drift = read_config(folder).drift

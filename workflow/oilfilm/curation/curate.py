@@ -30,7 +30,7 @@ from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.plateau_gates import judge_plateaus, quarantine_rows, runs_not_usable
 from oilfilm.curation.rig_kind import TRACTION, RigKind, Run
-from oilfilm.curation.run_gates import first_fault, warning
+from oilfilm.curation.run_gates import first_fault, warnings_about
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
@@ -238,14 +238,14 @@ def with_campaign_warnings(
     if kind.name != TRACTION:
         return runs
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
-    texts = {run_id: [text] for run_id, text in accepted["warning"].items() if text}
+    texts = {run_id: list(own_texts) for run_id, own_texts in accepted["warning"].items()}
     points = points[points["run_id"].isin(accepted.index)]
     constant = _constant_channels(points, accepted, settings.gates)
     constant = _constant_channels(points, accepted, settings.gates)
     for run_id, text in chain(constant, _of_rig(points, accepted["rig"], settings)):
-        texts.setdefault(run_id, []).append(text)
-    warnings = ["; ".join(texts.get(run_id, ())) for run_id in runs["run_id"]]
-    return runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
+        texts[run_id].append(text)
+    warnings = [tuple(texts.get(run_id, ())) for run_id in runs["run_id"]]
+    return runs.assign(warning=tables.lists(warnings, runs.index))
 
 
 def _of_rig(
@@ -443,7 +443,7 @@ def _measure_runs(
     refused: dict[str, Refusal] = {}
     too_short: list[Refusal] = []
     plateaus_of_run: dict[str, Columns] = {}
-    warnings: list[str] = []
+    warnings: list[tuple[str, ...]] = []
     for row in tables.rows(runs):
         run_id = row["run_id"]
         run = None
@@ -455,11 +455,11 @@ def _measure_runs(
         if refusal is not None:
             refused[run_id] = refusal
         if run is None or refusal is not None:
-            warnings.append("")
+            warnings.append(())
         else:
-            warnings.append(warning(run))
+            warnings.append(warnings_about(run))
             too_short += [replace(level, run_id=run_id) for level in run.too_short]
-    runs = runs.assign(warning=pd.Series(warnings, runs.index, dtype="str"))
+    runs = runs.assign(warning=tables.lists(warnings, runs.index))
     points = _table_of_plateaus(plateaus_of_run, runs.set_index("run_id"), rig)
     return _MeasuredRuns(points, runs, refused, too_short, rig)
 
@@ -612,7 +612,7 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     failed = judge_plateaus(points, rig)
     unrefused = ~points["run_id"].isin(list(refused))
     refused_by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], rig))
-    points = points.assign(failed_gates=failed_gates.as_text(failed), accepted=~failed.any(axis=1))
+    points = points.assign(failed_gates=failed_gates.names_of(failed), accepted=~failed.any(axis=1))
     points = _refuse_plateaus(points, list(refused.values()), type(rig))
     # plateaus of runs that are refused by their plateaus stay in the table of every rig. Accepted
     # ones get the rule of their run
@@ -653,10 +653,14 @@ def _with_verdicts(
     counts = counts.reindex(runs["run_id"], fill_value=0).astype(np.int64)
     plateaus = counts["size"].to_numpy()
     accepted = counts["sum"].to_numpy()
+    # a run that is not used needs no warning
+    warnings = [
+        texts if count else () for texts, count in zip(runs["warning"], accepted, strict=True)
+    ]
     return runs.assign(
         **pd.DataFrame(rules_and_reasons, runs.index, ["rule", "reason"], dtype="str"),
         plateaus=plateaus,
         accepted_points=accepted,
-        warning=runs["warning"].where(accepted > 0, ""),
+        warning=tables.lists(warnings, runs.index),
         verdict=np.where(accepted > 0, "accepted", "refused"),
     ).reset_index(drop=True)

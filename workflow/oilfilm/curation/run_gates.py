@@ -41,9 +41,9 @@ def first_fault(run: Run) -> Refusal | None:
     return run.flaw
 
 
-def warning(run: Run) -> str:
-    """All warnings about a run, each with its name; empty where there is none."""
-    return "; ".join(
+def warnings_about(run: Run) -> tuple[str, ...]:
+    """All warnings about a run, each with its name."""
+    return tuple(
         f"{each.name}: {_sentence(each, run, found)}"
         for each in WARNINGS.of(run.rig.name)
         for found in each.judge(run, run.rig)

@@ -46,6 +46,7 @@ from oilfilm.exports.description import (
     plain,
 )
 from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, TEMPLATES, C
+from oilfilm.fits.certificate_words import certificate
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -251,7 +252,7 @@ def json_text(
         "fit": quality
         and {
             "certified": description.certified,
-            "verdict": quality["certificate"],
+            "verdict": certificate(quality),
             "not_sound_because": list(description.fitted.wrong),
             "points": int(quality["n_points"]),
             "runs": int(quality["n_curves"]),
@@ -368,7 +369,7 @@ def export_campaign(
 
     Args:
         results: Tables `points`, `coefficients`, `fit_quality` and `soundness`.
-        settings: `campaign`, `fit`, `exports` and `printed` of them.
+        settings: `campaign`, `fit`, `exports` and `studies` of them.
         provenance: Digests of code, settings and inputs.
 
     Returns:

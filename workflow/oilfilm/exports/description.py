@@ -19,9 +19,11 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.units import FloatArray
+from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.report.captions import PAPER, credit
+from oilfilm.report.captions import credit
+from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -115,18 +117,32 @@ class Condition:
 
 
 @dataclass(frozen=True)
+class Published:
+    """Where published constants come from, and what is not known of them.
+
+    Attributes:
+        source: The publication.
+        sentences: What a user of the constants must know.
+    """
+
+    source: str
+    sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class Description:
     """One oil's constants, with everything that their user must know.
 
     Attributes:
         oil: Name as in the configuration, untrusted.
         identifier: Its name in file names and identifiers.
-        campaign: The campaign behind the fit; None where the constants are those of the paper.
+        campaign: The campaign behind the fit; None where the constants are published ones.
         fitted: The law with its constants.
         conditions: What the law's coefficients are power laws of, in the law's order.
         constants: All constants in the law's order, as in the JSON file.
-        quality: The oil's row of the table `fit_quality`; None for the paper's constants.
+        quality: The oil's row of the table `fit_quality`; None for published constants.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
+        published: Of published constants; None where they were fitted.
     """
 
     oil: str
@@ -137,6 +153,7 @@ class Description:
     constants: tuple[Mapping[str, Any], ...]
     quality: Mapping[str, Any] | None
     adore_points: tuple[Mapping[str, float], ...]
+    published: Published | None = None
 
     @property
     def law(self) -> Law:
@@ -211,7 +228,7 @@ class Description:
     def obstacle(self) -> str:
         """Why no function of mu can be written; empty where one can."""
         lost = np.isnan(self.fitted.coefficients.constants).any()
-        return str(self.quality["certificate"]) if lost and self.quality else ""
+        return certificate(self.quality) if lost and self.quality else ""
 
     @property
     def values(self) -> dict[str, float]:
@@ -289,9 +306,9 @@ class Description:
     @property
     def origin(self) -> str:
         """Where the constants come from, and whether the data behind them are real."""
-        campaign = self.campaign
-        if campaign is None:
-            return f"PRINTED CONSTANTS of {PAPER}, Eqs 11-13"
+        if self.published is not None:
+            return f"PRINTED CONSTANTS of {self.published.source}"
+        campaign = present(self.campaign, "campaign", "the description of a fit")
         kind = (
             plain(f"Measured data{credit(campaign)}")
             if campaign.data == "measured"
@@ -301,27 +318,15 @@ class Description:
 
     @property
     def fit_sentences(self) -> list[str]:
-        """How good the fit is; for the paper's constants, what is not known of them."""
-        fit = self.quality
-        if fit is None:
-            by_verdict: dict[str, list[str]] = {}
-            for constant in self.constants:
-                _, _, sure = str(constant["verdict"]).partition(", ")
-                by_verdict.setdefault(sure, []).append(str(constant["name"]))
-            by_verdict.pop("", None)
-            how_sure = "; ".join(
-                f"{verdict}: {', '.join(names)}" for verdict, names in by_verdict.items()
-            )
-            return [
-                f"They are {self.certificate}. The tested box is that of the paper's abstract.",
-                "The signs of the exponents were lost in the available text and are restored.",
-                f"How sure they are: {how_sure}",
-                *(f"NOT SOUND: {sentence}" for sentence in self.fitted.wrong),
-            ]
+        """How good the fit is; for published constants, what is not known of them."""
+        not_sound = [plain(f"NOT SOUND: {sentence}") for sentence in self.fitted.wrong]
+        if self.published is not None:
+            return [*self.published.sentences, *not_sound]
+        fit = present(self.quality, "quality", "the description of a fit")
         return [
             f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
             f"{fit['rmse']:.2g}; {self.certificate}",
-            *(plain(f"NOT SOUND: {each}") for each in self.fitted.wrong),
+            *not_sound,
         ]
 
     @property
@@ -330,9 +335,7 @@ class Description:
         fit = self.quality
         if fit is None:
             return "as printed, not refitted: without errors and intervals"
-        if fit["certified"]:
-            return f"certified: {fit['searches_agreeing']} of {fit['searches']} searches agree"
-        return plain(str(fit["certificate"]))
+        return plain(certificate(fit))
 
     @property
     def law_sentences(self) -> list[str]:

@@ -30,7 +30,7 @@ from oilfilm.fits.fit_tables import (
 )
 from oilfilm.fits.interval import scores_of_unseen
 from oilfilm.fits.objectives import robust_fit
-from oilfilm.fits.problem import Problem, build_problem, curve_data
+from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import (
     Estimates,
     calibration_refits,
@@ -43,7 +43,7 @@ from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, laws_for
-from oilfilm.traction.law import CONDITIONS, Law
+from oilfilm.traction.law import CONDITIONS, Law, NoValueError
 
 # Why the comparison of laws tells nothing about Wang-Deng where the paper's law made the points.
 TIE = (
@@ -80,8 +80,8 @@ def fit_law(points: pd.DataFrame, oil: str, name: str, settings: Settings) -> Ca
     """
     law = LAWS[name] if name in LAWS else laws_of(oil, settings).get(name)
     if law is None:
-        reason = "the law needs the oil's properties and one known contact (config)"
-        return tables_without_fit([], {"oil": oil, "law": name, "configured": True}, reason)
+        quality = {"oil": oil, "law": name, "configured": True}
+        return tables_without_fit([], {**quality, "no_fit": "properties unknown"})
     return fit_oil(points, oil, settings.fit, settings.seed, law)
 
 
@@ -116,46 +116,50 @@ def fit_oil(
     quality: dict[str, Any] = {
         **{"oil": oil, "law": law.name, "configured": True},
         **{"n_points": len(data.mu), "n_curves": len(data.runs)},
-        "incomplete_curves": "; ".join(left_out),
+        "incomplete_curves": tuple(left_out),
         "fixed_conditions": to_text(fixed),
-        "two_level_conditions": ", ".join(two),
+        "two_level_conditions": tuple(two),
     }
     accepted = points.loc[points["accepted"], list(BOX)].abs()
     for end, values in (("min", accepted.min()), ("max", accepted.max())):
         quality |= {f"tested_{end}_{name}": float(values[name]) for name in BOX}
-    try:
-        problem = build_problem(law, data, followed)
-        _refuse_hopeless(problem)
-    except ValueError as error:
-        return tables_without_fit(fitted_names(law), quality, str(error))
+    obstacle = _obstacle(law, data, followed)
+    if obstacle:
+        return tables_without_fit(fitted_names(law), {**quality, **obstacle})
+    problem = build_problem(law, data, followed)
     solution = _solve(problem, oil, points, settings, seed)
     quality |= _ends_out(solution, points, settings)
     return tables_of_fit(solution, points, quality, settings)
 
 
-def _refuse_hopeless(problem: Problem) -> None:
-    """Raise a ValueError that says in words why no law can be fitted to such data."""
-    data = problem.data
+def _obstacle(law: Law, data: CurveData, followed: BoolArray) -> dict[str, Any]:
+    """Why a law cannot be fitted to such data, as columns of `fit_quality`; empty where it can."""
+    try:
+        law.varied_groups(followed)
+    except ValueError:
+        return {"no_fit": "conditions did not vary"}
+    try:
+        problem = build_problem(law, data, followed)
+    except NoValueError:
+        return {"no_fit": "no value"}
     if not len(data.mu):
-        raise ValueError("0 accepted points")
-    if lost := int(np.sum(~np.isfinite(data.mu + data.slip))):
-        raise ValueError(f"{lost} accepted points have no traction coefficient or no slip")
+        return {"no_fit": "no points"}
+    unusable = int(np.sum(~np.isfinite(data.mu + data.slip)))
+    if unusable:
+        return {"no_fit": "unknown traction", "unusable_points": unusable}
     if not np.any(data.slip):
-        raise ValueError("every slide-roll ratio is zero, where traction says nothing")
+        return {"no_fit": "no slip"}
     if not np.any(data.mu > 0):
-        raise ValueError(
-            "no accepted point has traction above zero; is the sign of the force right "
-            "(semantics of the campaign file)?"
-        )
+        return {"no_fit": "no traction"}
     points = np.column_stack([data.conditions[data.curve], data.slip, data.mu])
-    distinct, needed = len(np.unique(points, axis=0)), int(problem.free.sum()) + 1
+    distinct = len(np.unique(points, axis=0))
+    needed = int(problem.free.sum()) + 1
     if distinct < needed:
-        copies = f", {distinct} of them distinct" if distinct < len(data.mu) else ""
-        raise ValueError(
-            f"{len(data.mu)} accepted points{copies}; at least {needed} distinct ones are needed"
-        )
+        counts = {"distinct_points": distinct, "points_needed": needed}
+        return {"no_fit": "too few points", **counts}
     if np.ptp(data.mu) == 0:
-        raise ValueError(f"mu is {data.mu[0]:.4g} at every point, whatever the slip")
+        return {"no_fit": "constant traction"}
+    return {}
 
 
 def _solve(

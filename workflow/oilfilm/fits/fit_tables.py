@@ -78,18 +78,15 @@ def tables_of_fit(
     )
 
 
-def tables_without_fit(
-    constants: Sequence[str], quality: Mapping[str, Any], reason: str
-) -> CampaignTables:
-    """The same of data that could not be fitted: no values, and the reason as the certificate.
+def tables_without_fit(constants: Sequence[str], quality: Mapping[str, Any]) -> CampaignTables:
+    """The same of data that could not be fitted: no values, and the reason.
 
     Args:
         constants: Names of the constants that were to be fitted.
-        quality: As of `tables_of_fit`.
-        reason: Why there is no fit.
+        quality: As of `tables_of_fit`, with the reason as `no_fit`.
     """
     rows = pd.DataFrame({"constant": constants}).assign(verdict="not identifiable")
-    return _of_fit({**quality, "certificate": f"not fitted: {reason}"}, coefficients=rows)
+    return _of_fit(quality, coefficients=rows)
 
 
 def _of_fit(quality: Mapping[str, Any], **frames: pd.DataFrame) -> CampaignTables:
@@ -318,49 +315,31 @@ def certify(
         "condition_number": condition,
         "hessian_smallest": low,
         "hessian_largest": high,
-        "active_bounds": ", ".join(problem.at_bounds),
+        "active_bounds": tuple(problem.at_bounds),
     }
-    checks = _checks(numbers, largest, settings)
-    failing = [what for holds, _, what in checks if not holds]
-    holding = [what for _, what, _ in checks]
-    sentence = f"{'not certified' if failing else 'certified'}: {'; '.join(failing or holding)}"
-    return {**numbers, "certified": not failing, "certificate": sentence}
+    doubts = _doubts(numbers, largest, settings)
+    return {**numbers, "certified": not doubts, "doubts": tuple(doubts)}
 
 
-def _checks(
-    numbers: Mapping[str, Any], largest: float, settings: FitSettings
-) -> list[tuple[bool, str, str]]:
-    """What a certificate asks: whether it holds, and what is said if it does and if it does not.
-
-    What holds is told by its limit, because the numbers themselves are rounding.
+def _doubts(numbers: Mapping[str, Any], largest: float, settings: FitSettings) -> list[str]:
+    """The parts of a certificate that do not hold.
 
     Args:
         numbers: Columns of `fit_quality`.
         largest: Largest mu over the tested box.
         settings: Limits of config's fit.
     """
-
-    def up_to(limit: float, name: str, text: str) -> tuple[bool, str, str]:
-        found = numbers[name]
-        return found <= limit, text.format(f"{limit:g} at most"), text.format(f"{found:.1e}")
-
-    agree = f"{numbers['searches_agreeing']} of {numbers['searches']} searches agree"
-    apart = "their constants, in standard errors, by {}"
-    smallest, bounds = numbers["min_traction"], numbers["active_bounds"]
-    curved = numbers["hessian_smallest"] > 0 and not np.isnan(numbers["condition_number"])
-    return [
-        (numbers["searches_agreeing"] == numbers["searches"], agree, agree),
-        up_to(settings.agreement_sse, "sse_spread", "their SSE differ by {}"),
-        up_to(settings.agreement_constants, "constant_spread", apart),
-        up_to(settings.gradient_cosine_max, "gradient_cosine", "gradient cosine {}"),
-        (
-            bool(reaches(smallest, 0.0, size=largest)),
-            "mu is not negative over the tested box",
-            f"mu >= {smallest:.1e} over the tested box",
-        ),
-        (curved, "curved in every direction", "flat in a direction"),
-        (not bounds, "no bounds reached", f"bounds reached: {bounds}"),
-    ]
+    is_singular = np.isnan(numbers["condition_number"])
+    fails = {
+        "searches disagree": numbers["searches_agreeing"] != numbers["searches"],
+        "errors differ": not numbers["sse_spread"] <= settings.agreement_sse,
+        "constants differ": not numbers["constant_spread"] <= settings.agreement_constants,
+        "gradient": not numbers["gradient_cosine"] <= settings.gradient_cosine_max,
+        "negative traction": not reaches(numbers["min_traction"], 0.0, size=largest),
+        "flat": is_singular or not numbers["hessian_smallest"] > 0,
+        "at bounds": len(numbers["active_bounds"]) > 0,
+    }
+    return [doubt for doubt, is_failing in fails.items() if is_failing]
 
 
 def gradient_cosine(problem: Problem, optimum: Optimum) -> float:

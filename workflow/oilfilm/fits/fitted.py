@@ -274,7 +274,7 @@ class FittedLaw:
                 "fixed": from_text(row["fixed_conditions"]),
                 "unseen": Unseen.of(row),
                 "degrees": degrees_of_spread(row["n_curves"], 1 + known.sum()),
-                "two_levels": tuple(filter(None, row["two_level_conditions"].split(", "))),
+                "two_levels": row["two_level_conditions"],
             }
             if np.isfinite(row["limiting_stress_ratio"]):
                 of_data["limiting_stress_ratio"] = float(row["limiting_stress_ratio"])

@@ -317,8 +317,7 @@ def verdict_of_fit(
     no_fit = fitted is None or np.isnan(quality["rmse"])
     if fitted is not None and not no_fit:
         # a condition of these runs is unknown
-        left_out = str(quality.get("incomplete_curves") or "").split("; ")
-        used = points[~points["run_id"].isin(left_out)]
+        used = points[~points["run_id"].isin(quality["incomplete_curves"])]
         groups = {} if runs is None else runs_in_common(runs, used, patterns.curves_min)
         left = leftover(fitted, used, groups, others or {}, patterns)
     found = find_patterns(left) if left is not None else []
@@ -334,7 +333,7 @@ def verdict_of_fit(
         "bend": bend is not _NONE,
         "lack of fit": lack_shown,
         "too few curves": left is None or few,
-        "two levels": quality["two_level_conditions"],
+        "two levels": len(quality["two_level_conditions"]) > 0,
     }
     law = next((name for name, holds in of_law.items() if holds), "adequate")
     of_campaign = {
@@ -345,16 +344,18 @@ def verdict_of_fit(
     }
     steady = next((name for name, holds in of_campaign.items() if holds), "steady")
     optimum = bool(quality["certified"])
+    other_oil = change.what.removeprefix("oil ") if change.what.startswith("oil ") else ""
     return {
         "optimum_confirmed": optimum,
         "law_verdict": law,
-        "bend": bend.what,
+        "bend": tuple(bend.what.split()),
         "bend_relative_rms": bend.mu_share,
         "campaign_verdict": steady,
-        "change": change.what,
+        "change": "oil" if other_oil else change.what,
+        "change_oil": other_oil,
         "change_course": change.when,
         "change_group": change.group,
-        "changed_runs": ", ".join(change.runs) if change.when != "trend" else "",
+        "changed_runs": () if change.when == "trend" else tuple(map(str, change.runs)),
         "change_size": change.size,
         "change_relative_rms": change.mu_share,
         "sound": optimum and law == "adequate" and steady == "steady",
@@ -416,8 +417,8 @@ def runs_in_common(
         for column in _GROUPS
         for value, of_value in runs.groupby(column)
     }
-    for column, label, mark in (("columns", "the column ", ", "), ("stated", "", "; ")):
-        parts = runs.set_index("run_id")[column].str.split(mark).explode().dropna()
+    for column, label in (("columns", "the column "), ("stated", "")):
+        parts = runs.set_index("run_id")[column].explode().dropna()
         groups |= {
             f"{label}{part}": set(of.index)
             for part, of in parts.groupby(parts)

@@ -22,7 +22,7 @@ def what_is_wrong(row: Mapping[str, Any]) -> list[str]:
         sentences.append(_of_change(row))
     if row["law_verdict"] != "adequate":
         size = "" if np.isnan(row["bend_relative_rms"]) else f"{row['bend_relative_rms']:.1%}"
-        bend = " and ".join(_name(each) for each in row["bend"].split())
+        bend = " and ".join(_name(each) for each in row["bend"])
         sentences.append(_LAW[row["law_verdict"]].format(bend=bend, size=size))
     if row["campaign_verdict"] == "too few curves" and row["law_verdict"] != "too few curves":
         sentences.append("The runs are too few to show whether the campaign was steady.")
@@ -61,7 +61,7 @@ def _name(code: str) -> str:
 
 def _of_change(row: Mapping[str, Any]) -> str:
     what, size, course = row["change"], row["change_size"], row["change_course"]
-    runs = row["changed_runs"].split(", ")
+    runs = row["changed_runs"]
     named = f"{runs[0]} to {runs[-1]}" if course == "from" else ", ".join(runs)
     where = {
         "trend": "Over the runs",
@@ -72,8 +72,8 @@ def _of_change(row: Mapping[str, Any]) -> str:
     if what.endswith(" factor"):
         quantity = "the entrainment speed" if what == "speed factor" else "the slip"
         found = f"{quantity} reads {size:g} times as large as in the others"
-    elif what.startswith("oil "):
-        found = f"mu is that of a mixture with {size:.0%} of {what.removeprefix('oil ')}"
+    elif what == "oil":
+        found = f"mu is that of a mixture with {size:.0%} of {row['change_oil']}"
     else:
         amount = f"{abs(size):.2g} {_UNITS[what]}" if what in _UNITS else f"{abs(size):.1%}"
         found = f"the {what} reads {'higher' if size > 0 else 'lower'} by {amount}"

@@ -156,15 +156,15 @@ class Understood:
         columns: The columns that are read.
         unused: Names of the columns that are not read.
         sources: Source of each header key: `header` or `run sheet`.
-        names: All columns as text, each with the unit beside its name.
-        stated: Header keys as text, without oil, rig and set points.
+        names: All columns, each with the unit beside its name.
+        stated: Header keys, each with its value, without oil, rig and set points.
     """
 
     columns: Sequence[LogColumn] = ()
     unused: Sequence[str] = ()
     sources: Mapping[str, str] = field(default_factory=dict)
-    names: str = ""
-    stated: str = ""
+    names: tuple[str, ...] = ()
+    stated: tuple[str, ...] = ()
 
 
 NOTHING_UNDERSTOOD = Understood()

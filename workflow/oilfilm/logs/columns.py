@@ -38,6 +38,8 @@ _MANY_ROWS_SHARE = 0.05
 # Keys that have columns of their own in the table of runs.
 _KEYS_WITH_COLUMN = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS})
 _MOST_STATED_KEYS = 30
+# Of the columns of a log that the table of runs names.
+_MOST_NAMES, _LONGEST_NAME = 200, 100
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
 Values = npt.NDArray[Any]
 
@@ -235,16 +237,16 @@ def _understood(
     )
 
 
-def _names_with_units(table: LoggedTable) -> str:
+def _names_with_units(table: LoggedTable) -> tuple[str, ...]:
     """The columns of a log, each with the unit beside its name."""
-    names = [
-        f"{name} [{unit}]" if unit else name
-        for name, unit in zip(table.names, table.units, strict=True)
-    ]
-    return printable(", ".join(names))[:2000]
+    names: list[str] = []
+    for name, unit in zip(table.names, table.units, strict=True):
+        name_with_unit = f"{name} [{unit}]" if unit else name
+        names.append(printable(name_with_unit)[:_LONGEST_NAME])
+    return tuple(names[:_MOST_NAMES])
 
 
-def _stated(keys: Mapping[str, str]) -> str:
+def _stated(keys: Mapping[str, str]) -> tuple[str, ...]:
     """What header and run sheet say beside oil, rig and set points; of a time stamp the day."""
     statements: list[str] = []
     for key, text in sorted(keys.items()):
@@ -252,9 +254,8 @@ def _stated(keys: Mapping[str, str]) -> str:
             continue
         day = DAY.match(text)
         value = day[0] if day else text
-        statement = f"{key[:40]}={value[:60]}"
-        statements.append(statement.replace(";", ","))
-    return printable("; ".join(statements[:_MOST_STATED_KEYS]))
+        statements.append(printable(f"{key[:40]}={value[:60]}"))
+    return tuple(statements[:_MOST_STATED_KEYS])
 
 
 def _unreadable(

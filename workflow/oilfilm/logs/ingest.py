@@ -398,7 +398,7 @@ def _run_columns(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[
         "verdict": "refused",
         "rule": run.flaw.rule if run.flaw else "",
         "reason": printable(run.flaw.reason) if run.flaw else "",
-        "warning": "",
+        "warning": (),
         "refused_rows": refused_rows,
     }
 

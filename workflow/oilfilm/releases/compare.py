@@ -210,9 +210,13 @@ def _verdicts(before: StoredRelease, after: StoredRelease) -> Iterator[Row]:
 
 def _verdict_text(row: pd.Series, side: str) -> str:
     """A verdict of one release with its reasons."""
-    values = row.filter(regex=f" {side}$")
-    stated = values[values.notna() & (values != "")]
-    return ": ".join(stated.astype(str))
+    texts: list[str] = []
+    for value in row.filter(regex=f" {side}$"):
+        if isinstance(value, tuple):
+            texts.append(", ".join(value))
+        elif pd.notna(value):
+            texts.append(str(value))
+    return ": ".join(text for text in texts if text)
 
 
 # ---------------------------------------------------------------- constants and traction

@@ -1,12 +1,9 @@
-"""Captions of figures, and where the data of a campaign are from.
+"""Where the data of a campaign are from.
 
 Decides: how simulated data are named.
 """
 
-from oilfilm.base.figure_catalogue import figures
 from oilfilm.settings.campaign import Campaign
-
-PAPER = "Deng et al., Lubricants 14 (2026) 33"
 
 
 def provenance(campaign: Campaign) -> str:
@@ -26,10 +23,3 @@ def provenance(campaign: Campaign) -> str:
 def credit(campaign: Campaign) -> str:
     """Whose measured data they are, in brackets; empty where the campaign file does not say it."""
     return f" ({campaign.credit})" if campaign.credit else ""
-
-
-def caption(name: str) -> str:
-    """The caption of a figure: its content, and its counterpart in the paper."""
-    figure = figures()[name]
-    made_after = f" Made after {figure.paper} of {PAPER}." if figure.paper else ""
-    return f"{figure.caption}{made_after}"

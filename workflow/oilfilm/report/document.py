@@ -26,6 +26,7 @@ import yaml
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from oilfilm import tables
+from oilfilm.base import studies
 from oilfilm.report.words import gate_name, law_name, law_names, load_variable
 
 _LIBRARY = Path(__file__).parents[1]
@@ -92,7 +93,7 @@ class Section:
 
 def meanings(sections: Iterable[Section]) -> dict[str, str]:
     """The words of a report that need a meaning, each with its meaning."""
-    known = dict(_declarations("glossary"))
+    known = dict(_declarations(Path(__file__).with_name("glossary.yaml")))
     for section in sections:
         known |= section.words
     return known
@@ -284,6 +285,7 @@ FORMS: dict[str, Form] = {
     "gate": gate_name,
     "law": law_name,
     "laws": law_names,
+    "list": ", ".join,
     "load variable": load_variable,
     "yes or no": lambda flag: "yes" if flag else "no",
 }
@@ -301,7 +303,7 @@ def show_table(
         name: Of it in the page, if another one.
         most: Rows that are shown at most.
     """
-    about = _declarations("shown_tables")[declared]
+    about = _shown_tables()[declared]
     columns = []
     for column, given in about["columns"].items():
         keys = {"heading": given} if isinstance(given, str) else dict(given)
@@ -325,8 +327,16 @@ def show_table(
 
 
 @cache
-def _declarations(name: str) -> dict[str, Any]:
-    path = Path(__file__).with_name(f"{name}.yaml")
+def _shown_tables() -> dict[str, Any]:
+    """Declarations of the shown tables of oilfilm and of all studies, by name."""
+    declared = dict(_declarations(Path(__file__).with_name("shown_tables.yaml")))
+    for file in studies.shown_tables(studies.available()):
+        declared |= _declarations(file)
+    return declared
+
+
+@cache
+def _declarations(path: Path) -> dict[str, Any]:
     return dict(yaml.safe_load(path.read_text(encoding="utf-8")))
 
 

@@ -112,19 +112,20 @@ def explored_fits(results: CampaignTables, load_at_1_gpa: float | None) -> dict[
 
 
 def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Settings) -> list[Axis]:
-    """Sliders over everything tested, and over what the paper draws where that is near.
+    """Sliders over everything tested, and over the ranges of `report.sliders` where they overlap.
 
     Args:
         fits: By oil.
         points: Table of points.
         settings: All settings of the campaign.
     """
-    load_n, paper = load_at_1_gpa(settings), settings.printed.boxes.extrapolated
+    load_n = load_at_1_gpa(settings)
+    ranges = settings.report.sliders
     centre = _central(points[points["accepted"]])
     boxes = np.array([_over_axes(fit.coefficients.box, fit.law, load_n) for fit in fits.values()])
     axes = []
     for index, name in enumerate(AXES):
-        low, high = getattr(paper, name)
+        low, high = getattr(ranges, name)
         tested = boxes.reshape(-1, len(AXES), 2)[:, index]
         tested = tested[~np.isnan(tested).any(axis=1)]
         if len(tested):

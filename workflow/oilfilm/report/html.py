@@ -65,9 +65,12 @@ def html(
     gallery: dict[str, list[dict[str, Any]]] = {}
     for png in pngs:
         figure = figures()[png.stem]
-        title = f"{figure.paper.rstrip('.')}. {figure.title}" if figure.paper else figure.title
-        picture = {"png": png, "file": f"figures/{png.name}", "title": title}
-        picture["caption"] = captions.caption(png.stem)
+        picture = {
+            "png": png,
+            "file": f"figures/{png.name}",
+            "title": figure.full_title,
+            "caption": figure.caption,
+        }
         gallery.setdefault(figure.category, []).append(picture)
     signals = [
         {

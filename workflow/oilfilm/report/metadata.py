@@ -19,7 +19,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.settings.campaign import Source
 from oilfilm.settings.resolved import Settings
 
-_TYPES = {"text": "string", "flag": "boolean"}
+_TYPES = {"text": "string", "texts": "array", "flag": "boolean"}
 _ORIGIN = {
     "simulated": "SIMULATED data: written by a program, not measured on a rig.",
     "measured": "Measured data.",
@@ -137,7 +137,8 @@ def _field(column: tables.Column) -> dict[str, Any]:
         "required": not column.nullable or None,
         "minimum": low if low is not None and low > -tables.LARGEST else None,
         "maximum": high if high is not None and high < tables.LARGEST else None,
-        "enum": list(column.allowed),
+        # the standard has no such key for the items of a list
+        "enum": list(column.allowed) if column.type != "texts" else [],
     }
     field = {
         "name": column.name,

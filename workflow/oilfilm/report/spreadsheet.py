@@ -18,6 +18,11 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
     write_text(csv_text(frame), path, encoding="utf-8-sig")
 
 
+def _joined(value: object) -> object:
+    """The texts of a list in one cell; other values as they are."""
+    return "; ".join(value) if isinstance(value, tuple) else value
+
+
 def csv_text(frame: pd.DataFrame) -> str:
     """A table as csv, numbers with all their digits.
 
@@ -27,6 +32,6 @@ def csv_text(frame: pd.DataFrame) -> str:
     """
     safe = frame.copy()
     for name in frame.select_dtypes(exclude="number"):
-        text = frame[name].astype(str)
+        text = frame[name].map(_joined).astype(str)
         safe[name] = text.where(~text.str.startswith(_FORMULA_STARTS), "'" + text)
     return safe.to_csv(index=False, lineterminator="\r\n")

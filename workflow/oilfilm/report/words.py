@@ -51,14 +51,14 @@ def law_name(key: str) -> str:
     return LAW_TITLES.get(key, key)
 
 
-def law_names(keys: str) -> str:
-    """The titles of laws whose names are joined by commas.
+def law_names(keys: Sequence[str] | None) -> str:
+    """The titles of laws, joined by commas; empty where they are not known.
 
     Examples:
-        >>> law_names("deng2026, my-law")
+        >>> law_names(("deng2026", "my-law"))
         'Deng (Eq. 7), my-law'
     """
-    return ", ".join(map(law_name, keys.split(", ")))
+    return ", ".join(map(law_name, keys or ()))
 
 
 def load_variable(key: str) -> str:

@@ -3,18 +3,16 @@
 Decides: name, unit, range and meaning of the keys of `config/config.yaml`.
 """
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
-from oilfilm.bearing.kinematics import entrainment_speed_m_s, inner_slide_roll_ratio
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, OneOf, contradiction, key
 from oilfilm.traction import LAW_NAMES, LAWS
 
 LawOfConditions = Annotated[str, OneOf((*LAWS,))]
 AnyLaw = Annotated[str, OneOf(LAW_NAMES)]
-ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
 
 
 class FilmSettings(Group):
@@ -263,6 +261,7 @@ class TorqueLogSettings(Group):
     tare: TareSettings = key("The torque sensor's output at rest.")
     plateaus: TorquePlateauSettings = key("Steady speeds.")
     gates: TorqueGateSettings = key("Limits of plateaus.")
+    twin_misfit_max: q.Tolerance = key("Misfit up to which two simulated rigs have one truth.")
 
 
 class CompareSettings(Group):
@@ -332,6 +331,7 @@ class CageSlipSettings(Group):
     pitch_speed_mm_rpm: q.Several[q.PitchSpeedMmRpm] = key("Pitch diameter times speed.")
     axial_load_n: q.Several[q.LoadN] = key("Axial loads.")
     inlet_temperature_c: q.TemperatureC = key("Oil temperature.")
+    slip_limit: q.Tolerance = key("Cage slip from which on a bearing slips.")
 
 
 class SizeEffectSettings(Group):
@@ -426,150 +426,8 @@ class Box(Group):
     slide_roll_ratio: q.Band[q.SlideRollRatioOrZero] = key("Slide-roll ratio.")
 
 
-class Boxes(Group):
-    """Boxes of conditions."""
-
-    tested: Box = key("Conditions that the paper tested.")
-    extrapolated: Box = key("Conditions that the paper's figures show.")
-
-
-_FewSlips = Annotated[q.Levels[q.SlideRollRatio], Field(min_length=2, max_length=10)]
-
-
-class SignSlips(Group):
-    """Slide-roll ratios where a statement is judged."""
-
-    curve: _FewSlips = key("Of the whole curve.")
-    figures: _FewSlips = key("Of the figures.")
-
-
-class SignSettings(Group):
-    """The study of the signs that were lost in print."""
-
-    levels: int = key("Levels of each condition; steps in thirds.", ge=4, le=25)
-    slide_roll_ratio: SignSlips = key("Slide-roll ratios where a statement is judged.")
-    linear_r2_min: q.Share = key("R2 of a straight line that counts as linear.")
-    decline_max: q.Share = key("Share of the peak that a slight decline may lose.")
-    near_best: float = key("Statements behind the best that still count as near it.", gt=0)
-    no_effect_max: q.Share = key("Change of mu over its largest value that counts as none.")
-
-
-class PrintedSettings(Group):
-    """How the printed constants are judged."""
-
-    boxes: Boxes = key("Boxes of conditions.")
-    levels: q.Levelled = key("Levels of each condition and of slip where mu is compared.")
-    signs: SignSettings = key("The study of the lost signs.")
-
-
-class AuditSettings(Group):
-    """The paper's claims, checked with refit and printed constants."""
-
-    holds_share: q.Share = key("Share of the cases from which on a claim holds.")
-    fails_share: q.Share = key("Share of the cases below which a claim fails.")
-    levels: int = key("Levels of each condition.", ge=3, le=1000)
-    curve_points: int = key("Slide-roll ratios of a curve.", ge=11, le=10000)
-    zero_traction_max: float = key("|mu| up to this is no traction.", unit="1", ge=0, le=1)
-    linear_tolerance: q.Tolerance = key("Change of mu/S at the end of the linear range.")
-    linear_to_slip: q.SlideRollRatio = key("Slip that the linear range must reach.")
-    plateau_share: q.Tolerance = key("Share of the peak where the plateau begins.")
-    cold_band_c: q.Band[q.TemperatureC] = key("Temperatures where the paper sees the steeper fall.")
-    hot_band_c: q.Band[q.TemperatureC] = key("Temperatures where the paper sees flatter curves.")
-    prediction_error: q.RelativeError = key("Relative error of mu that is a good prediction.")
-    slow_and_fast_m_s: q.Band[q.SpeedMs] = key("Speeds whose temperature effect is compared.")
-    film_min_um: float = key("Film thickness that the paper states.", unit="um", gt=0, le=100)
-    stress_law: LawOfConditions = key("Law that others are compared with.")
-    overfit_min: q.Factor = key("Growth of the error on curves left out, over that of stress_law.")
-    kinematic_tolerance: q.Tolerance = key("What 'nearly' allows in statements on speed and slip.")
-    torque_stress_error: q.Factor = key("Largest relative torque error of the stress law (paper).")
-    torque_load_error: q.Factor = key("Largest relative torque error of the load law (paper).")
-    twin_misfit_max: q.Tolerance = key("Misfit of the two simulated rigs that a claim allows.")
-
-
-class SelectionLimits(Group):
-    """Limits between the states of a contact."""
-
-    slip_limit: q.Tolerance = key("Cage slip from which on a bearing slips.")
-    light_below_gpa: q.PressureGpa = key("Pressure below which the load is light.")
-    heavy_from_gpa: q.PressureGpa = key("Pressure from which on the load is heavy.")
-    hot_from_c: q.TemperatureC = key("Temperature from which on it is hot.")
-    fast_from_mm_rpm: q.PitchSpeedMmRpm = key("Pitch diameter times speed from where it is fast.")
-
-
-class StatedSpeed(Group):
-    """A bearing's speed and the entrainment speed that the paper takes it for."""
-
-    pitch_speed_mm_rpm: q.PitchSpeedMmRpm = key("Pitch diameter times speed.")
-    entrainment_speed_m_s: q.SpeedMs = key("Entrainment speed.")
-
-
-class SelectionRule(Group):
-    """A rule of the paper's advice on oils."""
-
-    name: q.Text = key("Name of the rule.")
-    section: q.Text = key("Section of the paper, in quotes where it is a number.")
-    when: q.Unique[ContactState] = key("States of the contact that must all be true.")
-    prefer: q.Filled[q.Name] = key("Oils, the first choice first.")
-
-
-class AdviceBandSettings(Group):
-    """Scenarios in which the advice on oils is worked out again."""
-
-    limit_factors: q.Unique[q.Factor] = key("Factors on each of `limits`, one after the other.")
-    inlet_temperature_c: q.Unique[q.TemperatureC] = key("Supply temperatures beside the map's.")
-    rule_orders: dict[str, list[q.Text]] = key("Other orders of the rules: their names, by order.")
-
-
-class SelectionSettings(Group):
-    """The paper's advice on which oil to choose."""
-
-    gamma: q.Gamma = key("Effective D cos(alpha)/dm in S = 2 s/(1 + gamma (1 - s)).")
-    stated: StatedSpeed = key("Speeds that the paper takes for one another.")
-    limits: SelectionLimits = key("Limits between the states of a contact.")
-    rules: q.Filled[SelectionRule] = key("Rules; the first that applies decides.")
-    indifference: q.RelativeError = key("Oils that differ by less are equally good, relative.")
-    band: AdviceBandSettings = key("Scenarios for the advice by cage slip.")
-
-    @model_validator(mode="after")
-    def _orders_have_every_rule_once(self) -> Self:
-        names = sorted(rule.name for rule in self.rules)
-        for order, listed in self.band.rule_orders.items():
-            if sorted(listed) != names:
-                raise contradiction(
-                    ("band", "rule_orders", order),
-                    f"an order has every rule once: {', '.join(names)}; found {', '.join(listed)}.",
-                )
-        return self
-
-    @property
-    def slide_roll_ratio_limit(self) -> float:
-        """Slide-roll ratio at the inner race at the limit of cage slip."""
-        return inner_slide_roll_ratio(self.limits.slip_limit, self.gamma)
-
-    @property
-    def fast_from_m_s(self) -> float:
-        """Entrainment speed from which on a contact is fast."""
-        return entrainment_speed_m_s(self.limits.fast_from_mm_rpm)
-
-
-class Fig02Settings(Group):
-    """Condition of figure 2."""
-
-    oil: q.Name = key("Oil shown, in quotes.")
-    inlet_temperature_c: q.Rows[q.TemperatureC] = key("Temperatures, one row of panels each.")
-    entrainment_speed_m_s: q.SpeedMs = key("Speed of the panels by pressure.")
-    max_hertz_pressure_gpa: q.PressureGpa = key("Pressure of the panels by speed.")
-
-
-class Fig03Settings(Group):
-    """Condition of figure 3."""
-
-    inlet_temperature_c: q.TemperatureC = key("Temperature.")
-    entrainment_speed_m_s: q.SpeedMs = key("Speed.")
-
-
-class Fig06Settings(Group):
-    """Condition of figure 6."""
+class TorqueFigureSettings(Group):
+    """Conditions of figures of measured torque."""
 
     same_within: q.RelativeError = key("Conditions this near are one set point, relative.")
 
@@ -603,9 +461,7 @@ class IsothermalSettings(Group):
 class FigureSettings(Group):
     """Conditions that the figures show."""
 
-    fig02: Fig02Settings = key("Figure 2.")
-    fig03: Fig03Settings = key("Figure 3.")
-    fig06: Fig06Settings = key("Figure 6.")
+    torque: TorqueFigureSettings = key("Figures of measured torque.")
     friction_map: FrictionMapSettings = key("Figure `friction-map`.")
     stribeck: StribeckSettings = key("Figure `stribeck`.")
     isothermal: IsothermalSettings = key("Figure `isothermal`.")
@@ -618,12 +474,6 @@ class Matrix(Group):
     max_hertz_pressure_gpa: q.Levels[q.PressureGpa] = key("Maximum Hertz pressures.")
     entrainment_speed_m_s: q.Levels[q.SpeedMs] = key("Entrainment speeds.")
     inlet_temperature_c: q.Levels[q.TemperatureC] = key("Inlet temperatures.")
-
-
-class Conditions(Matrix):
-    """Conditions of a figure: all combinations of levels."""
-
-    slide_roll_ratio: q.Levels[q.SlideRollRatioOrZero] = key("Slide-roll ratios.")
 
 
 class NearbySettings(Group):
@@ -641,6 +491,7 @@ class ReportSettings(Group):
     size_max_mb: float = key("Size of the page; further pictures are left out.", unit="MB", gt=0)
     rows_max: int = key("Rows of a list of refusals or of runs; the rest is counted.", ge=1)
     points_max: int = key("Measured points in the explorer.", ge=1)
+    sliders: Box = key("Ranges of the explorer's sliders, where tests are near.")
     nearby: NearbySettings = key("Points shown beside a curve.")
 
 
@@ -689,16 +540,13 @@ class ConfigKeys(Group):
     bearing: BearingSettings = key("Calculation of a bearing's torque, beside the law.")
     plan: PlanSettings = key("Which tests to run next.")
     exports: ExportSettings = key("Laws for other programs.")
-    printed: PrintedSettings = key("How the printed constants are judged.")
-    audit: AuditSettings = key("How the paper's claims are judged.")
-    selection: SelectionSettings = key("The paper's advice on which oil to choose.")
     figures: FigureSettings = key("Conditions that the figures show.")
-    extrapolation: Annotated[dict[str, Conditions], Field(min_length=1)] = key(
-        "By figure: conditions at which fitted laws are compared with a simulated truth."
-    )
     report: ReportSettings = key("The report.")
     release: ReleaseSettings = key("A release of a campaign.")
     drift: DriftSettings = key("What may change between two releases.")
+    studies: dict[str, dict[str, Any]] = key(
+        "By study: those of its own settings that are changed.", default={}
+    )
 
 
 class Config(ConfigKeys):

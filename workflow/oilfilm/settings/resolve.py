@@ -7,8 +7,9 @@ figure needs to be drawn.
 """
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from oilfilm.base.home import CONFIG
 from oilfilm.settings.base import Group, plain_key
 from oilfilm.settings.campaign import Campaign, CampaignFile, Dataset
 from oilfilm.settings.config import Config, ConfigKeys
-from oilfilm.settings.messages import Steps, check_file
+from oilfilm.settings.messages import Steps, check, check_file
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import BearingFile, OilFile, Rig
 from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, leaves, read_yaml
@@ -82,7 +83,8 @@ def resolve(
     file = _read(folder, "campaign", name, named_at)
     campaign: CampaignFile = check_file(file, CampaignFile)
     other_overrides = {key: value for key, value in overrides.items() if key != "campaign"}
-    keys = _merged_keys(config, file, other_overrides)
+    study_files = _study_files(campaign.studies)
+    keys = _merged_keys(config, study_files, file, other_overrides)
 
     def files_by_name(kind: str, names: list[str], *steps: str) -> dict[str, Any]:
         named_at = f"{file.location_of(steps)}, `{dotted(steps)}`"
@@ -95,8 +97,11 @@ def resolve(
         bearing_names.append(campaign.torque.bearing)
         # published figures show the others
         bearing_names += [name for name in _files(folder, "bearing") if name not in bearing_names]
+    config_keys = _written(ConfigKeys, keys)
+    # settings of a study that the campaign does not have change nothing
+    config_keys["studies"] = {name: keys.studies[name] for name in study_files}
     settings = Settings.model_construct(
-        **_written(ConfigKeys, keys),
+        **config_keys,
         split=keys.split,
         campaign=Campaign.model_construct(name=str(name), **_written(Campaign, campaign)),
         # apart from the campaign, so that a corrected title reruns no fit
@@ -156,13 +161,28 @@ def unresolve(settings: Settings) -> dict[str, str]:
 
 
 def _files(folder: Path, kind: str) -> dict[str, Path]:
-    """All files of a kind by name, without the template; a project's file replaces oilfilm's."""
+    """All files of a kind by name, without the template.
+
+    A project's file replaces oilfilm's, which replaces the one of a study.
+    """
     files = {}
-    for config_folder in (CONFIG, folder):
-        for path in (config_folder / f"{kind}s").glob("*.yaml"):
+    folders = [CONFIG / f"{kind}s", folder / f"{kind}s"]
+    if kind == "campaign":
+        folders = [*studies.campaign_folders(), *folders]
+    for of_kind in folders:
+        for path in of_kind.glob("*.yaml"):
             files[path.stem] = path
     files.pop("template", None)
     return dict(sorted(files.items()))
+
+
+def campaign_names(folder: Path) -> list[str]:
+    """Names of all campaigns that a project can run, those of studies included.
+
+    Args:
+        folder: The configuration folder.
+    """
+    return list(_files(folder, "campaign"))
 
 
 def _read(folder: Path, kind: str, name: object, named_at: str) -> YamlFile:
@@ -201,10 +221,23 @@ def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
     return content
 
 
-def _merged_keys(config: YamlFile, campaign: YamlFile, overrides: Mapping[str, Any]) -> Config:
-    """The keys of config.yaml, replaced by those of the campaign and of the command line."""
+def _study_files(names: Iterable[str]) -> dict[str, YamlFile]:
+    """The files with the settings of studies; not every study has settings."""
+    paths = {name: studies.settings_file(name) for name in names if name in studies.available()}
+    return {name: read_yaml(path) for name, path in paths.items() if path.is_file()}
+
+
+def _merged_keys(
+    config: YamlFile,
+    study_files: Mapping[str, YamlFile],
+    campaign: YamlFile,
+    overrides: Mapping[str, Any],
+) -> Config:
+    """The keys of config.yaml and of studies, replaced by those of the campaign and as typed."""
+    of_studies = {"studies": {name: file.values for name, file in study_files.items()}}
+    defaults = merge(of_studies, config.values)
     campaign_keys = campaign.values.get("settings", {})
-    typed_keys = _with_numbers(overrides, config.values)
+    typed_keys = _with_numbers(overrides, defaults)
 
     def location_of(steps: Steps) -> str:
         # the last key may be one of several that contradict each other: look for its group too
@@ -213,6 +246,11 @@ def _merged_keys(config: YamlFile, campaign: YamlFile, overrides: Mapping[str, A
                 return "the command line's --config"
             if written_steps in _all_steps(campaign_keys):
                 return campaign.location_of(("settings", *steps))
+        key, *steps_in_studies = steps
+        if key == "studies" and steps not in _all_steps(config.values):
+            name, *steps_in_study = steps_in_studies
+            if name in study_files:
+                return study_files[name].location_of(steps_in_study)
         return config.location_of(steps)
 
     if "campaign" in campaign_keys:
@@ -220,8 +258,34 @@ def _merged_keys(config: YamlFile, campaign: YamlFile, overrides: Mapping[str, A
             f"{campaign.location_of(('settings', 'campaign'))}: `settings` cannot name another "
             "campaign; leave the key out."
         )
-    merged = merge(merge(config.values, campaign_keys), typed_keys)
-    return check_file(replace(config, values=merged), Config, location_of)
+    merged = merge(merge(defaults, campaign_keys), typed_keys)
+    keys: Config = check_file(replace(config, values=merged), Config, location_of)
+    _check_studies(keys, study_files, location_of)
+    return keys
+
+
+def _check_studies(
+    keys: Config, study_files: Mapping[str, YamlFile], location_of: Callable[[Steps], str]
+) -> None:
+    """Check the settings of studies by the models of their packages.
+
+    Raises:
+        OilfilmError: There is no such study, or its settings have a mistake.
+    """
+    for name, values in keys.studies.items():
+        if name not in studies.available():
+            expected = ", ".join(studies.available())
+            raise OilfilmError(
+                f"{location_of(('studies', name))}: found settings of the study {name!r}; expected "
+                f"one of {expected}."
+            )
+        if name in study_files:
+            model = studies.settings_module(name).StudySettings
+            check(values, model, partial(_location_in_study, name, location_of))
+
+
+def _location_in_study(name: str, location_of: Callable[[Steps], str], steps: Steps) -> str:
+    return location_of(("studies", name, *steps))
 
 
 def _all_steps(values: Any) -> set[Steps]:
@@ -284,6 +348,8 @@ def _contradictions(settings: Settings) -> Iterator[tuple[Steps, str]]:
     yield from _named_twice(campaign)
     yield from _simulation(campaign)
     yield from _figures(settings)
+    for name in settings.studies:
+        yield from studies.settings_module(name).contradictions(settings)
 
 
 def _named_twice(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
@@ -337,13 +403,6 @@ def _figures(settings: Settings) -> Iterator[tuple[Steps, str]]:
             lacks = f"belongs to the study {figure.study!r}; add `studies: [{figure.study}]`"
         if lacks:
             yield ("figures",), f"the figure `{figure.name}` {lacks}, or leave the figure out."
-    shown_oil = settings.figures.fig02.oil
-    if "fig02" in campaign.figures and shown_oil not in settings.oils:
-        advice = "name one of its own under `settings: {figures: {fig02: {oil: ...}}}`"
-        yield (
-            ("figures",),
-            f"fig02 shows the oil {shown_oil!r}, which the campaign lacks; {advice}.",
-        )
 
 
 def _unknown_names(

@@ -119,6 +119,16 @@ class Settings(ConfigKeys):
         name = present(self.campaign.torque, "torque", "the campaign").bearing
         return self.bearings[name].bearing(name)
 
+    def of_study(self, name: str, model: type[_Part]) -> _Part:
+        """The settings of a study of the campaign.
+
+        Args:
+            name: Name of its package.
+            model: The package's model of them.
+        """
+        study: _Part = check(self.studies[name], model, lambda steps: f"settings of {name}")
+        return study
+
     def with_changes(self, changes: Mapping[str, Any]) -> Self:
         """The settings with some keys changed, for a trial: `{"fit": {"bootstrap": 20}}`."""
         return type(self).of(merge(self.plain(), changes))

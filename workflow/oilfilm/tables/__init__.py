@@ -23,11 +23,11 @@ import pyarrow.parquet as parquet
 
 from oilfilm.base.atomic_write import atomic_file
 from oilfilm.base.errors import OilfilmError, cut
-from oilfilm.tables.dictionary import BY_ROW as BY_ROW
+from oilfilm.tables.declaration import BY_ROW as BY_ROW
+from oilfilm.tables.declaration import UNITS as UNITS
 from oilfilm.tables.dictionary import COLUMNS as COLUMNS
 from oilfilm.tables.dictionary import LARGEST as LARGEST
 from oilfilm.tables.dictionary import TABLES as TABLES
-from oilfilm.tables.dictionary import UNITS as UNITS
 from oilfilm.tables.dictionary import Column as Column
 from oilfilm.tables.dictionary import Table as Table
 from oilfilm.tables.dictionary import unit_of as unit_of
@@ -70,8 +70,9 @@ def _size_unpacked(file: Path, largest: int) -> int:
             f"it has {metadata.num_columns} columns in {metadata.num_row_groups} parts; expected "
             f"at most {_MOST_CHUNKS} together"
         )
-    if any(arrow.types.is_nested(kind) for kind in metadata.schema.to_arrow_schema().types):
-        raise ValueError("its columns hold lists, which no table here does")
+    for kind in metadata.schema.to_arrow_schema().types:
+        if arrow.types.is_nested(kind) and not _is_list_of_texts(kind):
+            raise ValueError(f"its columns hold {kind}, which no table here does")
     groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
     chunks = [group.column(index) for group in groups for index in range(group.num_columns)]
     if unknown := {chunk.physical_type for chunk in chunks} - {*_PLAIN, "BYTE_ARRAY"}:
@@ -83,12 +84,17 @@ def _size_unpacked(file: Path, largest: int) -> int:
         return size
     for batch in parquet.ParquetFile(file, read_dictionary=text).iter_batches(columns=text):
         for column in batch.columns:
-            if isinstance(column, arrow.DictionaryArray):
-                lengths = compute.binary_length(column.dictionary.cast(arrow.large_binary()))
-                size += compute.sum(lengths.take(column.indices)).as_py() or 0
+            values = column.flatten() if isinstance(column, arrow.ListArray) else column
+            if isinstance(values, arrow.DictionaryArray):
+                lengths = compute.binary_length(values.dictionary.cast(arrow.large_binary()))
+                size += compute.sum(lengths.take(values.indices)).as_py() or 0
             else:
-                size += column.nbytes
+                size += values.nbytes
     return size
+
+
+def _is_list_of_texts(kind: arrow.DataType) -> bool:
+    return arrow.types.is_list(kind) and arrow.types.is_string(kind.value_type)
 
 
 def columns(table: str) -> list[str]:
@@ -123,12 +129,20 @@ def filled(frame: pd.DataFrame, table: str, where: str = "new rows") -> pd.DataF
     values = {}
     for column in TABLES[table].columns:
         known = frame.get(column.name, pd.Series(np.nan, frame.index))
+        if column.type == "texts":
+            values[column.name] = known if column.nullable else _with_empty_lists(known)
+            continue
         if not column.nullable and known.hasnans:
             nothing = (*column.allowed, unknown[column.type])[0]
             known = known.astype(object).where(known.notna(), nothing)
         dtype: Any = column.dtype
         values[column.name] = known.astype(dtype)
     return conform(pd.DataFrame(values), table, where)
+
+
+def _with_empty_lists(values: pd.Series) -> pd.Series:
+    """Lists of texts, empty where there is none."""
+    return _as_tuples(values).map(lambda texts: () if texts is None else texts)
 
 
 def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
@@ -179,6 +193,8 @@ def conform(frame: pd.DataFrame, table: str, where: str, advice: str = _GIVEN) -
 def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> pd.Series:
     """A column with its type, every check passed."""
     values = frame[column.name]
+    if column.type == "texts":
+        values = _as_tuples(values)
     if column.dtype == "boolean" and values.dtype == object:
         # as Arrow hands over flags of which some are unknown
         values = values.astype("boolean")
@@ -199,12 +215,37 @@ def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> p
     return validated[column.name]
 
 
+def lists(values: Sequence[tuple[str, ...]], index: pd.Index) -> pd.Series:
+    """A column of lists of texts.
+
+    Args:
+        values: The texts of each row.
+        index: Of the rows.
+    """
+    return pd.Series(list(values), index, dtype=object)
+
+
+def _as_tuples(values: pd.Series) -> pd.Series:
+    """Lists of texts as tuples, which are compared and grouped as one value; None where missing."""
+    tuples = np.empty(len(values), dtype=object)
+    for row, value in enumerate(values):
+        if isinstance(value, list | tuple | np.ndarray):
+            tuples[row] = tuple(value)
+        else:
+            tuples[row] = None if pd.isna(value) else value
+    return pd.Series(tuples, values.index, dtype=object)
+
+
 def _plainly_obeys(values: pd.Series, column: Column) -> bool:
     """True where a column has its type and keeps its bounds; in any doubt false."""
     if values.dtype.name != column.dtype:
         return False
     if values.empty:
         return True
+    if column.type == "texts":
+        return all(
+            column.is_list_allowed(value) or (value is None and column.nullable) for value in values
+        )
     if not column.nullable and values.hasnans:
         return False
     if column.at_least is not None and np.fmin.reduce(values.to_numpy()) < column.at_least:
@@ -260,7 +301,12 @@ def writing(
             aside,
             schema,
             compression="zstd",
-            use_dictionary=[name for name in schema.names if name not in encodings],
+            use_dictionary=[
+                # values of a list have a path of their own
+                f"{field.name}.list.element" if _is_list_of_texts(field.type) else field.name
+                for field in schema
+                if field.name not in encodings
+            ],
             column_encoding=encodings,
             write_page_checksum=True,
             store_schema=False,  # with its metadata at the end
@@ -422,5 +468,6 @@ _ARROW_TYPES = {
     "bool": arrow.bool_(),
     "boolean": arrow.bool_(),
     "str": arrow.string(),
+    "object": arrow.list_(arrow.string()),
     "category": arrow.dictionary(arrow.int32(), arrow.string()),
 }

@@ -1,38 +1,45 @@
-"""Columns and tables as their YAML files declare them: one line per column, one entry per table.
+"""Columns and tables as their YAML files declare them.
 
-A column is declared once: `name: kind | meaning | caveat`. The kind is a unit (of a number),
-`share`, `count`, `text`, `flag` or `flag or null` (true, false, unknown); then `required` where it
-is never null, bounds, and in brackets
-the only texts allowed. A table lists the names of its columns. Under `uses` it may narrow a column
-and add a note, but it has no unit and no meaning of its own: the same name is the same quantity
-everywhere.
+`declaration.py` has the keys of these files. Tables of oilfilm are in `rig.yaml`, `fits.yaml`,
+`bearing.yaml` and `drawn.yaml`; a package beside oilfilm has a file of its own.
 
 Decides: columns and key of every table, what a column means, and its unit, each in a YAML file
 beside it (`rig.yaml` with `points` and `runs`, `fits.yaml`, `bearing.yaml`).
 """
 
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 import pandas as pd
-import yaml
+
+from oilfilm.base.errors import OilfilmError
+from oilfilm.settings.messages import check_file
+from oilfilm.settings.yaml_file import YamlFile, read_yaml
+from oilfilm.tables.declaration import (
+    BY_ROW,
+    ColumnEntry,
+    ColumnList,
+    Declarations,
+    Limits,
+    Refinement,
+    TableEntry,
+)
 
 # Infinity passes a plain lower bound; no quantity of a traction rig comes near this one.
 LARGEST = 1e12
-# The unit of a number whose rows have units of their own; its caveat says which.
-BY_ROW = "by row"
-UNITS = frozenset(
-    {"1", "s", "N", "m/s", "degC", "K", "GPa", "um", "mm", "deg", "rpm", "W", "N m", "mm rpm"}
-    | {BY_ROW}
-)
-Type = Literal["number", "integer", "text", "flag"]
+Type = Literal["number", "integer", "text", "texts", "flag"]
 # A check over several columns: a complaint, or an empty text where all is well.
 Check = Callable[[pd.DataFrame], str]
-_DTYPES = {"number": "float64", "integer": "int64", "text": "str", "flag": "bool"}
+_DTYPES = {
+    "number": "float64",
+    "integer": "int64",
+    "text": "str",
+    "texts": "object",  # a tuple of texts, or None where it is not known
+    "flag": "bool",
+}
 
 
 @dataclass(frozen=True)
@@ -42,13 +49,13 @@ class Column:
     Attributes:
         name: Of the column; it ends in the unit where the unit is not 1.
         type: Type of its values.
-        unit: One of `UNITS`; empty for text and flags.
+        unit: One of `UNITS`; empty for text, lists of texts and flags.
         meaning: What it is, in every table.
         caveat: What a user must know before trusting it ("calibration is not included").
         nullable: Whether values may be missing.
         at_least: Smallest value allowed.
         at_most: Largest value allowed.
-        allowed: The only texts allowed; empty where any is.
+        allowed: The only texts allowed, in a list too; empty where any is.
         note: What one table adds, as "mean over the plateau".
         dictionary: Whether one table stores it dictionary-encoded, because few texts repeat.
     """
@@ -87,6 +94,14 @@ class Column:
     def description(self) -> str:
         """Meaning, note and caveat in one line."""
         return "; ".join(filter(None, (self.meaning_here, self.caveat)))
+
+    def is_list_allowed(self, value: object) -> bool:
+        """Whether a value is a tuple of texts that this column of lists may hold."""
+        if not isinstance(value, tuple):
+            return False
+        if not all(isinstance(text, str) for text in value):
+            return False
+        return not self.allowed or set(value) <= set(self.allowed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +175,9 @@ def _pandera_column(column: Column) -> Any:
         checks.append(pa.Check.ge(column.at_least))
     if column.at_most is not None:
         checks.append(pa.Check.le(column.at_most))
-    if column.allowed:
+    if column.type == "texts":
+        checks.append(pa.Check(column.is_list_allowed, element_wise=True, name="list_of_texts"))
+    elif column.allowed:
         checks.append(pa.Check.isin(column.allowed))
     return pa.Column(
         str if column.dtype == "str" else column.dtype,
@@ -183,13 +200,22 @@ def repeated(frame: pd.DataFrame, key: Sequence[str]) -> str:
 # Every column and every table by name, in the order in which they are described.
 COLUMNS: dict[str, Column] = {}
 TABLES: dict[str, Table] = {}
-# Columns that several tables share, as `@friction`, and what these tables say of them.
-_SETS: dict[str, Mapping[str, Any]] = {}
+# Columns that several tables share.
+_SETS: dict[str, ColumnList] = {}
 
-_KIND = re.compile(
-    r"(?P<unit>[^<>(]*?) ?(?P<words>(?:\b(?:dictionary|required)\b ?)*)"
-    r"(?:>= (?P<at_least>\S+) ?)?(?:<= (?P<at_most>\S+) ?)?(?:\((?P<allowed>.*)\))?"
-)
+# What a type of the declaration is, before its limits.
+_KINDS: dict[str, dict[str, Any]] = {
+    # infinity passes no bound
+    "number": {"type": "number", "nullable": True, "at_least": -LARGEST, "at_most": LARGEST},
+    "share": {"type": "number", "unit": "1", "nullable": True, "at_least": 0, "at_most": 1},
+    "count": {"type": "integer", "unit": "1", "at_least": 0},
+    "text": {"type": "text"},
+    "texts": {"type": "texts"},
+    "flag": {"type": "flag"},
+}
+
+_A_COLUMN = "a declared column"
+_OF_TABLE = "a column of this table"
 
 
 def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
@@ -200,91 +226,122 @@ def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
         checks: By table: a check over several columns.
 
     Raises:
-        ValueError: A name is declared twice.
-        KeyError: A table has a column that is not declared.
+        OilfilmError: A key is unknown or a value is wrong, a name is declared twice, or a table
+            names a column that is not declared. The message has the file and the line.
     """
-    content = yaml.load(path.read_bytes(), getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506
-    for name, text in content["columns"].items():
-        if name in COLUMNS:
-            raise ValueError(f"{path}: column {name!r} is declared twice")
-        COLUMNS[name] = _column(name, text)
-    _SETS.update(content.get("sets", {}))
-    for name, entry in content["tables"].items():
-        if name in TABLES:
-            raise ValueError(f"{path}: table {name!r} is declared twice")
-        TABLES[name] = _table(name, entry, (checks or {}).get(name))
+    file = read_yaml(path)
+    declared: Declarations = check_file(file, Declarations)
+    for name, column in declared.columns.items():
+        _refuse_second(name, COLUMNS, file, ("columns", name))
+        COLUMNS[name] = _column(name, column)
+    for name, shared in declared.column_sets.items():
+        _refuse_second(name, _SETS, file, ("column_sets", name))
+        steps = ("column_sets", name)
+        _refuse_unknown(shared.columns, COLUMNS, _A_COLUMN, file, (*steps, "columns"))
+        of_set = shared.columns
+        _refuse_unknown(shared.in_this_table, of_set, _OF_TABLE, file, (*steps, "in_this_table"))
+        _SETS[name] = shared
+    for name, table in declared.tables.items():
+        _refuse_second(name, TABLES, file, ("tables", name))
+        TABLES[name] = _table(name, table, file, (checks or {}).get(name))
 
 
-def _column(name: str, text: str) -> Column:
-    kind, meaning, *caveat = text.split(" | ")
-    unit, limits = _limits(kind)
-    declared: dict[str, Any] = {"name": name, "meaning": meaning, "caveat": "".join(caveat)}
-    if unit in ("text", "flag"):
-        declared |= {"type": unit, "unit": ""}
-    elif unit == "flag or null":
-        declared |= {"type": "flag", "unit": "", "nullable": True}
-    elif unit == "count":
-        declared |= {"type": "integer", "unit": "1", "at_least": 0}
-    elif unit == "share":
-        declared |= {"type": "number", "unit": "1", "nullable": True, "at_least": 0, "at_most": 1}
-    else:  # infinity passes no bound
-        declared |= {"type": "number", "unit": unit, "nullable": True}
-        declared |= {"at_least": -LARGEST, "at_most": LARGEST}
-    return Column(**declared | limits)
+def _column(name: str, entry: ColumnEntry) -> Column:
+    values: dict[str, Any] = {"unit": entry.unit or ""}
+    values |= _KINDS[entry.type]
+    values |= _limits(entry)
+    return Column(name=name, meaning=entry.meaning, caveat=entry.caveat or "", **values)
 
 
-def _limits(kind: str) -> tuple[str, dict[str, Any]]:
-    """Unit of a kind, and its limits as attributes of a column."""
-    match = _KIND.fullmatch(kind)
-    if match is None:
-        raise ValueError(f"{kind!r} is no kind of column")
-    unit, words, at_least, at_most, allowed = match.groups()
+def _limits(entry: Limits) -> dict[str, Any]:
+    """The limits that a declaration gives, as attributes of a column."""
     limits: dict[str, Any] = {}
-    if "required" in words:
-        limits["nullable"] = False
-    if "dictionary" in words:
-        limits["dictionary"] = True
-    for name, bound in (("at_least", at_least), ("at_most", at_most)):
-        if bound is not None:
-            limits[name] = float(bound)
-    if allowed is not None:
-        limits["allowed"] = tuple(allowed.split(", "))
-    return unit, limits
+    if entry.required is not None:
+        limits["nullable"] = not entry.required
+    if entry.at_least is not None:
+        limits["at_least"] = entry.at_least
+    if entry.at_most is not None:
+        limits["at_most"] = entry.at_most
+    if entry.allowed is not None:
+        limits["allowed"] = tuple(entry.allowed)
+    return limits
 
 
-def use(name: str, text: str) -> Column:
-    """A column as one table has it: same unit and meaning, other bounds, a note.
-
-    Args:
-        name: Of the column.
-        text: The note, or `limits | note`.
-    """
-    kind, _, note = text.rpartition("|")
-    _, limits = _limits(kind.strip())
-    return replace(COLUMNS[name], note=note.strip(), **limits)
+def _refined(name: str, refinement: Refinement) -> Column:
+    """A column as one table has it: same unit and meaning, other limits, a note."""
+    return replace(
+        COLUMNS[name],
+        note=refinement.note or "",
+        dictionary=refinement.dictionary,
+        **_limits(refinement),
+    )
 
 
-def _table(name: str, entry: Mapping[str, Any], check: Check | None) -> Table:
+def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) -> Table:
+    steps = ("tables", name)
+    _refuse_unknown(entry.column_sets or [], _SETS, "a declared set", file, (*steps, "column_sets"))
+    _refuse_unknown(entry.columns, COLUMNS, _A_COLUMN, file, (*steps, "columns"))
     names: list[str] = []
-    uses: dict[str, str] = {}
-    for word in entry["columns"].split():
-        shared = _SETS[word[1:]] if word[0] == "@" else {"columns": word}
-        names += shared["columns"].split()
-        uses |= shared.get("uses", {})
-    uses |= entry.get("uses", {})
-    if unknown := set(uses) - set(names):
-        raise ValueError(f"table {name!r} has no columns {sorted(unknown)}")
-    references = {other: tuple(key.split()) for other, key in entry.get("references", {}).items()}
+    refinements: dict[str, Refinement] = {}
+    for set_name in entry.column_sets or []:
+        names += _SETS[set_name].columns
+        refinements |= _SETS[set_name].in_this_table
+    names += entry.columns
+    refinements |= entry.in_this_table
+    _refuse_unknown(entry.in_this_table, names, _OF_TABLE, file, (*steps, "in_this_table"))
+    _refuse_unknown(entry.key or [], names, _OF_TABLE, file, (*steps, "key"))
+    columns = tuple(
+        _refined(column, refinements[column]) if column in refinements else COLUMNS[column]
+        for column in names
+    )
+    references = {other: tuple(key) for other, key in entry.references.items()}
     return Table(
         name=name,
-        description=entry["row"],
-        columns=tuple(use(each, uses[each]) if each in uses else COLUMNS[each] for each in names),
-        key=tuple(entry.get("key", "").split()),
-        no_key=entry.get("no_key", ""),
-        caveats=entry.get("caveats", ""),
+        description=entry.description,
+        columns=columns,
+        key=tuple(entry.key or ()),
+        no_key=entry.no_key or "",
+        caveats=entry.caveats or "",
         references=references,
         checks=(check,) if check else (),
     )
+
+
+def _refuse_second(
+    name: str, declared: Mapping[str, object], file: YamlFile, steps: Sequence[str]
+) -> None:
+    """Refuse a name that another file has declared already.
+
+    Raises:
+        OilfilmError: It is declared already.
+    """
+    if name in declared:
+        raise OilfilmError(
+            f"{file.location_of(steps)}: {name!r} is declared a second time under `{steps[0]}`; "
+            "expected one declaration in all files. Use another name."
+        )
+
+
+def _refuse_unknown(
+    names: Iterable[str],
+    known_names: Container[str],
+    expected: str,
+    file: YamlFile,
+    steps: Sequence[str],
+) -> None:
+    """Refuse a name that is not among others.
+
+    Raises:
+        OilfilmError: A name is not among them.
+    """
+    for index, name in enumerate(names):
+        if name not in known_names:
+            # in a list the line of its item, in a group that of its key
+            step = name if steps[-1] == "in_this_table" else index
+            raise OilfilmError(
+                f"{file.location_of((*steps, step))}: found {name!r} under `{'.'.join(steps)}`, "
+                f"expected {expected}. Declare it, or correct the name."
+            )
 
 
 def unit_of(name: str) -> str:
@@ -297,7 +354,7 @@ def unit_of(name: str) -> str:
 
 
 def _verdict_agrees_with_failed_gates(frame: pd.DataFrame) -> str:
-    wrong = int((frame["accepted"] != (frame["failed_gates"] == "")).sum())
+    wrong = int((frame["accepted"] != (frame["failed_gates"].map(len) == 0)).sum())
     return f"{wrong} points are accepted with a failed gate or refused without one" if wrong else ""
 
 

@@ -1,28 +1,27 @@
 """The gates that a plateau failed: the column `failed_gates` of `points` and of `torque_runs`.
 
-The names are one text, so that any program can read the column. Only this module joins and splits
-them.
-
-Decides: how the failed gates of a plateau are stored.
+Decides: how the failed gates of a plateau are counted and told.
 """
 
 from collections.abc import Iterable
 
 import pandas as pd
 
+from oilfilm.tables import lists
+
 COLUMN = "failed_gates"
-_BETWEEN = ";"
+# The gates of a plateau, as a table has them.
+Gates = tuple[str, ...]
 
 
-def as_text(failed: pd.DataFrame) -> "pd.Series[str]":
-    """The names of the failed gates of each plateau; empty where it passed them all.
+def names_of(failed: pd.DataFrame) -> "pd.Series[Gates]":  # type: ignore[type-var]
+    """The names of the failed gates of each plateau; none where it passed them all.
 
     Args:
         failed: One boolean column per gate, one row per plateau.
     """
-    refused = failed[failed.any(axis=1)]
-    names = [_BETWEEN.join(failed.columns[row]) for row in refused.to_numpy()]
-    return pd.Series(names, refused.index, dtype=str).reindex(failed.index, fill_value="")
+    gates = failed.columns.to_numpy(dtype=object)
+    return lists([tuple(gates[row]) for row in failed.to_numpy(dtype=bool)], failed.index)
 
 
 def with_gate_of_run(points: pd.DataFrame, gate_of_run: dict[str, str]) -> pd.DataFrame:
@@ -32,15 +31,23 @@ def with_gate_of_run(points: pd.DataFrame, gate_of_run: dict[str, str]) -> pd.Da
         points: With `run_id` and `failed_gates`.
         gate_of_run: Gate by run.
     """
-    gates = pd.Series(gate_of_run, dtype=str).reindex(points["run_id"], fill_value="")
-    names = (gates.set_axis(points.index) + _BETWEEN + points[COLUMN]).str.strip(_BETWEEN)
-    return points.assign(failed_gates=names, accepted=names == "")
+    names: list[Gates] = []
+    for run_id, own_gates in zip(points["run_id"], points[COLUMN], strict=True):
+        gate = gate_of_run.get(run_id, "")
+        names.append((gate, *own_gates) if gate else own_gates)
+    points = points.assign(failed_gates=lists(names, points.index))
+    return points.assign(accepted=passed_all(points))
+
+
+def passed_all(points: pd.DataFrame) -> "pd.Series[bool]":
+    """Whether each plateau passed every gate."""
+    return ~points[COLUMN].astype(bool)
 
 
 def one_row_per_gate(points: pd.DataFrame) -> pd.DataFrame:
     """The refused plateaus, each once for every gate that it failed, which is in `rule`."""
-    refused = points[points[COLUMN] != ""]
-    return refused.assign(rule=refused[COLUMN].str.split(_BETWEEN)).explode("rule")
+    refused = points[~passed_all(points)]
+    return refused.assign(rule=refused[COLUMN]).explode("rule")
 
 
 def counts(points: pd.DataFrame) -> "pd.Series[int]":
@@ -51,10 +58,9 @@ def counts(points: pd.DataFrame) -> "pd.Series[int]":
 def failed_any(points: pd.DataFrame, gates: Iterable[str]) -> "pd.Series[bool]":
     """Whether each plateau failed at least one of these gates."""
     wanted = set(gates)
-    split = points[COLUMN].str.split(_BETWEEN)
-    return split.map(lambda names: not wanted.isdisjoint(names)).astype(bool)
+    return points[COLUMN].map(lambda names: not wanted.isdisjoint(names)).astype(bool)
 
 
 def failed_none_but(points: pd.DataFrame, gate: str) -> "pd.Series[bool]":
     """Whether each plateau passed every gate other than this one."""
-    return points[COLUMN].isin(["", gate])
+    return points[COLUMN].map(lambda names: set(names) <= {gate}).astype(bool)

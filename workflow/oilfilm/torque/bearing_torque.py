@@ -288,26 +288,21 @@ def _laws_in_bearing(
 
 
 def _null_without_equilibrium(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
-    """A table of terms that are null without an equilibrium, with the reason in `why`."""
+    """A table of terms that are null without an equilibrium, with the reason."""
     converged, residual = terms["converged"].astype(bool), terms["residual"]
     columns = {name: np.where(converged, values, np.nan) for name, values in terms.items()}
-    too_wide = [
-        f"the contacts would be {width:.2g} times as wide as the balls; check the axial load "
-        "and its unit"
-        for width in terms["widest_contact"]
-    ]
-    imbalance = [
-        f"forces stay {value:.2g} of a ball's load out of balance; no steady motion was found"
-        for value in residual
-    ]
-    why = np.select([converged, terms["widest_contact"] >= 1], ["", too_wide], imbalance)
+    is_too_wide = terms["widest_contact"] >= 1
+    reason = np.select(
+        [converged, is_too_wide], ["", "contacts too wide"], default="out of balance"
+    )
     return pd.DataFrame(columns).assign(
         converged=converged,
         held_by_band=_known_flag(terms["held_by_band"], converged),
         outside_law=_known_flag(terms["outside_law"], converged),
         film_in_range=_known_flag(terms["film_in_range"], converged),
         residual=np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
-        why=np.array(why, dtype=object),
+        no_equilibrium=reason.astype(object),
+        widest_contact=terms["widest_contact"],
     )
 
 
@@ -480,7 +475,7 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
     terms, draws = cases.assessed(settings.seed)
-    slip_limit = settings.selection.limits.slip_limit
+    slip_limit = settings.bearing.cage_slip.slip_limit
     shares = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
     return joined([terms.assign(**shares)], "cage_slip")
 

@@ -177,7 +177,7 @@ def _best_oil_of_rows(
         cage_slip: Results at the points of the map, from which the best oil follows.
         settings: Limits of cage slip and film.
     """
-    slip_limit = settings.selection.limits.slip_limit
+    slip_limit = settings.bearing.cage_slip.slip_limit
     best = best_oils(cage_slip, slip_limit, settings.gates.lambda_limit)
     names = frame[_POINT].merge(best[[*_POINT, "best_oil"]], on=_POINT, how="left")["best_oil"]
     return names.fillna("").where(frame["run_id"] == "", "")

@@ -17,9 +17,12 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
     """One row per oil with simulated torque logs; no rows where the torque was measured.
 
     Args:
-        results: Tables `torque_truth` and `fit_quality`.
-        settings: Section `audit`, and `oils` and `twin` of the campaign.
+        results: Table `fit_quality`, and `torque_truth` of the package that simulates logs.
+        settings: Section `torque_logs`, and `oils`, `torque` and `twin` of the campaign.
     """
+    torque_logs = settings.campaign.torque
+    if torque_logs is None or torque_logs.twin is None:
+        return tables.empty("torque_control")
     law_of_oil = results.configured.fit_quality.set_index("oil")["law"]
     misfit_of_oil = results.torque_truth.groupby("oil")["law_misfit"].first()
     rows = []
@@ -27,7 +30,7 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
         if oil not in misfit_of_oil.index:
             continue
         misfit = misfit_of_oil[oil]
-        if misfit > settings.audit.twin_misfit_max:
+        if misfit > settings.torque_logs.twin_misfit_max:
             verdict = "two truths"
         elif settings.campaign.truth_is_law and law_of_oil.get(oil) == PAPER_LAW.name:
             verdict = "positive control"

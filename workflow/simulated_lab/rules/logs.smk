@@ -1,6 +1,7 @@
 # Logs that are SIMULATED: of the traction rig and of the torque rig, each with the truth behind it.
 
 SIMULATOR_SCRIPTS = studies.folder("simulated_lab") / "scripts"
+studies.declare_tables(["simulated_lab"])
 
 if SIMULATED:
 

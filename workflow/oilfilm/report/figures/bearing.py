@@ -90,7 +90,7 @@ def _draw_torque(panel: Panel, rows: pd.DataFrame, label: str, fill: str, dashes
 
 def _in_sets(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """The table with the set points of `load` and temperature (`level`) that rows belong to."""
-    within = settings.figures.fig06.same_within
+    within = settings.figures.torque.same_within
 
     def mean_of_set(measured: "pd.Series[float]") -> "pd.Series[float]":
         ranked = measured.sort_values()
@@ -121,12 +121,7 @@ def _motions(rows: pd.DataFrame, both: str, one: str) -> "pd.Series[str]":
     return labels.where(rows["bistable"].notna(), f"{one}, perhaps bistable")
 
 
-@register(
-    family="bearing",
-    tables=("cage_slip",),
-    settings=("oils", "bearing", "selection"),
-    requires="torque",
-)
+@register(family="bearing", tables=("cage_slip",), settings=("oils", "bearing"), requires="torque")
 def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     """Cage slip.
 
@@ -136,7 +131,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     reach the limit, where they could be calculated. Crosses: the cage may roll or skid.
     """
     table = results.cage_slip.assign(**in_units_of_axes(results.cage_slip))
-    limit = settings.selection.limits.slip_limit
+    limit = settings.bearing.cage_slip.slip_limit
     sheet, panels = oil_grid(style.oils_in(table, settings), _NO_LAW, height=1.7, right=0.75)
     sheet.axes[0].set_yscale("log")
     sheet.axes[0].yaxis.set_major_formatter("{x:g}")

@@ -18,6 +18,7 @@ from oilfilm import tables
 from oilfilm.base import studies
 from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.best_law import FEWEST_CURVES
+from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.fit import TIE
 from oilfilm.fits.fitted import FittedLaw
@@ -66,7 +67,10 @@ def fits(results: CampaignTables) -> Section:
         "report/sections/fits.jinja",
         fitted=fitted,
         wrong={str(row["oil"]): what_is_wrong(row) for row in tables.rows(results.soundness)},
-        lost=tables.rows(quality[quality["rmse"].isna()]),
+        lost=[
+            {"oil": row["oil"], "certificate": certificate(row)}
+            for row in tables.rows(quality[quality["rmse"].isna()])
+        ],
         **_odd(results.configured.curve_residuals),
         misfits=tables.rows(results.lack_of_fit),
         unrepeated=tables.rows(results.lack_of_fit.query("verdict == 'no repeats'")),
@@ -239,8 +243,8 @@ def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> l
     groups: dict[str, dict[str, Any]] = {}
     for row in tables.rows(verdicts):
         fits = {fit["law"]: fit for fit in tables.rows(quality[quality["oil"] == row["oil"]])}
-        by_bic, better = row["bic_ties"].split(", "), row["better_law"]
-        ties = [each for each in row["left_out_ties"].split(", ") if each and each in by_bic]
+        by_bic, better = row["bic_ties"] or (), row["better_law"]
+        ties = [law for law in row["left_out_ties"] or () if law in by_bic]
         told = {
             "verdict": row["verdict"],
             "law": row["law"],
@@ -360,7 +364,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         bistable=len(sound[is_bistable(sound)].drop_duplicates(["run_id", "first_row"])),
         undecided=undecided_plateaus(sound),
         bistable_points=bistable_points(sound),
-        why_lost=torque.loc[~torque["converged"], "why"].unique().tolist(),
+        why_lost=_why_lost(torque[~torque["converged"]]),
         has_uncertainty=not len(sound) or (sure["verdict"] != "not known").any(),
         control=_control(results.torque_control),
         by_stress=by_stress,
@@ -370,6 +374,30 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
     caption = "Refused torque logs, runs and plateaus"
     listed = refusals(refused, "torque_quarantine", settings.report.rows_max, caption)
     return Section("bearing", "Bearing", made, [_error_table(sure), listed])
+
+
+def _why_lost(torque: pd.DataFrame) -> list[str]:
+    """Why friction equilibria were not found, a sentence per reason.
+
+    Args:
+        torque: Rows of the table `torque` without an equilibrium.
+    """
+    sentences = []
+    too_wide = torque[torque["no_equilibrium"] == "contacts too wide"]
+    if len(too_wide):
+        widest = too_wide["widest_contact"].max()
+        sentences.append(
+            f"at {len(too_wide)} the contacts would be up to {widest:.2g} times as wide as the "
+            "balls; check the axial load and its unit"
+        )
+    unbalanced = torque[torque["no_equilibrium"] == "out of balance"]
+    if len(unbalanced):
+        largest = unbalanced["residual"].max(skipna=False)
+        size = "" if np.isnan(largest) else f" by up to {largest:.2g} of a ball's load"
+        sentences.append(
+            f"at {len(unbalanced)} forces stay out of balance{size}; no steady motion was found"
+        )
+    return sentences
 
 
 def _control(control: pd.DataFrame) -> list[dict[str, Any]]:

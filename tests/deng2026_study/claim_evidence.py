@@ -2,20 +2,35 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from campaigns import CLAIMS
+from campaigns import ROOT, printed
 from deng2026_study.audit.audit import printed_evidence
 from deng2026_study.audit.evidence import View
+from deng2026_study.printed_constants import study_signs
 from deng2026_study.reference import Claim, read_claims
+from deng2026_study.settings import NAME, study_settings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
+CLAIMS = ROOT / "workflow/deng2026_study/reference/claims.yaml"
 OILS = ("4102", "4050", "4010")
 # |A|, its exponents; B, its exponents; C, its exponents: falls with U and T, rises with P
 PLAIN = [-0.02, 1.0, -0.5, -0.5, 0.5, 1.0, -0.5, -0.5, 30.0, 0.0, 0.0, 0.0]
+
+
+def sign_study(settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The study of the lost signs as its rule runs it."""
+    printed_settings = study_settings(settings).printed
+    return study_signs(printed(), settings.oils, printed_settings, settings.gates.traction_max)
+
+
+def with_study(config: Settings, changes: Mapping[str, Any]) -> Settings:
+    """Settings with some settings of the study changed."""
+    return config.with_changes({"studies": {NAME: changes}})
 
 
 def claims_of(*ids: str) -> list[Claim]:

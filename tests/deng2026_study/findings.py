@@ -1,6 +1,6 @@
-"""Hold README.md and two pages of docs/explanation against finished runs of `demo` and `thermal`.
+"""Hold README.md and two pages of docs/study against finished runs of `demo` and `thermal`.
 
-    python tests/helpers/findings.py
+    python tests/deng2026_study/findings.py
 
 Each text of `findings.yaml` must stand in its page with the numbers of the tables of `results`.
 """
@@ -21,9 +21,9 @@ PAPER_LAW = "deng2026"
 # What names of numbers begin with.
 CAMPAIGNS = {"demo": "", "thermal": "hot_"}
 PAGES = {
-    "bearing": ROOT / "docs/explanation/bearing.md",
+    "bearing": ROOT / "docs/study/bearing.md",
     "README": ROOT / "README.md",
-    "findings": ROOT / "docs/explanation/findings.md",
+    "findings": ROOT / "docs/study/findings.md",
 }
 
 
@@ -78,7 +78,7 @@ def of_thermal() -> dict[str, Any]:
     quality, truth = thermal("fit_quality"), thermal("extrapolation")
     own, at = quality[quality["law"] == PAPER_LAW], truth[truth["law"] == PAPER_LAW]
     assert own["certified"].all()
-    beyond = at[at["beyond"] != ""].groupby("oil")
+    beyond = at[at["beyond"].map(len) > 0].groupby("oil")
     off = at[at["figure"] == "fig07"].eval("traction_coefficient / true_traction_coefficient - 1")
     mean = 100 * off.groupby(at["slide_roll_ratio"].round(2)).mean()
     inside = {

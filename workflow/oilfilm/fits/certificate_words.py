@@ -1,0 +1,53 @@
+"""The certificate of a fit as a sentence, wherever a fit is shown.
+
+Decides: what is said of a fit that is certified, that is not certified, or that could not be made.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+from oilfilm.fits.conditions import from_text
+
+# By the code in `doubts`; in braces are columns of `fit_quality`.
+_DOUBTS = {
+    "searches disagree": "{searches_agreeing} of {searches} searches agree",
+    "errors differ": "their SSE differ by {sse_spread:.1e}",
+    "constants differ": "their constants, in standard errors, by {constant_spread:.1e}",
+    "gradient": "gradient cosine {gradient_cosine:.1e}",
+    "negative traction": "mu >= {min_traction:.1e} over the tested box",
+    "flat": "flat in a direction",
+    "at bounds": "bounds reached: {bounds}",
+}
+# By the code in `no_fit`.
+_NO_FIT = {
+    "properties unknown": "the law needs the oil's properties and one known contact (config)",
+    "conditions did not vary": "the law cannot be fitted where these conditions did not vary: "
+    "{fixed}",
+    "no value": "the law needs conditions above zero, and a measured one is not",
+    "no points": "0 accepted points",
+    "unknown traction": "{unusable_points:.0f} accepted points have no traction coefficient or no "
+    "slip",
+    "no slip": "every slide-roll ratio is zero, where traction says nothing",
+    "no traction": "no accepted point has traction above zero; is the sign of the force right "
+    "(semantics of the campaign file)?",
+    "too few points": "{n_points} accepted points, {distinct_points:.0f} of them distinct; at "
+    "least {points_needed:.0f} distinct ones are needed",
+    "constant traction": "mu is the same at every point, whatever the slip",
+}
+
+
+def certificate(quality: Mapping[str, Any]) -> str:
+    """Whether a fit is the best one of its law, and if not, why.
+
+    Args:
+        quality: A row of the table `fit_quality`.
+    """
+    if quality["no_fit"]:
+        fixed = ", ".join(fixed.condition for fixed in from_text(quality["fixed_conditions"]))
+        return f"not fitted: {_NO_FIT[quality['no_fit']].format(fixed=fixed, **quality)}"
+    if quality["certified"]:
+        agreeing, searches = quality["searches_agreeing"], quality["searches"]
+        return f"certified: {agreeing} of {searches} searches agree"
+    bounds = ", ".join(quality["active_bounds"])
+    doubts = [_DOUBTS[doubt].format(bounds=bounds, **quality) for doubt in quality["doubts"]]
+    return f"not certified: {'; '.join(doubts)}"
