@@ -18,7 +18,8 @@ def coverage(slips):
 
 
 def code(slips, slip, spread=0.01, of_constants=NOTHING_AT_BOUND):
-    return support_codes(coverage(slips), np.array([slip]), np.array([spread]), of_constants)[0]
+    point, at_level = np.array([slip]), np.zeros(1, dtype=bool)
+    return support_codes(coverage(slips), point, np.array([spread]), of_constants, at_level)[0]
 
 
 def test_reach_is_half_the_widest_gap():

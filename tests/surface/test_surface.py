@@ -143,3 +143,12 @@ def test_a_large_campaign_agrees_with_the_dense_surface(measured, law, fitted, m
     np.testing.assert_allclose(one.mu, other.mu, rtol=1e-3)
     np.testing.assert_allclose(one.surface_sd, other.surface_sd, rtol=0.02)
     assert large.interval_factors.point == pytest.approx(fitted.interval_factors.point, rel=0.01)
+
+
+def test_a_temperature_that_was_not_varied_has_no_answer_elsewhere():
+    conditions = grid((1.0, 1.25, 1.5), (25.0, 32.0, 40.0), (70.0,))
+    measured = simulated(TRUTHS["own"], conditions, np.random.default_rng(27), slips=SLIPS)
+    surface = fit_surface(measured, FreeLaw(PAPER_LAW, DENG_CONSTANTS, ALL_FREE))
+    at = np.array([[1.1, 30.0, 71.0], [1.1, 30.0, 90.0]])
+    codes = surface.predict(at, np.full(2, 0.05)).support
+    assert codes.tolist() == [Support.SUPPORTED, Support.CONDITION_NOT_VARIED]

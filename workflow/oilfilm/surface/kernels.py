@@ -22,7 +22,7 @@ import numpy as np
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import LogNormal
-from oilfilm.surface.measurements import scaled_slip
+from oilfilm.surface.measurements import LEVEL_WIDTH, scaled_slip
 
 # Standard deviation of ln mu in the middle between two levels of P, U and T: the bends of oils.
 _BEND_SD = (0.05, 0.03, 0.08)
@@ -124,6 +124,11 @@ class ConditionBox:
     def has_two_levels(self) -> BoolArray:
         """Whether each condition has two levels, shape (3,)."""
         return self.level_counts == 2
+
+    def leaves_single_level(self, centred: FloatArray) -> BoolArray:
+        """Whether each row leaves the level of a condition that was not varied, shape (rows,)."""
+        is_away = np.abs(centred) > LEVEL_WIDTH
+        return np.any(is_away & (self.level_counts == 1), axis=1)
 
     @property
     def shows_bends(self) -> FloatArray:

@@ -14,7 +14,7 @@ _SLIP_SCALE = 0.003
 # Changes of ln P and of ln U, and of T in K, that count as one unit of distance.
 _PRESSURE_SCALE, _SPEED_SCALE, _TEMPERATURE_SCALE_K = 0.6, 1.5, 75.0
 # Values within this distance are one level: 1.8 % of P, 4.5 % of U, 2.3 K.
-_LEVEL_WIDTH = 0.03
+LEVEL_WIDTH = 0.03
 
 
 def scaled_slip(slip: FloatArray) -> FloatArray:
@@ -61,7 +61,7 @@ def levels(scaled: FloatArray) -> IndexArray:
     level = np.zeros(len(scaled), dtype=np.int64)
     number, start = -1, -np.inf
     for row in np.argsort(scaled, kind="stable"):
-        if scaled[row] > start + _LEVEL_WIDTH:
+        if scaled[row] > start + LEVEL_WIDTH:
             number, start = number + 1, scaled[row]
         level[row] = number
     return level

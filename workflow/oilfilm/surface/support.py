@@ -29,6 +29,7 @@ class Support(IntEnum):
     FAR_FROM_TESTED_SLIPS = 2
     FEW_SLIPS = 3
     CONSTANT_AT_BOUND = 4
+    CONDITION_NOT_VARIED = 5
 
 
 @dataclass(frozen=True)
@@ -84,7 +85,11 @@ class SlipCoverage:
 
 
 def support_codes(
-    slips: SlipCoverage, slip: FloatArray, spread: FloatArray, of_constants: FloatArray
+    slips: SlipCoverage,
+    slip: FloatArray,
+    spread: FloatArray,
+    of_constants: FloatArray,
+    leaves_single_level: BoolArray,
 ) -> IndexArray:
     """Code of `Support` of each point; the last reason that applies counts, shape (points,).
 
@@ -94,6 +99,8 @@ def support_codes(
         spread: Standard deviation of the surface in ln mu, shape (points,).
         of_constants: Standard deviation in ln mu by each constant that is at its bound,
             shape (points, constants at a bound).
+        leaves_single_level: Whether a condition that was not varied has another value,
+            shape (points,).
     """
     distance = slips.distance(slip)
     reasons: list[tuple[Support, BoolArray]] = [
@@ -101,6 +108,7 @@ def support_codes(
         (Support.SPREAD_TOO_LARGE, spread > _LARGEST_SPREAD),
         (Support.FAR_FROM_TESTED_SLIPS, slips.is_far(slip)),
         (Support.FEW_SLIPS, slips.few & (distance > _SAME_SLIP)),
+        (Support.CONDITION_NOT_VARIED, leaves_single_level),
     ]
     codes = np.full(len(slip), Support.SUPPORTED, dtype=np.int64)
     for reason, applies in reasons:

@@ -117,11 +117,12 @@ class Surface:
             slip: Slide-roll ratio, above 0, shape (points,).
         """
         box, sizes = self.covariance.box, self.covariance.sizes
-        variance, of_bounds = [], []
+        variance, of_bounds, single = [], [], []
         for rows in _blocks(len(slip)):
             places = at_points(self.law, box, conditions[rows], slip[rows])
             variance.append(self.posterior.variance(places))
             of_bounds.append(self._spread_of_bounds(places.law_slopes))
+            single.append(box.leaves_single_level(places.conditions))
         surface_variance = np.concatenate(variance)
         effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
         next_run = surface_variance + np.sum(effects**2, axis=1) + sizes.noise**2
@@ -130,7 +131,9 @@ class Surface:
             mu=np.exp(self.log_mu(conditions, slip)),
             surface_sd=spread,
             next_run_sd=np.sqrt(next_run),
-            support=support_codes(self.slips, slip, spread, np.concatenate(of_bounds)),
+            support=support_codes(
+                self.slips, slip, spread, np.concatenate(of_bounds), np.concatenate(single)
+            ),
         )
 
     @cached_property
