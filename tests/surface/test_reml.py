@@ -48,12 +48,14 @@ def test_gradient_is_that_of_differences(speeds):
 def test_planted_sizes_of_effects_are_found():
     # 54 runs of a true law: a size of n runs is known within a factor of 1 +- 1/sqrt(2 n) at best,
     # 10 %; a factor of 1.6 leaves room for effects that resemble each other
-    planted = PlantedErrors(gain=0.012, zero=3e-4, slip_scale=0.03, temperature_k=2.0, noise=0.004)
+    planted = PlantedErrors(gain=0.012, zero=2e-4, slip_scale=0.03, temperature_k=2.0, noise=0.004)
     random = np.random.default_rng(6)
-    measured = simulated(TRUTHS["own"], np.repeat(CUBE, 2, axis=0), random, planted)
+    # mu is above 0.004, so that its logarithm is linear in an error of 2e-4
+    slips = np.geomspace(0.012, 0.3, 15)
+    measured = simulated(TRUTHS["own"], np.repeat(CUBE, 2, axis=0), random, planted, slips)
     sizes = _most_likely(LAW, measured)
     found = (*sizes.effects, sizes.noise)
-    expected = (0.012, 3e-4, 0.03, 2.0, 0.004)
+    expected = (0.012, 2e-4, 0.03, 2.0, 0.004)
     assert np.abs(np.log(np.divide(found, expected))).max() < np.log(1.6)
 
 

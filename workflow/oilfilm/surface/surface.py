@@ -30,6 +30,7 @@ _CURVES_FOR_SIZES = 90
 _AT_ONCE = 2000
 # The standard errors by the model are smaller than the errors of simulated fits by this factor.
 _ERROR_INFLATION = 1.3
+_ZERO = EFFECTS.index("zero")
 # With a larger misfit the constants describe the plan of the tests, not the oil.
 _LARGEST_MISFIT_OF_A_LAW = 0.02
 
@@ -230,7 +231,8 @@ def _first_pass(
         """ln mu of the first surface."""
         return log_mu_of(law, posterior, box, conditions, slip)
 
-    return log_mu, zero_sd, logarithms
+    # a rig may have a larger zero than it states: more points are then near zero
+    return log_mu, max(zero_sd, float(covariance.sizes.effects[_ZERO])), logarithms
 
 
 def log_mu_of(
