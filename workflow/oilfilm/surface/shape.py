@@ -5,8 +5,9 @@ other curves. Both follow from the inverse covariance in closed form, so nothing
 Over all points it is V K^-1 V' + (I - V V')/s^2, with K the covariance of the coordinates of curves
 and s the noise of points.
 
-The sizes are fitted with the bad curve among the others. A fault that is smooth in slip, as that of a
-contact that starves, then raises the size of the departure and may hide itself, above all in few runs.
+The sizes are fitted with the bad curve among the others. A fault that is smooth in slip, as that of
+a contact that starves, then raises the size of the departure. It may hide itself, above all in few
+runs.
 
 Decides: when the shape of a curve contradicts the others.
 """
