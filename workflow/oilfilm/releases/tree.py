@@ -13,6 +13,7 @@ from importlib import import_module, metadata
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_info
 
 from oilfilm.base import studies
 from oilfilm.base.home import PACKAGE, RUN_LOCK
@@ -97,9 +98,6 @@ def blas_libraries() -> list[str] | None:
     OpenBLAS names a kernel after the first CPU of its list that has it. For Prescott this is
     Katmai, for Zen it is Haswell. None where a kernel is not known (MKL, Accelerate).
     """
-    # imported late: the core, which reads releases, is installed without it
-    from threadpoolctl import threadpool_info  # noqa: PLC0415
-
     import_module("scipy.linalg")  # loads SciPy's BLAS, which is not that of NumPy
     libraries = [library for library in threadpool_info() if library["user_api"] == "blas"]
     if not libraries or not all(library.get("architecture") for library in libraries):

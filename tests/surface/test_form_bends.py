@@ -1,0 +1,41 @@
+"""What two levels of a condition leave open."""
+
+import numpy as np
+import pytest
+
+from lawless_truths import DENG_CONSTANTS
+from oilfilm.surface.form_bends import form_bends
+from oilfilm.surface.kernels import ConditionBox
+from oilfilm.surface.law_mean import FreeLaw
+from oilfilm.surface.measurements import scaled_conditions
+from oilfilm.traction import PAPER_LAW
+
+LAW = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
+LOWEST, HIGHEST = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
+
+
+def box(level_counts):
+    lowest, highest = scaled_conditions(np.stack([LOWEST, HIGHEST]))
+    return ConditionBox(lowest, highest, np.array(level_counts))
+
+
+def test_a_power_law_and_an_exponential_agree_at_both_levels():
+    at = np.stack([LOWEST, HIGHEST])
+    np.testing.assert_allclose(form_bends(LAW, box((2, 2, 2)), at, np.full(2, 0.05)), 0, atol=1e-12)
+
+
+def test_the_bend_is_the_difference_of_a_power_law_and_an_exponential():
+    # at lowest slip mu is (B + A C) S: ln mu falls by D between 25 and 120 degC
+    slip = np.array([1e-7])
+    at = np.array([[1.2, 30.0, 72.5]])
+    cold, hot = at.copy(), at.copy()
+    cold[:, 2], hot[:, 2] = 25.0, 120.0
+    low, middle, high = (np.exp(LAW.log_mu(c, slip)) for c in (cold, at, hot))
+    exponential = np.sqrt(low * high)
+    (bend,) = form_bends(LAW, box((3, 3, 2)), at, slip)
+    # the two terms of the slope have powers of T of their own: nearly a power law
+    assert bend == pytest.approx(np.log(middle / exponential), rel=0.05)
+
+
+def test_three_levels_leave_no_form_open():
+    assert form_bends(LAW, box((3, 4, 3)), np.stack([LOWEST]), np.array([0.05])).shape == (1, 0)

@@ -1,0 +1,84 @@
+"""Sizes by restricted maximum likelihood: gradient, planted sizes, misfit of a law."""
+
+import numpy as np
+import pytest
+
+from lawless_truths import DENG_CONSTANTS, TRUTHS
+from oilfilm.surface.effects import LogNormal, RunErrorSizes
+from oilfilm.surface.law_mean import FreeLaw
+from oilfilm.surface.reduction import box_of, reduced
+from oilfilm.surface.reml import MISFIT, Sizes, most_likely_sizes, objective, priors, size_names
+from oilfilm.traction import PAPER_LAW
+from surface_campaigns import PlantedErrors, fitted_law, grid, simulated
+
+CUBE = grid((1.0, 1.25, 1.5), (25.0, 32.0, 40.0), (25.0, 72.0, 120.0))
+LAW = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
+# Sizes of which hardly anything is known before the data.
+OPEN = RunErrorSizes(
+    gain=LogNormal(0.004, 2.0, 1e-4, 0.2),
+    zero=LogNormal(1e-4, 2.0, 1e-7, 5e-3),
+    slip_scale=LogNormal(0.01, 2.0, 1e-4, 0.2),
+    temperature_k=LogNormal(1.0, 2.0, 1e-2, 20.0),
+    noise=LogNormal(0.006, 2.0, 5e-4, 0.2),
+)
+
+
+def curves_about(law, measured):
+    ordered = measured.in_canonical_order()
+    box = box_of(ordered)
+    return reduced(ordered, law, law.log_mu, 4e-5, box), box
+
+
+@pytest.mark.parametrize("speeds", [(25.0, 40.0), (25.0, 32.0, 40.0)])
+def test_gradient_is_that_of_differences(speeds):
+    random = np.random.default_rng(5)
+    conditions = grid((1.0, 1.25, 1.5), speeds, (25.0, 120.0))
+    curves, box = curves_about(LAW, simulated(TRUTHS["jt"], conditions, random))
+    known = priors(RunErrorSizes(), MISFIT)
+    place = np.log([prior.median for prior in known]) + 0.2 * random.standard_normal(len(known))
+    _, gradient = objective(place, curves, box, known)
+    for number, name in enumerate(size_names()):
+        change = 1e-5 * np.eye(len(known))[number]
+        above, _ = objective(place + change, curves, box, known)
+        below, _ = objective(place - change, curves, box, known)
+        assert gradient[number] == pytest.approx((above - below) / 2e-5, rel=1e-4, abs=1e-3), name
+
+
+@pytest.mark.nightly
+def test_planted_sizes_of_effects_are_found():
+    # 54 runs of a true law: a size of n runs is known within a factor of 1 +- 1/sqrt(2 n) at best,
+    # 10 %; a factor of 1.6 leaves room for effects that resemble each other
+    planted = PlantedErrors(gain=0.012, zero=2e-4, slip_scale=0.03, temperature_k=2.0, noise=0.004)
+    random = np.random.default_rng(6)
+    # mu is above 0.004, so that its logarithm is linear in an error of 2e-4
+    slips = np.geomspace(0.012, 0.3, 15)
+    measured = simulated(TRUTHS["own"], np.repeat(CUBE, 2, axis=0), random, planted, slips)
+    sizes = _most_likely(LAW, measured)
+    found = (*sizes.effects, sizes.noise)
+    expected = (0.012, 2e-4, 0.03, 2.0, 0.004)
+    assert np.abs(np.log(np.divide(found, expected))).max() < np.log(1.6)
+
+
+def test_planted_gain_and_noise_are_found_in_few_runs():
+    planted = PlantedErrors(gain=0.03, zero=1e-6, slip_scale=1e-6, temperature_k=1e-3, noise=0.01)
+    conditions = np.repeat(grid((1.0, 1.5), (25.0, 40.0), (25.0, 120.0)), 3, axis=0)
+    sizes = _most_likely(
+        LAW, simulated(TRUTHS["own"], conditions, np.random.default_rng(8), planted)
+    )
+    # 24 runs: 14 % at best
+    assert sizes.effects[0] == pytest.approx(0.03, rel=0.5)
+    assert sizes.noise == pytest.approx(0.01, rel=0.1)
+
+
+def test_misfit_tells_a_true_law_from_a_wrong_one():
+    kappa = {}
+    for name in ("own", "sol"):
+        measured = simulated(TRUTHS[name], CUBE, np.random.default_rng(7))
+        kappa[name] = _most_likely(fitted_law(measured), measured).departure.kappa
+    # the limit below which constants of a law have standard errors
+    assert kappa["own"] < 0.02 < kappa["sol"]
+
+
+def _most_likely(law, measured):
+    curves, box = curves_about(law, measured)
+    return Sizes.from_logarithms(most_likely_sizes(curves, box, priors(OPEN, MISFIT)))

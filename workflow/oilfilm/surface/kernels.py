@@ -1,0 +1,219 @@
+"""Covariance of the departure of ln mu from a law, over slip and conditions.
+
+    k = w(t) w(t') (C_E(x, x') + C_G(x, x') M(t, t'))
+
+with t the scaled slip, x the scaled conditions about the middle of the tested box, M Matern-5/2 and
+w = r^((t - t_m)/t_r). r is the size at a slip of 0.3 over that at rolling: at low slip traction
+follows the viscosity, and a law misses more of it.
+
+    C_E = A + B/2,   C_G = (A + B)/2
+    A = kappa^2 (4 + sum x_d x_d' + sum x_d x_e x_d' x_e')
+    B = kappa^2 (sum a_d^2 M_d + p^2 M_P M_U M_T) + bends
+
+which is A (1 + M/2) + B (1/2 + M/2). A condition with two levels has no main effect a_d: between
+two levels no data can check the law, so the bend there has a size that kappa does not scale.
+
+Decides: the smoothness of a surface; the bend of traction between two levels of a condition.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
+from oilfilm.surface.effects import LogNormal
+from oilfilm.surface.measurements import LEVEL_WIDTH, scaled_slip
+
+# Standard deviation of ln mu in the middle between two levels of P, U and T: the bends of oils.
+_BEND_SD = (0.05, 0.03, 0.08)
+_LEVELS_THAT_SHOW_A_BEND = 3
+_CONDITIONS = 3
+_TREND_SLIP = 0.3
+# Variance of the constant part over that of the linear part.
+_CONSTANT_VARIANCE = 4.0
+
+MAIN_EFFECT = LogNormal(0.5, 1.0, 0.02, 10.0)
+INTERACTION = LogNormal(0.3, 1.0, 0.02, 10.0)
+# The longest lengths are about half the range of slips and twice that of conditions: with longer
+# ones a departure would be rigid, and no departure between the tested points could be expected.
+SLIP_TREND = LogNormal(0.5, 0.7, 0.1, 2.0)
+SLIP_LENGTH = LogNormal(1.5, 0.4, 0.3, 2.5)
+CONDITION_LENGTH = LogNormal(1.0, 0.5, 0.15, 3.0)
+
+
+def matern(distance: FloatArray) -> FloatArray:
+    """Matern-5/2 correlation (1 + r + r^2/3) exp(-r) with r = sqrt(5) distance / length.
+
+    Reference: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning (2006),
+    Eq. 4.17.
+
+    >>> round(float(matern(np.array(1.0))), 5)
+    0.52399
+    """
+    scaled = np.sqrt(5.0) * np.abs(distance)
+    return (1 + scaled + scaled**2 / 3) * np.exp(-scaled)
+
+
+def matern_slope(distance: FloatArray) -> FloatArray:
+    """Derivative of `matern` by the logarithm of the length: r^2 (1 + r) exp(-r) / 3."""
+    scaled = np.sqrt(5.0) * np.abs(distance)
+    return scaled**2 * (1 + scaled) * np.exp(-scaled) / 3
+
+
+@dataclass(frozen=True)
+class DepartureSizes:
+    """Sizes of the departure from the law.
+
+    Attributes:
+        kappa: Size of the departure: the misfit of the law.
+        main: Size of the main effect of P, U and T, in units of kappa, shape (3,).
+        interaction: Size of the interaction, in units of kappa.
+        slip_length: Length over the scaled slip.
+        lengths: Lengths over the scaled P, U and T, shape (3,).
+        slip_trend: r, the size at a slip of 0.3 over that at rolling.
+    """
+
+    kappa: float
+    main: FloatArray
+    interaction: float
+    slip_length: float
+    lengths: FloatArray
+    slip_trend: float
+
+    def over_slip(self, scaled: FloatArray) -> FloatArray:
+        """w, the size at each scaled slip over that in the middle."""
+        return self.slip_trend ** trend_exponent(scaled)
+
+
+def trend_exponent(scaled: FloatArray) -> FloatArray:
+    """Power of the trend at each scaled slip: -1/2 at rolling, 1/2 at a slip of 0.3."""
+    return np.asarray(scaled / scaled_slip(np.array(_TREND_SLIP)) - 0.5)
+
+
+@dataclass(frozen=True)
+class ConditionBox:
+    """The tested conditions, in scaled units.
+
+    Attributes:
+        lowest: Lowest P, U and T, shape (3,).
+        highest: Highest P, U and T, shape (3,).
+        level_counts: Number of levels of P, U and T, shape (3,).
+    """
+
+    lowest: FloatArray
+    highest: FloatArray
+    level_counts: IndexArray
+
+    def centred(self, scaled: FloatArray) -> FloatArray:
+        """Scaled conditions about the middle of the box, shape (rows, 3)."""
+        return scaled - (self.lowest + self.highest) / 2
+
+    def bends(self, centred: FloatArray) -> FloatArray:
+        """Parabolas with the value `_BEND_SD` in the middle and 0 at two levels, shape (rows, 3).
+
+        A condition with another number of levels has none.
+        """
+        half = (self.highest - self.lowest) / 2
+        bends = np.zeros_like(centred)
+        for dimension in np.flatnonzero(self.has_two_levels):
+            ratio = centred[:, dimension] / half[dimension]
+            bends[:, dimension] = _BEND_SD[dimension] * (1 - ratio**2)
+        return bends
+
+    @property
+    def has_two_levels(self) -> BoolArray:
+        """Whether each condition has two levels, shape (3,)."""
+        return self.level_counts == 2
+
+    def leaves_single_level(self, centred: FloatArray) -> BoolArray:
+        """Whether each row leaves the level of a condition that was not varied, shape (rows,)."""
+        is_away = np.abs(centred) > LEVEL_WIDTH
+        return np.any(is_away & (self.level_counts == 1), axis=1)
+
+    @property
+    def shows_bends(self) -> FloatArray:
+        """1 for conditions with three levels or more, else 0, shape (3,)."""
+        return (self.level_counts >= _LEVELS_THAT_SHOW_A_BEND).astype(float)
+
+
+@dataclass(frozen=True)
+class ConditionKernel:
+    """The factors C_E and C_G of the covariance between rows of conditions.
+
+    Attributes:
+        box: The tested conditions.
+        sizes: The sizes of the departure.
+    """
+
+    box: ConditionBox
+    sizes: DepartureSizes
+
+    def factors(self, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """C_E and C_G, shape (rows of left, rows of right).
+
+        Args:
+            left: Centred conditions, shape (rows, 3).
+            right: Centred conditions, shape (rows, 3).
+        """
+        rigid = self._rigid(left[:, np.newaxis], right[np.newaxis])
+        curved = self._curved(left, right)
+        return rigid + curved / 2, (rigid + curved) / 2
+
+    def variances(self, rows: FloatArray) -> FloatArray:
+        """C_E + C_G of each row with itself, shape (rows,)."""
+        rigid = self._rigid(rows, rows)
+        sizes = self.sizes
+        checked = np.sum(self.box.shows_bends * sizes.main**2) + sizes.interaction**2
+        curved = sizes.kappa**2 * checked + np.sum(self.box.bends(rows) ** 2, axis=1)
+        return 1.5 * rigid + curved
+
+    def slopes(self, rows: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Derivatives of C_E and C_G among rows by the logarithm of each size, by its name.
+
+        Names: kappa, main_0 to main_2, interaction, length_0 to length_2.
+        """
+        sizes = self.sizes
+        correlations = self._correlations(rows, rows)
+        main = sizes.kappa**2 * self.box.shows_bends * sizes.main**2
+        interaction = sizes.kappa**2 * sizes.interaction**2
+        product = np.prod(correlations, axis=0)
+        rigid = self._rigid(rows[:, np.newaxis], rows[np.newaxis])
+        checked = np.tensordot(main, correlations, axes=1) + interaction * product
+        by_name = {"kappa": (2 * rigid + checked, rigid + checked)}
+        by_name["interaction"] = _of_curved(2 * interaction * product)
+        for dimension in range(_CONDITIONS):
+            column = rows[:, dimension]
+            distance = np.subtract.outer(column, column) / sizes.lengths[dimension]
+            slope = matern_slope(distance)
+            others = np.prod(np.delete(correlations, dimension, axis=0), axis=0)
+            by_name[f"main_{dimension}"] = _of_curved(2 * main[dimension] * correlations[dimension])
+            by_name[f"length_{dimension}"] = _of_curved(
+                (main[dimension] + interaction * others) * slope
+            )
+        return by_name
+
+    def _rigid(self, left: FloatArray, right: FloatArray) -> FloatArray:
+        """A: the constant, linear and bilinear part; the last axis of the arguments is summed."""
+        products = left * right
+        total = np.sum(products, axis=-1)
+        pairs = (total**2 - np.sum(products**2, axis=-1)) / 2
+        return self.sizes.kappa**2 * (_CONSTANT_VARIANCE + total + pairs)
+
+    def _curved(self, left: FloatArray, right: FloatArray) -> FloatArray:
+        """B: main effects, interaction and bends."""
+        sizes = self.sizes
+        correlations = self._correlations(left, right)
+        main = np.tensordot(self.box.shows_bends * sizes.main**2, correlations, axes=1)
+        interaction = sizes.interaction**2 * np.prod(correlations, axis=0)
+        bends = self.box.bends(left) @ self.box.bends(right).T
+        return sizes.kappa**2 * (main + interaction) + bends
+
+    def _correlations(self, left: FloatArray, right: FloatArray) -> FloatArray:
+        """Matern correlation in each condition, shape (3, rows of left, rows of right)."""
+        distance = left.T[:, :, np.newaxis] - right.T[:, np.newaxis, :]
+        return matern(distance / self.sizes.lengths[:, np.newaxis, np.newaxis])
+
+
+def _of_curved(slope: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Derivatives of C_E and C_G from that of B."""
+    return slope / 2, slope / 2

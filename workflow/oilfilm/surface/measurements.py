@@ -1,0 +1,159 @@
+"""Points of traction as arrays, in an order that depends on their values only.
+
+Decides: the scales of slip and conditions in a surface; which conditions are one level.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
+
+# The slip at which the scaled slip turns from linear to logarithmic.
+_SLIP_SCALE = 0.003
+# Changes of ln P and of ln U, and of T in K, that count as one unit of distance.
+_PRESSURE_SCALE, _SPEED_SCALE, _TEMPERATURE_SCALE_K = 0.6, 1.5, 75.0
+# Values within this distance are one level: 1.8 % of P, 4.5 % of U, 2.3 K.
+LEVEL_WIDTH = 0.03
+
+
+def scaled_slip(slip: FloatArray) -> FloatArray:
+    """t = asinh(S / 0.003), which is linear at low slip and logarithmic above."""
+    return np.arcsinh(np.asarray(slip, dtype=float) / _SLIP_SCALE)
+
+
+def scaled_conditions(conditions: FloatArray) -> FloatArray:
+    """ln P / 0.6, ln U / 1.5 and T / 75 K, shape (rows, 3).
+
+    Args:
+        conditions: P in GPa, U in m/s and T in degC, shape (rows, 3).
+    """
+    pressure, speed, temperature = np.asarray(conditions, dtype=float).T
+    return np.column_stack(
+        [
+            np.log(pressure) / _PRESSURE_SCALE,
+            np.log(speed) / _SPEED_SCALE,
+            temperature / _TEMPERATURE_SCALE_K,
+        ]
+    )
+
+
+def unscaled_conditions(scaled: FloatArray) -> FloatArray:
+    """P in GPa, U in m/s and T in degC from scaled conditions, shape (rows, 3)."""
+    pressure, speed, temperature = scaled.T
+    return np.column_stack(
+        [
+            np.exp(pressure * _PRESSURE_SCALE),
+            np.exp(speed * _SPEED_SCALE),
+            temperature * _TEMPERATURE_SCALE_K,
+        ]
+    )
+
+
+def levels(scaled: FloatArray) -> IndexArray:
+    """Number of the level of each value, counted from the lowest value, shape (rows,).
+
+    A level begins at the lowest value that no other level holds, and has a fixed width.
+
+    Args:
+        scaled: One scaled condition, shape (rows,).
+    """
+    level = np.zeros(len(scaled), dtype=np.int64)
+    number, start = -1, -np.inf
+    for row in np.argsort(scaled, kind="stable"):
+        if scaled[row] > start + LEVEL_WIDTH:
+            number, start = number + 1, scaled[row]
+        level[row] = number
+    return level
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """Measured points of one oil on one rig, in curves with one condition each.
+
+    Attributes:
+        conditions: P in GPa, U in m/s and T in degC of each curve, shape (curves, 3).
+        curve: Row of `conditions` of each point, shape (points,).
+        slip: Slide-roll ratio of each point, above 0, shape (points,).
+        mu: Traction coefficient of each point, shape (points,).
+    """
+
+    conditions: FloatArray
+    curve: IndexArray
+    slip: FloatArray
+    mu: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.conditions.ndim != 2 or self.conditions.shape[1] != 3:
+            raise ValueError(
+                f"conditions have the shape {self.conditions.shape}; expected (curves, 3)"
+            )
+        if not len(self.curve) == len(self.slip) == len(self.mu):
+            raise ValueError(
+                f"{len(self.curve)} numbers of curves, {len(self.slip)} slips and {len(self.mu)} "
+                "values of mu; expected one of each per point"
+            )
+        if not (np.isfinite(self.slip).all() and np.isfinite(self.mu).all()):
+            raise ValueError("a slip or a mu is not finite; leave out points without a value")
+        if np.any(self.slip <= 0):
+            raise ValueError(
+                f"the slip {self.slip.min():g} is not above 0; leave out points at rolling"
+            )
+        if not np.all(self.conditions[:, :2] > 0):
+            raise ValueError("a pressure or a speed is not above 0")
+        if not np.array_equal(np.unique(self.curve), np.arange(len(self.conditions))):
+            raise ValueError("a curve has no point; leave out curves without points")
+
+    @property
+    def point_conditions(self) -> FloatArray:
+        """P, U and T of each point, shape (points, 3)."""
+        return self.conditions[self.curve]
+
+    def level_numbers(self) -> IndexArray:
+        """Number of the level of P, U and T of each curve, shape (curves, 3)."""
+        return np.column_stack([levels(column) for column in scaled_conditions(self.conditions).T])
+
+    def condition_numbers(self) -> IndexArray:
+        """Number of the condition of each curve; repeated runs share it. Shape (curves,)."""
+        _, number = np.unique(self.level_numbers(), axis=0, return_inverse=True)
+        return np.asarray(number, dtype=np.int64).ravel()
+
+    def in_canonical_order(self) -> "Measurements":
+        """The same points, ordered by their values: no result depends on the order of rows."""
+        curves, points = self.canonical_order()
+        sizes = np.bincount(self.curve)[curves]
+        return Measurements(
+            conditions=self.conditions[curves],
+            curve=np.repeat(np.arange(len(curves)), sizes),
+            slip=self.slip[points],
+            mu=self.mu[points],
+        )
+
+    def canonical_order(self) -> tuple[IndexArray, IndexArray]:
+        """Rows of curves and rows of points in the order of their values."""
+        by_value = np.lexsort([self.mu, self.slip, self.curve])
+        ends = np.cumsum(np.bincount(self.curve))[:-1]
+        points_of_curves = np.split(by_value, ends)
+
+        def content(row: int) -> tuple[float, ...]:
+            points = points_of_curves[row]
+            return (*self.conditions[row], *self.slip[points], *self.mu[points])
+
+        rows = sorted(range(len(points_of_curves)), key=content)
+        points = np.concatenate([points_of_curves[row] for row in rows])
+        return np.array(rows, dtype=np.int64), points
+
+    def of_curves(self, rows: IndexArray) -> "Measurements":
+        """The points of some curves, which are numbered anew in their old order."""
+        is_chosen = np.zeros(len(self.conditions), dtype=bool)
+        is_chosen[rows] = True
+        return self.of_points(is_chosen[self.curve])
+
+    def of_points(self, is_chosen: BoolArray) -> "Measurements":
+        """Some points; curves that lose all their points are left out.
+
+        Args:
+            is_chosen: Whether each point stays, shape (points,).
+        """
+        rows, curve = np.unique(self.curve[is_chosen], return_inverse=True)
+        return Measurements(self.conditions[rows], curve, self.slip[is_chosen], self.mu[is_chosen])

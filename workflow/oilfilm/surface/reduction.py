@@ -1,0 +1,237 @@
+"""Each curve as a few coordinates: the projection on smooth functions of slip.
+
+The coordinates of a curve are V' y, where the columns of V are the leading eigenvectors of the
+covariance over slip at the points of the curve, and y is ln mu less that of the law. What V leaves
+over is noise of points.
+
+Decides: how many coordinates a curve has; how points near zero traction count.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
+from oilfilm.surface.effects import LogMu, effect_design
+from oilfilm.surface.form_bends import form_bends
+from oilfilm.surface.kernels import SLIP_LENGTH, ConditionBox, matern
+from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
+from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled_slip
+
+# With fewer coordinates, kinks of a curve count as noise.
+_COORDINATES = 9
+# mu is near zero if it is within so many errors of the zero.
+_NEAR_ZERO = 10.0
+
+
+def is_near_zero(mu: FloatArray, zero_sd: float) -> BoolArray:
+    """Whether the logarithm of each mu is too far from linear in the error of the zero.
+
+    Args:
+        mu: Measured traction coefficients.
+        zero_sd: Standard deviation of the zero, as a traction coefficient.
+    """
+    return mu < _NEAR_ZERO * zero_sd
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Weighted sums of values of a surface; a value at a point is one of weight 1.
+
+    Attributes:
+        conditions: Centred conditions, shape (rows, 3).
+        row: Row of `conditions` of each coordinate, shape (coordinates,).
+        slips: Scaled slips, shape (slips,).
+        weights: Weight of each of `slips` in each coordinate, shape (coordinates, slips).
+        law_slopes: Slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
+    """
+
+    conditions: FloatArray
+    row: IndexArray
+    slips: FloatArray
+    weights: scipy.sparse.csr_array
+    law_slopes: FloatArray
+
+
+def at_points(
+    law: FreeLaw, box: ConditionBox, conditions: FloatArray, slip: FloatArray
+) -> Coordinates:
+    """Values at single points.
+
+    Args:
+        law: The law.
+        box: The box of the tested conditions.
+        conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
+        slip: Slide-roll ratio, above 0, shape (points,).
+    """
+    return Coordinates(
+        conditions=box.centred(scaled_conditions(conditions)),
+        row=np.arange(len(slip)),
+        slips=scaled_slip(slip),
+        weights=scipy.sparse.csr_array(scipy.sparse.eye_array(len(slip))),
+        law_slopes=slopes_of_law(law, box, conditions, slip),
+    )
+
+
+def slopes_of_law(
+    law: FreeLaw, box: ConditionBox, conditions: FloatArray, slip: FloatArray
+) -> FloatArray:
+    """Change of ln mu by one standard deviation of what is free in the law, shape (points, slopes).
+
+    First the free constants, then the form of the law between two levels (`form_bends`).
+    """
+    of_constants = CONSTANT_SD * law.log_slopes(conditions, slip)
+    return np.hstack([of_constants, form_bends(law, box, conditions, slip)])
+
+
+@dataclass(frozen=True)
+class ReducedCurves:
+    """The curves of a campaign as coordinates.
+
+    Attributes:
+        vectors: V of all curves on its diagonal, shape (points, coordinates).
+        curve: Curve of each coordinate, shape (coordinates,).
+        conditions: Centred conditions of each curve, shape (curves, 3).
+        slips: Scaled slips without repeats, shape (slips,).
+        to_slips: V' as weights of `slips`, shape (coordinates, slips).
+        departure: V' of ln mu less that of the law, shape (coordinates,).
+        law_slopes: V' of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
+        effects: V' of the design of the effects of runs, shape (coordinates, effects).
+        remainder: What V leaves of the departure at each point, shape (points,).
+    """
+
+    vectors: scipy.sparse.csr_array
+    curve: IndexArray
+    conditions: FloatArray
+    slips: FloatArray
+    to_slips: scipy.sparse.csr_array
+    departure: FloatArray
+    law_slopes: FloatArray
+    effects: FloatArray
+    remainder: FloatArray
+
+    @property
+    def membership(self) -> scipy.sparse.csr_array:
+        """1 where a coordinate belongs to a curve, shape (coordinates, curves)."""
+        count = len(self.curve)
+        shape = (count, len(self.conditions))
+        return scipy.sparse.csr_array((np.ones(count), (np.arange(count), self.curve)), shape)
+
+    @property
+    def degrees_left(self) -> int:
+        """Number of points less the number of coordinates."""
+        points, coordinates = self.vectors.shape
+        return points - coordinates
+
+    def part(self, coordinates: IndexArray) -> Coordinates:
+        """Some coordinates, with what they need only."""
+        rows, row = np.unique(self.curve[coordinates], return_inverse=True)
+        weights = self.to_slips[coordinates]
+        used, column = np.unique(weights.indices, return_inverse=True)
+        shape = (len(coordinates), len(used))
+        return Coordinates(
+            conditions=self.conditions[rows],
+            row=row,
+            slips=self.slips[used],
+            weights=scipy.sparse.csr_array((weights.data, column, weights.indptr), shape),
+            law_slopes=self.law_slopes[coordinates],
+        )
+
+    def vectors_of(self, coordinates: IndexArray) -> tuple[IndexArray, FloatArray]:
+        """Points of some coordinates, and V of these, shape (points, coordinates)."""
+        block = self.by_coordinate[coordinates].tocoo()
+        points, row = np.unique(block.col, return_inverse=True)
+        vectors = np.zeros((len(points), len(coordinates)))
+        vectors[row, block.row] = block.data
+        return points.astype(np.int64), vectors
+
+    @cached_property
+    def by_coordinate(self) -> scipy.sparse.csr_array:
+        """V', shape (coordinates, points)."""
+        return scipy.sparse.csr_array(self.vectors.T)
+
+    def over_slip(self, correlations: FloatArray) -> FloatArray:
+        """Covariance of the coordinates from that of `slips`, shape (coordinates, coordinates)."""
+        return np.asarray((self.to_slips @ (self.to_slips @ correlations).T).T)
+
+
+def box_of(measurements: Measurements) -> ConditionBox:
+    """The box of the tested conditions."""
+    scaled = scaled_conditions(measurements.conditions)
+    counts = measurements.level_numbers().max(axis=0) + 1
+    return ConditionBox(scaled.min(axis=0), scaled.max(axis=0), counts)
+
+
+def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> FloatArray:
+    """ln mu of each point, or its linear response near zero traction, shape (points,).
+
+    The response of a point near zero is ln m + (mu - m)/m, where m is the present surface. It must
+    not be the law alone, because a law may miss low slip by a factor.
+
+    Args:
+        measurements: The points.
+        log_mu: ln mu of the present surface, from conditions and slips.
+        zero_sd: Standard deviation of the zero, as a traction coefficient.
+    """
+    near_zero = is_near_zero(measurements.mu, zero_sd)
+    logarithm = np.log(np.where(near_zero, 1.0, measurements.mu))
+    if near_zero.any():
+        conditions = measurements.point_conditions[near_zero]
+        present = log_mu(conditions, measurements.slip[near_zero])
+        logarithm[near_zero] = present + measurements.mu[near_zero] / np.exp(present) - 1
+    return logarithm
+
+
+def reduced(
+    measurements: Measurements, law: FreeLaw, log_mu: LogMu, zero_sd: float, box: ConditionBox
+) -> ReducedCurves:
+    """The curves as coordinates.
+
+    Args:
+        measurements: The points, in canonical order.
+        law: The law.
+        log_mu: ln mu of the present surface, from conditions and slips.
+        zero_sd: Standard deviation of the zero, as a traction coefficient.
+        box: The box of the tested conditions.
+    """
+    conditions, slip = measurements.point_conditions, measurements.slip
+    departure = response(measurements, log_mu, zero_sd) - law.log_mu(conditions, slip)
+    slips, slip_number = np.unique(scaled_slip(slip), return_inverse=True)
+    ends = np.cumsum(np.bincount(measurements.curve))[:-1]
+    slips_of_curves = np.split(slips[slip_number], ends)
+    blocks = [_leading_vectors(of_curve) for of_curve in slips_of_curves]
+    vectors = scipy.sparse.csr_array(scipy.sparse.block_diag(blocks))
+    points = len(slip)
+    selector = scipy.sparse.csr_array(
+        (np.ones(points), (np.arange(points), slip_number)), (points, len(slips))
+    )
+    coordinates = vectors.T @ departure
+    curve = np.repeat(np.arange(len(blocks)), [block.shape[1] for block in blocks])
+    return ReducedCurves(
+        vectors=vectors,
+        curve=curve,
+        conditions=box.centred(scaled_conditions(measurements.conditions)),
+        slips=slips,
+        to_slips=scipy.sparse.csr_array(vectors.T @ selector),
+        departure=coordinates,
+        law_slopes=vectors.T @ slopes_of_law(law, box, conditions, slip),
+        effects=vectors.T @ effect_design(log_mu, conditions, slip),
+        remainder=departure - vectors @ coordinates,
+    )
+
+
+def _leading_vectors(scaled: FloatArray) -> FloatArray:
+    """V of one curve, shape (points, coordinates).
+
+    Args:
+        scaled: Scaled slips of the points.
+    """
+    count = len(scaled)
+    if count <= _COORDINATES:
+        return np.eye(count)
+    distance = np.subtract.outer(scaled, scaled) / SLIP_LENGTH.median
+    _, vectors = scipy.linalg.eigh(1 + matern(distance))
+    return vectors[:, -_COORDINATES:]

@@ -1,0 +1,234 @@
+"""Sizes of departure, effects of runs and noise, by restricted maximum likelihood.
+
+What is not a size (the constants of the law, the departure) is integrated out. Each size has a
+weak log-normal prior, and the most likely sizes are searched by their logarithms.
+
+Reference: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545.
+
+Decides: what is known of the misfit of a law before the data.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+
+from oilfilm.base.units import FloatArray
+from oilfilm.surface.effects import EFFECTS, LogNormal, RunErrorSizes
+from oilfilm.surface.kernels import (
+    CONDITION_LENGTH,
+    INTERACTION,
+    MAIN_EFFECT,
+    SLIP_LENGTH,
+    SLIP_TREND,
+    ConditionBox,
+    ConditionKernel,
+    DepartureSizes,
+    matern,
+    matern_slope,
+    trend_exponent,
+)
+from oilfilm.surface.reduction import ReducedCurves
+
+# Any law: from exact to a wrong one. This kappa is the misfit of the law.
+MISFIT = LogNormal(0.03, 2.0, 1e-4, 3.0)
+# For intervals. Left-out levels do not show what is between them, so no law is taken as exact.
+CAUTIOUS = LogNormal(0.25, 0.7, 0.12, 3.0)
+_ITERATIONS = 100
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """All sizes of a surface.
+
+    Attributes:
+        effects: Standard deviation of each effect of runs, shape (effects,).
+        noise: Standard deviation of the noise of points in ln mu.
+        departure: Sizes of the departure from the law.
+    """
+
+    effects: FloatArray
+    noise: float
+    departure: DepartureSizes
+
+    @classmethod
+    def from_logarithms(cls, logarithms: FloatArray) -> "Sizes":
+        """The sizes from their logarithms, in the order of `size_names`."""
+        values = np.exp(logarithms)
+        departure = DepartureSizes(
+            kappa=values[5],
+            main=values[6:9],
+            interaction=values[9],
+            slip_length=values[10],
+            lengths=values[11:14],
+            slip_trend=values[14],
+        )
+        return cls(effects=values[:4], noise=values[4], departure=departure)
+
+
+def size_names() -> tuple[str, ...]:
+    """Names of the sizes, in the order in which they are searched."""
+    mains = ("main_0", "main_1", "main_2")
+    lengths = ("length_0", "length_1", "length_2")
+    departure = ("kappa", *mains, "interaction", "slip_length", *lengths, "slip_trend")
+    return (*EFFECTS, "noise", *departure)
+
+
+def priors(errors: RunErrorSizes, kappa: LogNormal) -> tuple[LogNormal, ...]:
+    """What is known of each size before the data, in the order of `size_names`."""
+    mains = (MAIN_EFFECT,) * 3
+    lengths = (CONDITION_LENGTH,) * 3
+    return (*errors.in_order(), kappa, *mains, INTERACTION, SLIP_LENGTH, *lengths, SLIP_TREND)
+
+
+@dataclass(frozen=True)
+class CurveCovariance:
+    """Covariance of the coordinates of all curves.
+
+    Attributes:
+        curves: The curves.
+        box: The box of the tested conditions.
+        sizes: The sizes.
+    """
+
+    curves: ReducedCurves
+    box: ConditionBox
+    sizes: Sizes
+
+    @property
+    def kernel(self) -> ConditionKernel:
+        """Covariance over conditions."""
+        return ConditionKernel(self.box, self.sizes.departure)
+
+    def level(self) -> FloatArray:
+        """Coordinates of w, the size of the departure over slip."""
+        return self.curves.to_slips @ self.sizes.departure.over_slip(self.curves.slips)
+
+    def over_slip(self, correlations: FloatArray) -> FloatArray:
+        """Covariance of the coordinates from correlations of the slips, with the size over slip."""
+        size = self.sizes.departure.over_slip(self.curves.slips)
+        return self.curves.over_slip(correlations * np.outer(size, size))
+
+    def slip_distances(self) -> FloatArray:
+        """Distances of the scaled slips over the length, shape (slips, slips)."""
+        slips = self.curves.slips
+        return np.subtract.outer(slips, slips) / self.sizes.departure.slip_length
+
+    def matrix(self) -> FloatArray:
+        """The covariance, shape (coordinates, coordinates)."""
+        curves = self.curves
+        level_factor, slip_factor = self.kernel.factors(curves.conditions, curves.conditions)
+        level = self.level()
+        covariance = self._expanded(level_factor) * np.outer(level, level)
+        covariance += self._expanded(slip_factor) * self.over_slip(matern(self.slip_distances()))
+        covariance += curves.law_slopes @ curves.law_slopes.T
+        same_run = curves.curve[:, np.newaxis] == curves.curve
+        scaled = curves.effects * self.sizes.effects
+        covariance += same_run * (scaled @ scaled.T)
+        covariance[np.diag_indices_from(covariance)] += self.sizes.noise**2
+        return covariance
+
+    def slopes(self, weight: FloatArray) -> FloatArray:
+        """Sums of `weight` times the derivative of the covariance by each logarithm of a size.
+
+        Args:
+            weight: Symmetric, shape (coordinates, coordinates).
+        """
+        curves = self.curves
+        level = self.level()
+        correlations = matern(self.slip_distances())
+        level_weight = self._summed(weight * np.outer(level, level))
+        slip_weight = self._summed(weight * self.over_slip(correlations))
+        by_name = {}
+        for number, name in enumerate(EFFECTS):
+            column = curves.membership.multiply(curves.effects[:, number, np.newaxis])
+            of_runs = column.multiply(weight @ column).sum()
+            by_name[name] = 2 * self.sizes.effects[number] ** 2 * of_runs
+        by_name["noise"] = 2 * self.sizes.noise**2 * np.trace(weight)
+        for name, (level_slope, slip_slope) in self.kernel.slopes(curves.conditions).items():
+            by_name[name] = np.sum(level_weight * level_slope) + np.sum(slip_weight * slip_slope)
+        level_factor, slip_factor = self.kernel.factors(curves.conditions, curves.conditions)
+        weighted = weight * self._expanded(slip_factor)
+        by_length = self.over_slip(matern_slope(self.slip_distances()))
+        by_name["slip_length"] = np.vdot(weighted, by_length)
+        exponent = trend_exponent(curves.slips)
+        by_trend = self.over_slip(correlations * np.add.outer(exponent, exponent))
+        level_by_trend = curves.to_slips @ (exponent * self.sizes.departure.over_slip(curves.slips))
+        of_level = level @ (weight * self._expanded(level_factor)) @ level_by_trend
+        by_name["slip_trend"] = np.vdot(weighted, by_trend) + 2 * of_level
+        return np.array([by_name[name] for name in size_names()])
+
+    def _expanded(self, of_curves: FloatArray) -> FloatArray:
+        """A matrix of curves as one of their coordinates."""
+        return of_curves[np.ix_(self.curves.curve, self.curves.curve)]
+
+    def _summed(self, of_coordinates: FloatArray) -> FloatArray:
+        """A symmetric matrix of coordinates summed over those of each curve."""
+        membership = self.curves.membership
+        return np.asarray(membership.T @ (membership.T @ of_coordinates).T)
+
+
+def objective(
+    logarithms: FloatArray, curves: ReducedCurves, box: ConditionBox, known: tuple[LogNormal, ...]
+) -> tuple[float, FloatArray]:
+    """Negative logarithm of the restricted likelihood and the priors, and its gradient.
+
+    Args:
+        logarithms: Logarithms of the sizes, in the order of `size_names`.
+        curves: The curves.
+        box: The box of the tested conditions.
+        known: The priors of the sizes.
+    """
+    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    factor = scipy.linalg.cholesky(covariance.matrix(), lower=True)
+    inverse = _inverse(factor)
+    weights = inverse @ curves.departure
+    value = 0.5 * curves.departure @ weights + np.sum(np.log(np.diag(factor)))
+    gradient = covariance.slopes(inverse - np.outer(weights, weights)) / 2
+
+    noise = size_names().index("noise")
+    scaled_squares = np.sum(curves.remainder**2) / np.exp(2 * logarithms[noise])
+    value += curves.degrees_left * logarithms[noise] + scaled_squares / 2
+    gradient[noise] += curves.degrees_left - scaled_squares
+
+    medians = np.log([prior.median for prior in known])
+    deviations = np.array([prior.ln_sd for prior in known])
+    scores = (logarithms - medians) / deviations
+    return value + np.sum(scores**2) / 2, gradient + scores / deviations
+
+
+def most_likely_sizes(
+    curves: ReducedCurves,
+    box: ConditionBox,
+    known: tuple[LogNormal, ...],
+    start: FloatArray | None = None,
+) -> FloatArray:
+    """Logarithms of the most likely sizes, in the order of `size_names`.
+
+    Args:
+        curves: The curves.
+        box: The box of the tested conditions.
+        known: The priors of the sizes.
+        start: Logarithms at which the search starts; the medians if it is not given.
+    """
+    lower = np.log([prior.smallest for prior in known])
+    upper = np.log([prior.largest for prior in known])
+    if start is None:
+        start = np.log([prior.median for prior in known])
+    search = scipy.optimize.minimize(
+        objective,
+        np.clip(start, lower, upper),
+        args=(curves, box, known),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=scipy.optimize.Bounds(lower, upper),
+        options={"maxiter": _ITERATIONS, "ftol": 1e-8},
+    )
+    return np.asarray(search.x)
+
+
+def _inverse(factor: FloatArray) -> FloatArray:
+    """Inverse of a matrix from its lower Cholesky factor; LAPACK fills the lower triangle only."""
+    lower, _ = scipy.linalg.lapack.dpotri(factor, lower=1)
+    return np.tril(lower) + np.tril(lower, -1).T

@@ -1,0 +1,296 @@
+"""The surface of one oil on one rig: fit and prediction.
+
+Decides: how a surface is fitted, and how many conditions stand for a large campaign.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from oilfilm.base.units import FloatArray, IndexArray
+from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes, effect_design
+from oilfilm.surface.interval import IntervalFactors, interval_factors
+from oilfilm.surface.kernels import ConditionBox
+from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
+from oilfilm.surface.measurements import Measurements, scaled_conditions
+from oilfilm.surface.posterior import DensePosterior, NystromPosterior, Posterior, spread_out
+from oilfilm.surface.reduction import ReducedCurves, at_points, box_of, is_near_zero, reduced
+from oilfilm.surface.reml import CAUTIOUS, MISFIT, CurveCovariance, Sizes, most_likely_sizes, priors
+from oilfilm.surface.support import SlipCoverage, support_codes
+from oilfilm.surface.threads import with_one_blas_thread
+
+# Above this number of curves, conditions that are far from each other stand for all.
+LARGEST_DENSE = 150
+_INDUCING_CONDITIONS = 60
+# The sizes of a large campaign come from so many curves.
+_CURVES_FOR_SIZES = 90
+# Points that are predicted at once.
+_AT_ONCE = 2000
+# The standard errors by the model are smaller than the errors of simulated fits by this factor.
+_ERROR_INFLATION = 1.3
+_ZERO = EFFECTS.index("zero")
+# With a larger misfit the constants describe the plan of the tests, not the oil.
+_LARGEST_MISFIT_OF_A_LAW = 0.02
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """mu at some points, as the measurements and the law give it.
+
+    Attributes:
+        mu: Traction coefficient, shape (points,).
+        surface_sd: Standard deviation of ln mu, shape (points,).
+        next_run_sd: Standard deviation of ln mu as the next run would measure it, shape (points,).
+        support: Code of `oilfilm.surface.support.Support`, shape (points,).
+    """
+
+    mu: FloatArray
+    surface_sd: FloatArray
+    next_run_sd: FloatArray
+    support: IndexArray
+
+    def interval(self, factor: float) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper limit of mu in the next run; nan where there is no support.
+
+        Args:
+            factor: `point` or `curve` of `IntervalFactors`.
+        """
+        log_half = np.where(self.support == 0, factor * self.next_run_sd, np.nan)
+        return self.mu * np.exp(-log_half), self.mu * np.exp(log_half)
+
+
+@dataclass(frozen=True)
+class LawVerdict:
+    """What the measurements say of the law.
+
+    Attributes:
+        misfit: kappa, the size of the departure from the law; 0.01 is about 1 % of mu.
+        constants: Free internal constants, shape (free constants,).
+        standard_errors: Their standard errors; nan if the misfit is too large for them to mean
+            anything. Shape (free constants,).
+    """
+
+    misfit: float
+    constants: FloatArray
+    standard_errors: FloatArray
+
+
+@dataclass(frozen=True)
+class Surface:
+    """mu of one oil on one rig over slip, pressure, speed and temperature.
+
+    Attributes:
+        law: The law about which the surface is fitted.
+        posterior: The departure from the law, given the curves.
+        covariance: Covariance of the curves.
+        slips: The tested slips.
+        measurements: The points, in canonical order.
+        verdict: What the measurements say of the law.
+        misfit_covariance: Covariance of the curves without the caution of intervals.
+    """
+
+    law: FreeLaw
+    posterior: Posterior
+    covariance: CurveCovariance
+    slips: SlipCoverage
+    measurements: Measurements
+    verdict: LawVerdict
+    misfit_covariance: CurveCovariance
+
+    @with_one_blas_thread
+    def log_mu(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
+        """ln mu, shape (points,).
+
+        Args:
+            conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
+            slip: Slide-roll ratio, above 0, shape (points,).
+        """
+        return log_mu_of(self.law, self.posterior, self.covariance.box, conditions, slip)
+
+    @with_one_blas_thread
+    def predict(self, conditions: FloatArray, slip: FloatArray) -> Prediction:
+        """mu at some points, with its errors and its support.
+
+        Args:
+            conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
+            slip: Slide-roll ratio, above 0, shape (points,).
+        """
+        box, sizes = self.covariance.box, self.covariance.sizes
+        variance, of_bounds, single = [], [], []
+        for rows in _blocks(len(slip)):
+            places = at_points(self.law, box, conditions[rows], slip[rows])
+            variance.append(self.posterior.variance(places))
+            of_bounds.append(self._spread_of_bounds(places.law_slopes))
+            single.append(box.leaves_single_level(places.conditions))
+        surface_variance = np.concatenate(variance)
+        effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
+        next_run = surface_variance + np.sum(effects**2, axis=1) + sizes.noise**2
+        spread = np.sqrt(surface_variance)
+        return Prediction(
+            mu=np.exp(self.log_mu(conditions, slip)),
+            surface_sd=spread,
+            next_run_sd=np.sqrt(next_run),
+            support=support_codes(
+                self.slips, slip, spread, np.concatenate(of_bounds), np.concatenate(single)
+            ),
+        )
+
+    @cached_property
+    def interval_factors(self) -> IntervalFactors:
+        """Factors on the standard deviation of the next run, from left-out conditions."""
+        return _interval_factors(self)
+
+    def effect_sizes(self) -> dict[str, float]:
+        """Standard deviation of each effect of runs, by name."""
+        return dict(zip(EFFECTS, self.covariance.sizes.effects.tolist(), strict=True))
+
+    def _spread_of_bounds(self, law_slopes: FloatArray) -> FloatArray:
+        """Standard deviation in ln mu by each constant that is at its bound.
+
+        Args:
+            law_slopes: Slopes of the law, as `slopes_of_law` has them, shape (points, slopes).
+        """
+        at_bound = np.flatnonzero(self.law.at_bound())
+        _, covariance = self.posterior.freedom_of_law()
+        share_left = np.sqrt(np.diag(covariance))
+        return np.abs(law_slopes[:, at_bound]) * share_left[at_bound]
+
+
+@with_one_blas_thread
+def _interval_factors(surface: Surface) -> IntervalFactors:
+    """See `Surface.interval_factors`."""
+    condition = surface.measurements.condition_numbers()
+    return interval_factors(
+        surface.covariance,
+        surface.measurements.curve,
+        condition,
+        surface.posterior.left_out(condition),
+    )
+
+
+@with_one_blas_thread
+def fit_surface(
+    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes | None = None
+) -> Surface:
+    """The surface of measured points about a fitted law.
+
+    The first pass takes the points whose logarithm is safe and the slopes of the law. The second
+    pass takes all points, and the slopes of the first surface.
+
+    Args:
+        measurements: The points, in any order.
+        law: The best fitted law.
+        errors: Sizes of the errors of the rig, before the data.
+
+    Raises:
+        ValueError: No point is clear of zero traction.
+    """
+    errors = errors or RunErrorSizes()
+    ordered = measurements.in_canonical_order()
+    box = box_of(ordered)
+    sample = _sample(ordered)
+    log_mu, zero_sd, start = _first_pass(sample, law, errors, box)
+
+    curves = reduced(sample, law, log_mu, zero_sd, box)
+    of_misfit = most_likely_sizes(curves, box, priors(errors, MISFIT), start)
+    cautious = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), start)
+    if len(sample.conditions) < len(ordered.conditions):
+        curves = reduced(ordered, law, log_mu, zero_sd, box)
+    posterior, covariance = _posterior(curves, box, cautious)
+    misfit_posterior, misfit_covariance = _posterior(curves, box, of_misfit)
+    return Surface(
+        law=law,
+        posterior=posterior,
+        covariance=covariance,
+        slips=SlipCoverage.of(ordered),
+        measurements=ordered,
+        verdict=_verdict(law, misfit_posterior, misfit_covariance),
+        misfit_covariance=misfit_covariance,
+    )
+
+
+def _first_pass(
+    sample: Measurements, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox
+) -> tuple[LogMu, float, FloatArray]:
+    """ln mu of the first surface, the error of the zero, and the logarithms of the sizes."""
+    zero_sd = errors.zero.median
+    is_clear = ~is_near_zero(sample.mu, zero_sd)
+    if not is_clear.any():
+        raise ValueError(
+            f"no mu is above ten times the error of the zero, {zero_sd:g}; check the unit of mu "
+            "and the zero of the rig"
+        )
+    curves = reduced(sample.of_points(is_clear), law, law.log_mu, zero_sd, box)
+    logarithms = most_likely_sizes(curves, box, priors(errors, CAUTIOUS))
+    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    posterior = DensePosterior(covariance)
+
+    def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
+        """ln mu of the first surface."""
+        return log_mu_of(law, posterior, box, conditions, slip)
+
+    # a rig may have a larger zero than it states: more points are then near zero
+    return log_mu, max(zero_sd, float(covariance.sizes.effects[_ZERO])), logarithms
+
+
+def log_mu_of(
+    law: FreeLaw, posterior: Posterior, box: ConditionBox, conditions: FloatArray, slip: FloatArray
+) -> FloatArray:
+    """ln mu of the law and its departure, shape (points,)."""
+    parts = [np.empty(0)]
+    for rows in _blocks(len(slip)):
+        places = at_points(law, box, conditions[rows], slip[rows])
+        parts.append(law.log_mu(conditions[rows], slip[rows]) + posterior.mean(places))
+    return np.concatenate(parts)
+
+
+def _posterior(
+    curves: ReducedCurves, box: ConditionBox, logarithms: FloatArray
+) -> tuple[Posterior, CurveCovariance]:
+    """The posterior of curves: exact where they are few."""
+    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    if len(curves.conditions) <= LARGEST_DENSE:
+        return DensePosterior(covariance), covariance
+    chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)
+    inducing = np.flatnonzero(np.isin(curves.curve, chosen))
+    return NystromPosterior(covariance, inducing), covariance
+
+
+def _verdict(law: FreeLaw, posterior: Posterior, covariance: CurveCovariance) -> LawVerdict:
+    """What the measurements say of the law.
+
+    Args:
+        law: The law.
+        posterior: The departure from the law, without the caution of intervals.
+        covariance: Covariance of the curves.
+    """
+    change, spread = posterior.freedom_of_law()
+    count = np.count_nonzero(law.free)
+    constants = law.constants[law.free] + CONSTANT_SD * change[:count]
+    misfit = float(covariance.sizes.departure.kappa)
+    standard_errors = _ERROR_INFLATION * CONSTANT_SD * np.sqrt(np.diag(spread)[:count])
+    if misfit >= _LARGEST_MISFIT_OF_A_LAW:
+        standard_errors = np.full(count, np.nan)
+    return LawVerdict(misfit, constants, standard_errors)
+
+
+def _sample(ordered: Measurements) -> Measurements:
+    """Curves that stand for all where the sizes are searched; all of them if they are few.
+
+    Half of them are far from each other. The other half are the curves nearest to these in the
+    canonical order, so that repeated runs show the effects of runs.
+    """
+    curves = len(ordered.conditions)
+    if curves <= LARGEST_DENSE:
+        return ordered
+    chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
+    next_ones = np.minimum(chosen + 1, curves - 1)
+    return ordered.of_curves(np.union1d(chosen, next_ones))
+
+
+def _blocks(points: int) -> Iterator[slice]:
+    """Slices of rows that are predicted at once."""
+    for start in range(0, points, _AT_ONCE):
+        yield slice(start, start + _AT_ONCE)
