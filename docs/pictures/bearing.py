@@ -7,6 +7,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 import deng2026_study
+from deng2026_study.settings import default_settings
 from examples import NAMES, bearing, contact, oil, settings
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
@@ -33,7 +34,7 @@ def terms(name: str, axial_load_n: float = 20e3):
     law = LawInBearing.of(
         deng2026_study.printed(name), "stress", contact(), assumed.law_floor.model_dump()
     )
-    box = settings().printed.boxes.tested.model_dump()
+    box = default_settings().printed.boxes.tested.model_dump()
     tested = {key: tuple(ends) for key, ends in box.items() if key != "inlet_temperature_c"}
     return torque_terms(
         friction_equilibrium(FrictionProblem(bearing(), duty, oil_film, law)), tested
