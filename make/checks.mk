@@ -41,11 +41,14 @@ audit: $(AUDITED) ## known weaknesses: bandit, zizmor, licences; advisories, if 
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/python tests/lint/advisories.py $(AUDIT)/bin/pip-audit
 
-# The packages beside oilfilm, with their tests. Whoever needs none of them may delete these.
+# The packages beside oilfilm, with their tests. Whoever needs none of them may delete these, take
+# them out of pyproject.toml and choose another default campaign.
 BESIDE := workflow/deng2026_study workflow/simulated_lab tests/deng2026_study tests/simulated_lab
+WITHOUT_BESIDE := /known-first-party/!s/"(workflow\/)?(deng2026_study|simulated_lab)",? ?//g; s/, \]/]/
 
 .PHONY: apart
-apart: ## the tests in a copy of the last commit without the packages beside oilfilm (5 min)
+apart: ## make test in a copy of the last commit without the packages beside oilfilm (5 min)
 	folder=$$(mktemp -d) && git clone --quiet . "$$folder" && cd "$$folder" && rm -r $(BESIDE) && \
-	sed 's/^campaign: demo/campaign: etm-slim/' config/config.yaml > config.new && \
-	mv config.new config/config.yaml && $(MAKE) schemas && $(MAKE) test
+	sed -E '$(WITHOUT_BESIDE)' pyproject.toml > new && mv new pyproject.toml && \
+	sed 's/^campaign: demo/campaign: etm-slim/' config/config.yaml > new && mv new config/config.yaml && \
+	$(MAKE) schemas && $(MAKE) test
