@@ -3,7 +3,6 @@
 from functools import cache
 from pathlib import Path
 
-import matplotlib.image
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,7 +13,14 @@ from nights import nightly, quick_ones
 from oilfilm.report.figures.sheet import save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from pictures import Draw, difference_from, drawing_of, nothing_is_cut_off
+from pictures import (
+    Draw,
+    difference_from,
+    drawing_of,
+    is_as_wide_as_a_column,
+    nothing_is_cut_off,
+    of_oils,
+)
 
 BASELINE = Path(__file__).parent / "baseline"
 
@@ -103,15 +109,11 @@ PICTURES = ["fig01", "fig03", "fig07"]
 def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off(
     drawing: Draw, config: Settings, tmp_path: Path, name: str, oils: list[str]
 ) -> None:
-    plain = config.plain()
-    fewer = {oil: plain["oils"][oil] for oil in oils}
-    figure, _ = drawing(name, Settings.of({**plain, "oils": fewer}))
+    figure, _ = drawing(name, of_oils(config, oils))
     assert nothing_is_cut_off(figure)
     # all else is in the caption
     assert [text.get_text() for text in figure.texts] in ([], ["SIMULATED"])
-    save(figure, tmp_path / "figure.png")
-    width = matplotlib.image.imread(tmp_path / "figure.png").shape[1]
-    assert width in [int(mm / 25.4 * 180) for mm in (84, 174)]
+    assert is_as_wide_as_a_column(figure, tmp_path)
 
 
 @pytest.mark.parametrize("name", PICTURES)

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import matplotlib.image
 import pandas as pd
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -11,7 +12,7 @@ from matplotlib.testing.compare import compare_images
 from oilfilm.base import studies
 from oilfilm.base.figure_catalogue import figures
 from oilfilm.base.home import reference_file
-from oilfilm.report.figures.sheet import draw_figure
+from oilfilm.report.figures.sheet import draw_figure, save
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -28,6 +29,19 @@ def nothing_is_cut_off(figure: Figure) -> bool:
     box = figure.get_tightbbox(canvas.get_renderer())
     width, height = figure.get_size_inches()
     return min(box.x0, box.y0, width - box.x1, height - box.y1) > -0.01
+
+
+def is_as_wide_as_a_column(figure: Figure, folder: Path) -> bool:
+    """True where the saved picture is as wide as one column of a journal, or as two."""
+    save(figure, folder / "figure.png")
+    width = matplotlib.image.imread(folder / "figure.png").shape[1]
+    return width in [int(mm / 25.4 * 180) for mm in (84, 174)]
+
+
+def of_oils(settings: Settings, oils: list[str]) -> Settings:
+    """The settings of a campaign with some of its oils alone."""
+    plain = settings.plain()
+    return Settings.of({**plain, "oils": {oil: plain["oils"][oil] for oil in oils}})
 
 
 def difference_from(baseline: Path, figure: Figure, folder: Path) -> str | None:

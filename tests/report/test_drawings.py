@@ -4,7 +4,6 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
@@ -12,11 +11,19 @@ from matplotlib.axes import Axes
 from drawn_results import with_refits
 from fit_points import matrix
 from nights import nightly, quick_ones
-from oilfilm.report.figures.sheet import Sheet, save
+from oilfilm.report.figures.sheet import Sheet
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
-from pictures import Draw, difference_from, draw, drawing_of, nothing_is_cut_off
+from pictures import (
+    Draw,
+    difference_from,
+    draw,
+    drawing_of,
+    is_as_wide_as_a_column,
+    nothing_is_cut_off,
+    of_oils,
+)
 from reports import rows
 
 BASELINE = Path(__file__).parent / "baseline"
@@ -94,15 +101,11 @@ PICTURES = ["curves", "identifiability"]
 def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off(
     drawing: Draw, config: Settings, tmp_path: Path, name: str, oils: list[str]
 ) -> None:
-    plain = config.plain()
-    fewer = {oil: plain["oils"][oil] for oil in oils}
-    figure, _ = drawing(name, Settings.of({**plain, "oils": fewer}))
+    figure, _ = drawing(name, of_oils(config, oils))
     assert nothing_is_cut_off(figure)
     # all else is in the caption
     assert not figure.texts
-    save(figure, tmp_path / "figure.png")
-    width = matplotlib.image.imread(tmp_path / "figure.png").shape[1]
-    assert width in [int(mm / 25.4 * 180) for mm in (84, 174)]
+    assert is_as_wide_as_a_column(figure, tmp_path)
 
 
 @pytest.mark.parametrize("name", PICTURES)
