@@ -324,18 +324,20 @@ def _table(
     """The rows as a table with one column per thing; last, what remains in the paper's text."""
     units = {row["quantity"]: row["unit"] for row in rows}
     for quantity, statement in of_paper.items():
-        where = f" ({statement.where})" if statement.where else ""
-        unit, source = units.get(quantity, ""), statement.where or "lost"
-        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{where}", source))
+        place = f" ({statement.where})" if statement.where else ""
+        unit = units.get(quantity, "")
+        source = statement.where or "lost"
+        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{place}", source))
     drawn = pd.DataFrame(rows)
-    *things, _ = columns = [*drawn.loc[drawn["thing"] != _PAPER, "thing"].unique(), _PAPER]
+    things = list(drawn.loc[drawn["thing"] != _PAPER, "thing"].unique())
     cells = drawn.pivot(index="quantity", columns="thing", values="words")
-    cells = cells.reindex(index=drawn["quantity"].unique(), columns=columns).fillna("")
-    few = len(things) <= 1
-    cells[_PAPER] = ["\n".join(textwrap.wrap(text, 46 if few else 26)) for text in cells[_PAPER]]
-    paper_x = 0.64 if few else 0.72
+    cells = cells.reindex(index=drawn["quantity"].unique(), columns=[*things, _PAPER]).fillna("")
+    has_room = len(things) <= 1
+    letters_of_paper = 46 if has_room else 26
+    cells[_PAPER] = ["\n".join(textwrap.wrap(text, letters_of_paper)) for text in cells[_PAPER]]
+    paper_x = 0.64 if has_room else 0.72
     ends = np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:]
-    heads = [f"{name} ({unit})" if (unit := units.get(name, "")) else name for name in cells.index]
+    heads = [_with_unit(quantity, units.get(quantity, "")) for quantity in cells.index]
     row_in = _LINE_IN * (cells[_PAPER].str.count("\n").to_numpy() + 1) + _ROW_IN
     layout = style.DOUBLE_COLUMN_IN, len(cells), row_in, _LINE_IN + _ROW_IN
     sheet, panel, write = table_page(*layout, notes)
@@ -344,10 +346,18 @@ def _table(
     for thing, end in zip(things, ends, strict=True):
         write(end, thing, cells[thing], bold, ha="right")
     write(paper_x, _PAPER, cells[_PAPER], {**bold, "color": "black"}, color=style.GREY)
-    series = drawn["quantity"] + drawn["unit"].map(lambda unit: f" ({unit})" if unit else "")
+    series = [
+        _with_unit(quantity, unit)
+        for quantity, unit in zip(drawn["quantity"], drawn["unit"], strict=True)
+    ]
     label = drawn["words"] + " [" + drawn["source"] + "]"
     panel.keep(series, np.nan, value=drawn["value"], label=label, panel=drawn["thing"])
     return sheet
+
+
+def _with_unit(quantity: str, unit: str) -> str:
+    """A quantity with its unit in brackets, if it has one."""
+    return f"{quantity} ({unit})" if unit else quantity
 
 
 @register(like="constants", counterpart="Eqs 11-13", references=("printed_coefficients",))

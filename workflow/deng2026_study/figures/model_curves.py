@@ -270,8 +270,10 @@ def _handles(
 
 
 Fit = Mapping[str, Any]  # a row of a table
+_MU, _LEFT_OUT_MU = "traction_coefficient", "left_out_traction_coefficient"
 _TIMES = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _WANG_DENG = "wang-deng"
+_NO_WANG_DENG = "no Wang-Deng law could be fitted"
 _DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
 
 
@@ -301,14 +303,16 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     near.set_title("    near S = 0")
     near.xaxis.set_major_locator(MaxNLocator(4))  # numbers of many decimals: few of them fit
     errors.set_title("    fitted minus measured")
-    handles: list[list[Any]] = [[], []]
+    zero_slip_handles: list[Any] = []
+    left_out_handles: list[Any] = []
     for oil in settings.oils:
-        of_oil = {fit["law"]: fit for fit in tables.rows(fits[fits["oil"] == oil])}
-        handles[0] += _draw_zero_slip(whole, near, of_oil, results, settings)
-        handles[1] += _draw_left_out(unseen, errors, of_oil, results, settings)
-    for panel, of_panel in zip((whole, unseen), handles, strict=True):
-        if not of_panel:
-            panel.say("no Wang-Deng law could be fitted")
+        fit_by_law = {fit["law"]: fit for fit in tables.rows(fits[fits["oil"] == oil])}
+        zero_slip_handles += _draw_zero_slip(whole, near, fit_by_law, results, settings)
+        left_out_handles += _draw_left_out(unseen, errors, fit_by_law, results, settings)
+    if not zero_slip_handles:
+        whole.say(_NO_WANG_DENG)
+    if not left_out_handles:
+        unseen.say(_NO_WANG_DENG)
     for axis in (near, errors):
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(style.CONDITION_LABELS["slide_roll_ratio"])
@@ -323,8 +327,12 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
         "left out": "fit to all other curves",
         "Eq. 7": f"{law_name(DENG2026.name)}, fit to all other curves",
     }
-    lines = [style.line_handle(label, linestyle=_DASHES[n], **black) for n, label in labels.items()]
-    sheet.legend([*handles[0], plateau, lines[0], *handles[1], *lines[1:]], columns=2)
+    lines = [
+        style.line_handle(label, linestyle=_DASHES[series], **black)
+        for series, label in labels.items()
+    ]
+    left_column = [*zero_slip_handles, plateau, lines[0]]
+    sheet.legend([*left_column, *left_out_handles, *lines[1:]], columns=2)
     return sheet
 
 
@@ -369,44 +377,61 @@ def _draw_left_out(
     whole: Panel, errors: Axes, fits: Mapping[str, Fit], results: CampaignTables, settings: Settings
 ) -> Iterator[Any]:
     """Of one oil: the curve whose error by a Wang-Deng law grows most when left out."""
-    key, oil = ["run_id", "first_row"], [fit["oil"] for fit in fits.values()][:1]
+    oil = [fit["oil"] for fit in fits.values()][:1]
     beside = results.law_points[results.law_points["oil"].isin(oil)]
-    mu = ["traction_coefficient", "left_out_traction_coefficient"]
-    measured = results.points.set_index(key)[mu[0]].rename("measured")
-    off = beside.join(measured, on=key)
-    missed = off[mu].sub(off["measured"], axis=0)
-    squares = missed.pow(2).groupby([off["law"], off["run_id"]], sort=False)
-    # rms error of each law on each curve, by the fit of all curves and by that without the curve
-    pairs = (squares.mean() ** 0.5).reset_index().to_numpy().tolist()
-    rms = {(str(law), str(run)): (seen, unseen) for law, run, seen, unseen in pairs}
-    grows = {
-        at: unseen - seen
-        for at, (seen, unseen) in rms.items()
-        if at[0].startswith(_WANG_DENG) and not np.isnan(unseen)
+    rms = _rms_errors(beside, results.points)
+    growth = {
+        law_and_run: unseen - seen
+        for law_and_run, (seen, unseen) in rms.items()
+        if law_and_run[0].startswith(_WANG_DENG) and not np.isnan(unseen)
     }
-    if not grows:
+    if not growth:
         return
     # a law that comes to its special case grows as that does: the first of both
-    name, run = [*grows][first_largest([*grows.values()])]
+    name, run = list(growth)[first_largest(list(growth.values()))]
     curve, look, colour, _, label = _begin(whole, fits[name], run, results, settings)
     for law, series in ((name, "fit"), (name, "left out"), (DENG2026.name, "left out")):
-        column = mu[series == "left out"]
-        of_law = _one_side(beside[(beside["law"] == law) & (beside["run_id"] == run)])
-        if law not in fits or of_law[column].isna().any():
+        column = _LEFT_OUT_MU if series == "left out" else _MU
+        plateaus = _one_side(beside[(beside["law"] == law) & (beside["run_id"] == run)])
+        if law not in fits or plateaus[column].isna().any():
             continue
-        at, line = of_law["slide_roll_ratio"].to_numpy(), of_law[column].to_numpy()
+        slip_of_plateaus = plateaus["slide_roll_ratio"].to_numpy()
+        mu_of_plateaus = plateaus[column].to_numpy()
         # a fit without the curve is known at its plateaus alone
-        fine = _finely(fits[law], curve, results, settings) if series == "fit" else (at, line)
+        drawn_slip, drawn_mu = slip_of_plateaus, mu_of_plateaus
+        if series == "fit":
+            drawn_slip, drawn_mu = _finely(fits[law], curve, results, settings)
         dashes = {"linestyle": _DASHES["Eq. 7" if law == DENG2026.name else series]}
         about: style.Look = {"oil": fits[law]["oil"], "label": f"{law}, run {run}"}
-        whole.line(series, fine[0], fine[1], colour | dashes, **about)
+        whole.line(series, drawn_slip, drawn_mu, colour | dashes, **about)
         dots: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
-        difference = line - curve["traction_coefficient"].to_numpy()
-        errors.plot(at, 1e3 * difference, **colour | dashes | dots)
+        difference = mu_of_plateaus - curve[_MU].to_numpy()
+        errors.plot(slip_of_plateaus, 1e3 * difference, **colour | dashes | dots)
     label += f"\nrms error {_growth(*rms[name, run])}"
     if (DENG2026.name, run) in rms:
         label += f"; Eq. 7: {_growth(*rms[DENG2026.name, run])}"
     yield style.line_handle(label, **look)
+
+
+def _rms_errors(
+    law_points: pd.DataFrame, points: pd.DataFrame
+) -> dict[tuple[str, str], tuple[float, float]]:
+    """Rms error of each law on each curve: by the fit of all curves, and by that without it.
+
+    Args:
+        law_points: Rows of the table `law_points` of one oil.
+        points: Table of points.
+
+    Returns:
+        Both errors by law and run.
+    """
+    point = ["run_id", "first_row"]
+    measured = points.set_index(point)[_MU].rename("measured")
+    compared = law_points.join(measured, on=point)
+    errors = compared[[_MU, _LEFT_OUT_MU]].sub(compared["measured"], axis=0)
+    of_curves = errors.pow(2).groupby([compared["law"], compared["run_id"]], sort=False)
+    rms = (of_curves.mean() ** 0.5).reset_index().to_numpy().tolist()
+    return {(str(law), str(run)): (seen, unseen) for law, run, seen, unseen in rms}
 
 
 def _begin(
