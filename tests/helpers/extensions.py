@@ -95,7 +95,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.logs.base import NO_TEXT, UnreadableLogError, check_lines
 from oilfilm.logs.columns import LoggedTable, TablesOfFile, header_text
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.settings.base import plain_key
+from oilfilm.base.plain_key import plain_key
 
 
 def recognises(head: bytes) -> bool:

@@ -19,6 +19,7 @@ import pandas as pd
 
 from oilfilm.api.arrays import ArrayFit, fit_points
 from oilfilm.base.errors import OilfilmError, cut
+from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import PA_PER_GPA, FloatArray, possible_conversion
 from oilfilm.logs import delimited_text
 from oilfilm.logs.base import UnreadableLogError
@@ -29,7 +30,6 @@ from oilfilm.logs.sheet_file import checked_workbook
 from oilfilm.logs.sniff import Guesses, has_word, unit_in_name
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
-from oilfilm.settings.base import plain_key
 from oilfilm.traction import LAWS, PAPER_LAW
 
 PRESSURE = "max_hertz_pressure_gpa"

@@ -14,12 +14,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 
+from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import text_rows
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
 from oilfilm.logs.columns import LoggedTable, TablesOfFile
 from oilfilm.logs.header import FULL_WIDTH
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.settings.base import plain_key
 
 _BLANKS = " "
 _DELIMITERS = (",", ";", "\t", "|")

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping
 from difflib import SequenceMatcher
 from functools import lru_cache
 
+from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import Conversion, possible_conversion
 from oilfilm.logs.base import LOADS, SET_POINT_UNITS, Refusal, parse_decimal
-from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."

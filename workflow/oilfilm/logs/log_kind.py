@@ -13,11 +13,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import Conversion, FloatArray, conversion, possible_conversion
 from oilfilm.logs import base
 from oilfilm.logs.header import FULL_WIDTH, split_unit
 from oilfilm.settings import campaign as campaign_file
-from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 

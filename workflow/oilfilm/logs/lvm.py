@@ -10,12 +10,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
 from oilfilm.logs.columns import LoggedTable, TablesOfFile
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalise
-from oilfilm.settings.base import plain_key
 
 _TITLE = b"LabVIEW Measurement"
 # Name of the column that is the time of the channels behind it.

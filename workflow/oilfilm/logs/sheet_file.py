@@ -20,13 +20,13 @@ from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
 from oilfilm.base.errors import OilfilmError, printable
+from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, run_sheet
 from oilfilm.logs.header import listed_names, meaning, split_unit
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, listed, named_logs
 from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
 from oilfilm.logs.text_rows import encoding_of
-from oilfilm.settings.base import plain_key
 from oilfilm.settings.resolved import Settings
 
 # Columns that every run sheet may have. A kind of logs adds more.

@@ -19,6 +19,7 @@ import numpy as np
 import yaml
 
 from oilfilm.base.home import CONFIG
+from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.logs import base
 from oilfilm.logs.base import NamesAndUnits
@@ -27,7 +28,6 @@ from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
 from oilfilm.logs.log_kind import Column as LoggedColumn
 from oilfilm.logs.log_kind import ContinuousLog, LogKind, Problems, Renamed, Vocabulary
 from oilfilm.logs.traction_log import TRACTION
-from oilfilm.settings.base import plain_key
 from oilfilm.settings.campaign import Campaign, Column
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings

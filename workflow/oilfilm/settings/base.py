@@ -1,6 +1,5 @@
 """Base of every typed model: strict groups of keys, for settings and for printed JSON."""
 
-import unicodedata
 from dataclasses import dataclass
 from math import isfinite
 from typing import Annotated, Any, TypeVar
@@ -35,18 +34,6 @@ class Group(BaseModel):
         protected_namespaces=(),
         defer_build=True,
     )
-
-
-def plain_key(text: str) -> str:
-    """A name in the form in which names are compared: lower case, words joined by underscores.
-
-    The forms of a letter (composed, full-width, the two signs for micro) become one.
-
-    Examples:
-        >>> plain_key("Inlet  Temperature"), plain_key("\uff2c\uff4f\uff41\uff44")
-        ('inlet_temperature', 'load')
-    """
-    return "_".join(unicodedata.normalize("NFKC", text).casefold().split())
 
 
 class _Required:

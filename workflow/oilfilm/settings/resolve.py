@@ -21,7 +21,8 @@ from oilfilm.base import studies
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.figure_catalogue import figures
 from oilfilm.base.home import CONFIG
-from oilfilm.settings.base import Group, plain_key
+from oilfilm.base.plain_key import plain_key
+from oilfilm.settings.base import Group
 from oilfilm.settings.campaign import Campaign, CampaignFile, Dataset
 from oilfilm.settings.config import Config, ConfigKeys
 from oilfilm.settings.messages import Steps, check, check_file

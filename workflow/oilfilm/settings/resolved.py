@@ -7,10 +7,11 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Self, TypeVar
 
 from oilfilm.base.errors import OilfilmError
+from oilfilm.base.plain_key import plain_key
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
-from oilfilm.settings.base import Group, key, plain_key, present
+from oilfilm.settings.base import Group, key, present
 from oilfilm.settings.campaign import Campaign, Dataset
 from oilfilm.settings.config import ConfigKeys, SplitSettings
 from oilfilm.settings.messages import check
