@@ -45,12 +45,6 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS, laws_for
 from oilfilm.traction.law import CONDITIONS, Law, NoValueError
 
-# Why a comparison with Wang-Deng shows nothing where the paper's law made the points.
-TIE = (
-    "a tie by construction: Eq. 7 made the SIMULATED points, and for one ball size load-based "
-    "Wang-Deng with D = -A is Eq. 7. Dimensionless Wang-Deng is another law. It is at a "
-    "disadvantage, because Eq. 7 made the points"
-)
 # Relative decrease of the SSE at which a fit without some curves ends. It is small because the
 # errors of single points, which are reported, change more with the constants than the SSE does.
 _LEFT_OUT_TOLERANCE = 1e-8

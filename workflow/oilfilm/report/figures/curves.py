@@ -278,9 +278,9 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
 
     Conditions of the test matrix and of all runs, one column of panels per oil and one row per
     maximum Hertz pressure P or, where none is stated, load W. Abscissa: entrainment speed U (m/s).
-    Ordinate: inlet temperature T (\N{DEGREE SIGN}C). Numbers: accepted runs of all runs, where
-    there is not one accepted run. Missing: no run of the condition could be read. Conditions that
-    are not stated as a whole are not shown.
+    Ordinate: inlet temperature T (\N{DEGREE SIGN}C). Numbers: accepted runs of all runs; a
+    condition without a number has one run, which is accepted. Missing: no run of the condition
+    could be read. Conditions that are not stated as a whole are not shown.
     """
     table = results.coverage
     has_pressures = table[_PRESSURE].any()
