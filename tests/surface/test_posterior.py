@@ -191,3 +191,11 @@ def peak_memory(runs):
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     return peak
+
+
+def test_rounding_does_not_choose_the_inducing_conditions():
+    # the corners of a cube are equally far from its middle
+    corners = np.array([(p, u, t) for p in (-1.0, 1.0) for u in (-1.0, 1.0) for t in (-1.0, 1.0)])
+    conditions = np.vstack([np.zeros((1, 3)), corners])
+    rounding = 1e-15 * np.random.default_rng(1).standard_normal(conditions.shape)
+    np.testing.assert_array_equal(spread_out(conditions + rounding, 4), spread_out(conditions, 4))

@@ -135,6 +135,11 @@ def test_no_interval_is_given_without_support(fitted):
     assert np.isfinite(lower[0]) and np.isnan([lower[1], upper[1]]).all()
 
 
+def test_pure_rolling_is_refused(fitted):
+    with pytest.raises(ValueError, match="not above 0"):
+        fitted.predict(NEW, np.array([0.05, 0.0]))
+
+
 def test_a_large_campaign_agrees_with_the_dense_surface(measured, law, fitted, monkeypatch):
     monkeypatch.setattr(surface_module, "LARGEST_DENSE", 5)
     large = fit_surface(measured, law)

@@ -99,8 +99,13 @@ class Measurements:
             raise ValueError(
                 f"the slip {self.slip.min():g} is not above 0; leave out points at rolling"
             )
-        if not np.all(self.conditions[:, :2] > 0):
-            raise ValueError("a pressure or a speed is not above 0")
+        if not np.isfinite(self.conditions).all():
+            raise ValueError("a condition is not finite; leave out curves of unknown conditions")
+        if not np.all(self.conditions > 0):
+            raise ValueError(
+                "a pressure, a speed or a temperature in degC is not above 0; laws are powers of "
+                "all three: leave out such curves"
+            )
         if not np.array_equal(np.unique(self.curve), np.arange(len(self.conditions))):
             raise ValueError("a curve has no point; leave out curves without points")
 

@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 import scipy.linalg
 
+from oilfilm.base.ties import first_largest, first_smallest
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.kernels import matern
 from oilfilm.surface.reduction import Coordinates
@@ -269,17 +270,18 @@ class NystromPosterior:
 def spread_out(conditions: FloatArray, count: int) -> IndexArray:
     """Rows of conditions that are far from each other, by farthest-point selection.
 
-    The first row is the one nearest to the mean. Of equal distances the first row counts.
+    The first row is the one nearest to the mean. Of distances that are equal but for rounding the
+    first row counts.
 
     Args:
         conditions: Scaled conditions, shape (rows, 3).
         count: Number of rows wanted; fewer if there are fewer different conditions.
     """
     distance = np.linalg.norm(conditions - conditions.mean(axis=0), axis=1)
-    chosen = [int(np.argmin(distance))]
+    chosen = [int(first_smallest(distance))]
     nearest = np.linalg.norm(conditions - conditions[chosen[0]], axis=1)
     while len(chosen) < count and nearest.max() > 0:
-        farthest = int(np.argmax(nearest))
+        farthest = int(first_largest(nearest))
         chosen.append(farthest)
         step = np.linalg.norm(conditions - conditions[farthest], axis=1)
         nearest = np.minimum(nearest, step)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oilfilm.base.ties import first_largest
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.law_mean import FreeLaw
@@ -72,14 +73,14 @@ def odd_curves(
     curves, points = measurements.canonical_order()
     ordered = measurements.in_canonical_order()
     kept = np.arange(len(curves))
-    found: list[OddCurve] = []
+    odd: list[OddCurve] = []
     while len(kept) >= max(_FEWEST_CURVES, 2 * len(curves) / 3):
         rows_of_points = np.flatnonzero(np.isin(ordered.curve, kept))
         worst = _worst(ordered.of_curves(kept), law, errors)
         if worst.size <= 1:
             break
         row = kept[worst.curve]
-        found.append(
+        odd.append(
             OddCurve(
                 curve=int(curves[row]),
                 point=int(points[rows_of_points[worst.point]]),
@@ -88,7 +89,7 @@ def odd_curves(
             )
         )
         kept = kept[kept != row]
-    return tuple(found)
+    return tuple(odd)
 
 
 def point_scores(posterior: Posterior, covariance: CurveCovariance) -> FloatArray:
@@ -142,6 +143,6 @@ def _worst(measurements: Measurements, law: FreeLaw, errors: RunErrorSizes | Non
     points_of_curves = np.split(np.arange(len(scores)), ends)
     candidates = []
     for row, points in enumerate(points_of_curves):
-        point = points[np.argmax(scores[points])]
+        point = points[first_largest(scores[points])]
         candidates.append(OddCurve(row, int(point), float(scores[point]), float(squares[row])))
-    return max(candidates, key=lambda candidate: candidate.size)
+    return candidates[int(first_largest([candidate.size for candidate in candidates]))]

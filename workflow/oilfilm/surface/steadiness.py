@@ -10,11 +10,11 @@ Decides: when the runs of a campaign are not steady.
 """
 
 from dataclasses import dataclass, replace
-from operator import attrgetter
 
 import numpy as np
 import scipy.linalg
 
+from oilfilm.base.ties import first_largest
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECTS
 from oilfilm.surface.reml import CurveCovariance
@@ -23,7 +23,8 @@ from oilfilm.surface.threads import with_one_blas_thread
 
 # Twice the logarithm of the likelihood ratio, less twice that of the number of patterns of a kind,
 # above which a change is named. A single run may be odd by chance more easily.
-_ALARM, _ALARM_OF_A_RUN = 12.0, 30.0
+_ALARM = 12.0
+_ALARM_OF_A_RUN = 30.0
 _LONGEST_BLOCK = 6
 # A step, or a block, leaves so many runs on either side.
 _FEWEST_RUNS = 3
@@ -118,18 +119,18 @@ def largest_change(covariance: CurveCovariance, patterns: tuple[Patterns, ...]) 
     _refuse_large(covariance)
     candidates = []
     for effect in EFFECTS:
-        profile = _Profile.of(covariance, effect)
+        profile = _Profile.of_effect(covariance, effect)
         for of_kind in patterns:
             columns = of_kind.columns
             if not columns.shape[1]:
                 continue
             ratio, size = profile.ratios(columns)
-            best = int(np.argmax(ratio))
+            best = int(first_largest(ratio))
             score = float(ratio[best]) - 2 * np.log(columns.shape[1])
             candidates.append(
                 Change(effect, of_kind.kind, columns[:, best], float(size[best]), float(score))
             )
-    return max(candidates, key=attrgetter("score"))
+    return candidates[int(first_largest([change.score for change in candidates]))]
 
 
 @with_one_blas_thread
@@ -148,7 +149,7 @@ def smallest_seen(covariance: CurveCovariance, effect: str, pattern: FloatArray)
         ValueError: There are too many curves.
     """
     _refuse_large(covariance)
-    profile = _Profile.of(covariance, effect)
+    profile = _Profile.of_effect(covariance, effect)
     variance = covariance.sizes.effects[EFFECTS.index(effect)] ** 2
     rotated = profile.vectors.T @ pattern
     information = np.sum(profile.values / (1 + variance * profile.values) * rotated**2)
@@ -186,7 +187,7 @@ class _Profile:
     expected_variance: float
 
     @classmethod
-    def of(cls, covariance: CurveCovariance, effect: str) -> "_Profile":
+    def of_effect(cls, covariance: CurveCovariance, effect: str) -> "_Profile":
         """The profile of one effect."""
         number = EFFECTS.index(effect)
         sizes = covariance.sizes.effects.copy()
@@ -211,11 +212,11 @@ class _Profile:
         variances = self.expected_variance * _VARIANCES
         # shape (variances, curves)
         shrinkage = 1 / (1 + np.outer(variances, self.values))
-        known = (np.log(_VARIANCES) / 2 / _LN_SD) ** 2
+        prior = (np.log(_VARIANCES) / 2 / _LN_SD) ** 2
         steady = np.sum(
             variances[:, np.newaxis] * shrinkage * self.pull**2 + np.log(shrinkage), axis=1
         )
-        steady -= known
+        steady -= prior
         rotated = self.vectors.T @ columns
         # shape (variances, patterns)
         information = (shrinkage * self.values) @ rotated**2

@@ -47,7 +47,7 @@ class SlipCoverage:
     per_curve: float
 
     @classmethod
-    def of(cls, measurements: Measurements) -> "SlipCoverage":
+    def of_measurements(cls, measurements: Measurements) -> "SlipCoverage":
         """The tested slips of points in canonical order.
 
         The reach is half the widest gap of a curve, median over the curves.

@@ -116,7 +116,12 @@ class Surface:
         Args:
             conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
             slip: Slide-roll ratio, above 0, shape (points,).
+
+        Raises:
+            ValueError: A slip is not above 0.
         """
+        if not np.all(slip > 0):
+            raise ValueError("a slip is not above 0; at pure rolling mu is 0, without an interval")
         box, sizes = self.covariance.box, self.covariance.sizes
         variance, of_bounds, single = [], [], []
         for rows in _blocks(len(slip)):
@@ -204,7 +209,7 @@ def fit_surface(
         law=law,
         posterior=posterior,
         covariance=covariance,
-        slips=SlipCoverage.of(ordered),
+        slips=SlipCoverage.of_measurements(ordered),
         measurements=ordered,
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
