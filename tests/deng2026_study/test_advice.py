@@ -83,6 +83,15 @@ def test_order_that_forgets_a_rule_is_refused(config: Settings) -> None:
         )
 
 
+def test_two_limits_of_slip_are_refused() -> None:
+    limit = {"bearing": {"cage_slip": {"slip_limit": 0.1}}}
+    with pytest.raises(OilfilmError, match=r"demo\.yaml.* 0\.15 .* 0\.1 "):
+        resolve(ROOT / "config", {"campaign": "demo", **limit})
+    both = {"studies": {NAME: {"selection": {"limits": {"slip_limit": 0.1}}}}, **limit}
+    settings = resolve(ROOT / "config", {"campaign": "demo", **both})
+    assert study_settings(settings).selection.limits.slip_limit == 0.1
+
+
 def test_limits_of_slip_and_speed_are_those_of_kinematics(config: Settings) -> None:
     # docs/physics.md, kinematics: 15 % cage slip is S = 0.29, dmN 4e6 about 105 m/s
     assert study_settings(config).selection.slide_roll_ratio_limit == pytest.approx(0.29, abs=0.005)

@@ -197,7 +197,17 @@ def study_settings(settings: Settings) -> StudySettings:
 
 def contradictions(settings: Settings) -> Iterator[tuple[tuple[str, ...], str]]:
     """Contradictions with the campaign: the key of its file to blame, and a sentence."""
-    shown_oil = study_settings(settings).figures.fig02.oil
+    study = study_settings(settings)
+    limit_of_study = study.selection.limits.slip_limit
+    limit_of_bearing = settings.bearing.cage_slip.slip_limit
+    if settings.campaign.torque is not None and limit_of_study != limit_of_bearing:
+        yield (
+            ("settings",),
+            "the advice and the map of cage slip must judge by one limit: found "
+            f"{limit_of_study:g} for selection.limits.slip_limit of the study and "
+            f"{limit_of_bearing:g} for bearing.cage_slip.slip_limit; set both to one value.",
+        )
+    shown_oil = study.figures.fig02.oil
     if "fig02" in settings.campaign.figures and shown_oil not in settings.oils:
         yield (
             ("figures",),
