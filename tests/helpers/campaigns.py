@@ -39,7 +39,7 @@ REFERENCE = ROOT / "data/reference/printed_coefficients.yaml"
 LABORATORY = ROOT / "tests/laboratory"
 ETM = ROOT / "data/raw/etm-slim"
 REAL_PCS = ROOT.parent / "shared" / "real" / "pcs"
-# Settings of fits that take seconds: every law is compared in tests/studies.
+# Settings of fits that take seconds: `tests/workflow/test_every_law.py` has every law.
 QUICK = {"fit": {"bootstrap": 20, "searches": 2}, "compare": {"laws": ["deng2026", "tanh"]}}
 # Constants of a film that heats itself, as in the campaign `thermal`.
 HEATED_FILM = {

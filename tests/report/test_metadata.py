@@ -117,7 +117,7 @@ def test_table_that_contradicts_its_campaign_is_refused(folder: Path) -> None:
 def test_licence_creators_and_sources_are_stated(package: dict[str, Any], folder: Path) -> None:
     assert package["licenses"] == [{"name": "MIT"}]
     assert [each["title"] for each in package["contributors"]] == ["the oilfilm developers"]
-    assert package["sources"][1]["path"] == "https://doi.org/10.3390/lubricants14010033"
+    assert package["sources"][1]["path"] == "https://example.org/oils"
     assert not {"licenses", "contributors"} & set(package_of(folder, settings_with({})))
 
 

@@ -149,7 +149,7 @@ def predict(command: Command) -> None:
     """
     command.text("--oil", "name of the oil", required=True)
     if _HAS_PUBLISHED_LAWS:
-        command.flag("--printed", "take the constants that the paper prints")
+        command.flag("--printed", "take the published constants that a study has")
     command.set_defaults(printed=False)
     command.conditions("{meaning}, as {example}")
     meaning = "slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%"
@@ -236,14 +236,14 @@ def pin(command: Command) -> None:
 
 
 def export(command: Command) -> None:
-    """Write the paper's constants for Python, spreadsheets and bearing codes.
+    """Write the published constants that a study has for Python, spreadsheets and bearing codes.
 
     The formats are Python, workbook, C, Fortran, Modelica, MATLAB, ADORE constants, JSON and CSV.
     Fits of a campaign are in results/*/exports.
 
     Example: oilfilm export --printed --oil 4102
     """
-    command.flag("--printed", "the constants of the paper", required=True)
+    command.flag("--printed", "the published constants that a study has", required=True)
     command.text("--oil", "one oil (default: all)")
     default = Path("printed-constants")
     meaning = f"where to write them (default: {default})"

@@ -24,7 +24,7 @@ def run(options: argparse.Namespace) -> int:
     fit: FittedLaw
     if options.printed:
         (study,) = studies.load(studies.available())
-        fit, source = study.published_law(options.oil), "constants as the paper prints them"
+        fit, source = study.published_law(options.oil), "published constants"
     else:
         folder, about = campaign_folder(options.results)
         fit = read_fit(folder, options.oil)

@@ -358,9 +358,9 @@ def _verdict_agrees_with_failed_gates(frame: pd.DataFrame) -> str:
     return f"{wrong} points are accepted with a failed gate or refused without one" if wrong else ""
 
 
-for each in ("rig", "fits", "bearing", "drawn"):
+for name_of_file in ("rig", "fits", "bearing", "drawn"):
     declare(
-        Path(__file__).with_name(f"{each}.yaml"),
+        Path(__file__).with_name(f"{name_of_file}.yaml"),
         checks={
             "points": _verdict_agrees_with_failed_gates,
             "refused_pages": lambda frame: repeated(frame[frame["page"] != ""], ["page"]),
