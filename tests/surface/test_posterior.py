@@ -168,7 +168,9 @@ def test_fewer_inducing_conditions_never_promise_more_than_the_dense_posterior(m
 
 
 @pytest.mark.parametrize(
-    "run_counts", [(20, 60, 100), pytest.param((100, 300, 1000), marks=pytest.mark.nightly)]
+    # up to 200 runs the peak is that of another step, which grows more slowly
+    "run_counts",
+    [(20, 60, 100), pytest.param((300, 1000, 3000), marks=pytest.mark.nightly)],
 )
 def test_memory_is_linear_in_the_number_of_runs(run_counts):
     peaks = [peak_memory(runs) for runs in run_counts]
