@@ -168,7 +168,7 @@ def test_fewer_inducing_conditions_never_promise_more_than_the_dense_posterior(m
 
 
 @pytest.mark.parametrize(
-    # up to 200 runs the peak is that of another step, which grows more slowly
+    # with few runs the peak is that of another step, which grows more slowly
     "run_counts",
     [(20, 60, 100), pytest.param((300, 1000, 3000), marks=pytest.mark.nightly)],
 )
