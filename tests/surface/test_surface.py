@@ -10,6 +10,7 @@ from lawless_truths import DENG_CONSTANTS, TRUTHS
 from oilfilm.surface import surface as surface_module
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.reml import CAUTIOUS, MISFIT, most_likely_sizes
 from oilfilm.surface.support import Support
 from oilfilm.surface.surface import fit_surface
 from oilfilm.traction import PAPER_LAW
@@ -121,6 +122,19 @@ def test_a_law_that_misses_points_near_zero_by_a_third_does_not_move_the_rest():
     prediction = surface.predict(NEW, np.array([0.05, 0.25]))
     truth = TRUTHS["own"](*NEW.T, np.array([0.05, 0.25]))
     np.testing.assert_allclose(prediction.mu, truth, rtol=0.02)
+
+
+@pytest.mark.parametrize("cut_short", [MISFIT, CAUTIOUS])
+def test_a_surface_says_whether_both_searches_of_sizes_converged(
+    measured, law, fitted, monkeypatch, cut_short
+):
+    def most_likely(curves, box, known, start=None):
+        found = most_likely_sizes(curves, box, known, start)
+        return replace(found, converged=cut_short not in known)
+
+    monkeypatch.setattr(surface_module, "most_likely_sizes", most_likely)
+    assert fitted.converged
+    assert not fit_surface(measured, law).converged
 
 
 def test_points_that_are_all_near_zero_are_refused_with_a_reason(measured, law):

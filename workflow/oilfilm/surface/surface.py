@@ -89,6 +89,8 @@ class Surface:
         measurements: The points, in canonical order.
         verdict: What the measurements say of the law.
         misfit_covariance: Covariance of the curves without the caution of intervals.
+        converged: Whether the sizes are most likely, those of the misfit and the cautious ones. If
+            not, intervals and the verdict rest on the last step of a search that found no maximum.
     """
 
     law: FreeLaw
@@ -98,6 +100,7 @@ class Surface:
     measurements: Measurements
     verdict: LawVerdict
     misfit_covariance: CurveCovariance
+    converged: bool
 
     @with_one_blas_thread
     def log_mu(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -203,8 +206,8 @@ def fit_surface(
     cautious = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), start)
     if len(sample.conditions) < len(ordered.conditions):
         curves = reduced(ordered, law, log_mu, zero_sd, box)
-    posterior, covariance = _posterior(curves, box, cautious)
-    misfit_posterior, misfit_covariance = _posterior(curves, box, of_misfit)
+    posterior, covariance = _posterior(curves, box, cautious.sizes)
+    misfit_posterior, misfit_covariance = _posterior(curves, box, of_misfit.sizes)
     return Surface(
         law=law,
         posterior=posterior,
@@ -213,6 +216,7 @@ def fit_surface(
         measurements=ordered,
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
+        converged=of_misfit.converged and cautious.converged,
     )
 
 
@@ -228,8 +232,8 @@ def _first_pass(
             "and the zero of the rig"
         )
     curves = reduced(sample.of_points(is_clear), law, law.log_mu, zero_sd, box)
-    logarithms = most_likely_sizes(curves, box, priors(errors, CAUTIOUS))
-    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    found = most_likely_sizes(curves, box, priors(errors, CAUTIOUS))
+    covariance = CurveCovariance(curves, box, found.sizes)
     posterior = DensePosterior(covariance)
 
     def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -237,7 +241,7 @@ def _first_pass(
         return log_mu_of(law, posterior, box, conditions, slip)
 
     # a rig may have a larger zero than it states: more points are then near zero
-    return log_mu, max(zero_sd, float(covariance.sizes.effects[_ZERO])), logarithms
+    return log_mu, max(zero_sd, float(covariance.sizes.effects[_ZERO])), found.logarithms
 
 
 def log_mu_of(
@@ -252,10 +256,10 @@ def log_mu_of(
 
 
 def _posterior(
-    curves: ReducedCurves, box: ConditionBox, logarithms: FloatArray
+    curves: ReducedCurves, box: ConditionBox, sizes: Sizes
 ) -> tuple[Posterior, CurveCovariance]:
     """The posterior of curves: exact where they are few."""
-    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    covariance = CurveCovariance(curves, box, sizes)
     if len(curves.conditions) <= LARGEST_DENSE:
         return DensePosterior(covariance), covariance
     chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)
