@@ -14,6 +14,7 @@ from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes, effect_design
 from oilfilm.surface.interval import IntervalFactors, interval_factors
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
+from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, Posterior, spread_out
 from oilfilm.surface.reduction import ReducedCurves, at_points, box_of, is_near_zero, reduced
@@ -89,6 +90,7 @@ class Surface:
         measurements: The points, in canonical order.
         verdict: What the measurements say of the law.
         misfit_covariance: Covariance of the curves without the caution of intervals.
+        limits: What is asked of an answer.
         converged: Whether the sizes are most likely, those of the misfit and the cautious ones. If
             not, intervals and the verdict rest on the last step of a search that found no maximum.
     """
@@ -100,6 +102,7 @@ class Surface:
     measurements: Measurements
     verdict: LawVerdict
     misfit_covariance: CurveCovariance
+    limits: SurfaceLimits
     converged: bool
 
     @with_one_blas_thread
@@ -141,7 +144,12 @@ class Surface:
             surface_sd=spread,
             next_run_sd=np.sqrt(next_run),
             support=support_codes(
-                self.slips, slip, spread, np.concatenate(of_bounds), np.concatenate(single)
+                self.limits,
+                self.slips,
+                slip,
+                spread,
+                np.concatenate(of_bounds),
+                np.concatenate(single),
             ),
         )
 
@@ -175,12 +183,16 @@ def _interval_factors(surface: Surface) -> IntervalFactors:
         surface.measurements.curve,
         condition,
         surface.posterior.left_out(condition),
+        surface.limits.level,
     )
 
 
 @with_one_blas_thread
 def fit_surface(
-    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes | None = None
+    measurements: Measurements,
+    law: FreeLaw,
+    errors: RunErrorSizes | None = None,
+    limits: SurfaceLimits | None = None,
 ) -> Surface:
     """The surface of measured points about a fitted law.
 
@@ -191,6 +203,7 @@ def fit_surface(
         measurements: The points, in any order.
         law: The best fitted law.
         errors: Sizes of the errors of the rig, before the data.
+        limits: What is asked of an answer.
 
     Raises:
         ValueError: No point is clear of zero traction.
@@ -216,6 +229,7 @@ def fit_surface(
         measurements=ordered,
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
+        limits=limits or SurfaceLimits(),
         converged=of_misfit.converged and cautious.converged,
     )
 
