@@ -14,6 +14,7 @@ from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes, effect_design
 from oilfilm.surface.interval import IntervalFactors, interval_factors
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
+from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, Posterior, spread_out
 from oilfilm.surface.reduction import ReducedCurves, at_points, box_of, is_near_zero, reduced
@@ -89,6 +90,9 @@ class Surface:
         measurements: The points, in canonical order.
         verdict: What the measurements say of the law.
         misfit_covariance: Covariance of the curves without the caution of intervals.
+        limits: What is asked of an answer.
+        converged: Whether the sizes are most likely, those of the misfit and the cautious ones. If
+            not, intervals and the verdict rest on the last step of a search that found no maximum.
     """
 
     law: FreeLaw
@@ -98,6 +102,8 @@ class Surface:
     measurements: Measurements
     verdict: LawVerdict
     misfit_covariance: CurveCovariance
+    limits: SurfaceLimits
+    converged: bool
 
     @with_one_blas_thread
     def log_mu(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -138,7 +144,12 @@ class Surface:
             surface_sd=spread,
             next_run_sd=np.sqrt(next_run),
             support=support_codes(
-                self.slips, slip, spread, np.concatenate(of_bounds), np.concatenate(single)
+                self.limits,
+                self.slips,
+                slip,
+                spread,
+                np.concatenate(of_bounds),
+                np.concatenate(single),
             ),
         )
 
@@ -172,12 +183,16 @@ def _interval_factors(surface: Surface) -> IntervalFactors:
         surface.measurements.curve,
         condition,
         surface.posterior.left_out(condition),
+        surface.limits.level,
     )
 
 
 @with_one_blas_thread
 def fit_surface(
-    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes | None = None
+    measurements: Measurements,
+    law: FreeLaw,
+    errors: RunErrorSizes | None = None,
+    limits: SurfaceLimits | None = None,
 ) -> Surface:
     """The surface of measured points about a fitted law.
 
@@ -188,6 +203,7 @@ def fit_surface(
         measurements: The points, in any order.
         law: The best fitted law.
         errors: Sizes of the errors of the rig, before the data.
+        limits: What is asked of an answer.
 
     Raises:
         ValueError: No point is clear of zero traction.
@@ -203,8 +219,8 @@ def fit_surface(
     cautious = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), start)
     if len(sample.conditions) < len(ordered.conditions):
         curves = reduced(ordered, law, log_mu, zero_sd, box)
-    posterior, covariance = _posterior(curves, box, cautious)
-    misfit_posterior, misfit_covariance = _posterior(curves, box, of_misfit)
+    posterior, covariance = _posterior(curves, box, cautious.sizes)
+    misfit_posterior, misfit_covariance = _posterior(curves, box, of_misfit.sizes)
     return Surface(
         law=law,
         posterior=posterior,
@@ -213,6 +229,8 @@ def fit_surface(
         measurements=ordered,
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
+        limits=limits or SurfaceLimits(),
+        converged=of_misfit.converged and cautious.converged,
     )
 
 
@@ -228,8 +246,8 @@ def _first_pass(
             "and the zero of the rig"
         )
     curves = reduced(sample.of_points(is_clear), law, law.log_mu, zero_sd, box)
-    logarithms = most_likely_sizes(curves, box, priors(errors, CAUTIOUS))
-    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    found = most_likely_sizes(curves, box, priors(errors, CAUTIOUS))
+    covariance = CurveCovariance(curves, box, found.sizes)
     posterior = DensePosterior(covariance)
 
     def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -237,7 +255,7 @@ def _first_pass(
         return log_mu_of(law, posterior, box, conditions, slip)
 
     # a rig may have a larger zero than it states: more points are then near zero
-    return log_mu, max(zero_sd, float(covariance.sizes.effects[_ZERO])), logarithms
+    return log_mu, max(zero_sd, float(covariance.sizes.effects[_ZERO])), found.logarithms
 
 
 def log_mu_of(
@@ -252,10 +270,10 @@ def log_mu_of(
 
 
 def _posterior(
-    curves: ReducedCurves, box: ConditionBox, logarithms: FloatArray
+    curves: ReducedCurves, box: ConditionBox, sizes: Sizes
 ) -> tuple[Posterior, CurveCovariance]:
     """The posterior of curves: exact where they are few."""
-    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    covariance = CurveCovariance(curves, box, sizes)
     if len(curves.conditions) <= LARGEST_DENSE:
         return DensePosterior(covariance), covariance
     chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)
