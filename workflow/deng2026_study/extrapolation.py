@@ -17,11 +17,14 @@ from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import INTERVALS, FittedLaw
+from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
 from simulated_lab.truth import known_contact, true_tractions
 
+# Confidence level of the interval of the next run.
+_LEVEL = 0.95
 # Largest size of mu in the table, for laws that run away: their errors must be finite.
 _LARGEST_MU = 1e6
 # Columns that describe the worst condition of a law.
@@ -57,8 +60,9 @@ def extrapolate(
     quality: pd.DataFrame,
     within: float,
     laws: Mapping[str, Mapping[str, Law]] | None = None,
+    surfaces: Mapping[str, OilSurface | None] | None = None,
 ) -> pd.DataFrame:
-    """Every fitted law's traction, with its own interval, beside the true one.
+    """Every fitted law's traction, with the interval of the next run, beside the true one.
 
     Args:
         truth: Table `truth_grid`.
@@ -67,6 +71,8 @@ def extrapolate(
         quality: Table of fit quality, which has each fit's tested box.
         within: As in `is_beyond`.
         laws: The laws by name, for each oil; without it those that need no properties of the oil.
+        surfaces: The surface of each oil, from which the interval of the next run comes; without it
+            there is none.
 
     Returns:
         Table `extrapolation`: one row per law and row of `truth`.
@@ -76,14 +82,26 @@ def extrapolate(
     parts = []
     for oil, truth_of_oil in truth.groupby("oil", sort=False):
         laws_of_oil = LAWS if laws is None else laws[str(oil)]
+        interval = _interval_of_next_run((surfaces or {}).get(str(oil)), truth_of_oil)
         for fit in quality[quality["oil"] == oil].to_dict("records"):
             law = str(fit["law"])
             own_refits = refits_of_fit.get((oil, law), refits.iloc[:0])
             fitted = FittedLaw.from_tables(
                 coefficients, str(oil), own_refits, quality, laws_of_oil[law]
             )
-            parts.append(_predicted(fitted, fit, truth_of_oil, within))
+            parts.append(_predicted(fitted, fit, truth_of_oil.assign(**interval), within))
     return tables.conform(pd.concat(parts, ignore_index=True), "extrapolation", "extrapolation")
+
+
+def _interval_of_next_run(surface: OilSurface | None, truth: pd.DataFrame) -> dict[str, FloatArray]:
+    """Columns `obs_ci_lower` and `obs_ci_upper`; NaN without a surface, or without support."""
+    if surface is None:
+        unknown = np.full(len(truth), np.nan)
+        return {"obs_ci_lower": unknown, "obs_ci_upper": unknown}
+    conditions = truth[list(surface.law.law.conditions)].to_numpy(float)
+    slip = truth["slide_roll_ratio"].to_numpy(float)
+    answer = surface.answer(surface.law.law, conditions, slip, _LEVEL, whole_curve=False)
+    return {"obs_ci_lower": answer.lower, "obs_ci_upper": answer.upper}
 
 
 def _predicted(
@@ -94,7 +112,7 @@ def _predicted(
     Args:
         fitted: The law.
         fit: Its row of the table of fit quality.
-        truth: Rows of its oil of the table `truth_grid`.
+        truth: Rows of its oil of the table `truth_grid`, with the interval of the next run.
         within: As in `is_beyond`.
     """
     conditions = truth[list(fitted.law.conditions)].to_numpy()
@@ -108,7 +126,7 @@ def _predicted(
         beyond=tables.lists(names_beyond, named.index),
         traction_coefficient=mu.traction_coefficient,
     )
-    for name in INTERVALS:
+    for name in ("mean_ci_lower", "mean_ci_upper"):
         predicted[name] = getattr(mu, name)
     limited = ["traction_coefficient", *INTERVALS]
     predicted[limited] = predicted[limited].clip(-_LARGEST_MU, _LARGEST_MU)
@@ -127,16 +145,18 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     rows = []
     for law, group in compared.dropna(subset="traction_coefficient").groupby("law", sort=False):
         beyond = group[group["beyond"].map(len) > 0]
-        true = beyond["true_traction_coefficient"]
-        covered = true.between(beyond["obs_ci_lower"], beyond["obs_ci_upper"]).mean()
-        has_intervals = beyond["obs_ci_lower"].notna().all()
+        supported = beyond.dropna(subset="obs_ci_lower")
+        covered = supported["true_traction_coefficient"].between(
+            supported["obs_ci_lower"], supported["obs_ci_upper"]
+        )
         error = group["traction_coefficient"] - group["true_traction_coefficient"]
         row = {
             "law": law,
             "relative_rms": relative_rms(group),
             "inside_relative_rms": relative_rms(group.drop(beyond.index)),
             "beyond_relative_rms": relative_rms(beyond),
-            "beyond_obs_ci_ratio": covered if has_intervals else np.nan,
+            "beyond_obs_ci_ratio": covered.mean(),
+            "beyond_supported_ratio": beyond["obs_ci_lower"].notna().mean(),
         }
         worst = group[_WORST].iloc[int(first_largest(error.abs()))]
         row.update(worst.add_prefix("worst_"))

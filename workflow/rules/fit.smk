@@ -38,9 +38,38 @@ rule fit:
         "../scripts/fit.py"
 
 
+rule surface:
+    "Measured mu of one oil without a law: what its runs differ by, and where the next one lies."
+    input:
+        **{
+            table: expand(
+                f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet",
+                law_file=LAWS_OF_FILE,
+                allow_missing=True,
+            )
+            for table in OF_FIT
+        },
+        points="<parts>/collect/{oil}/points.parquet",
+    output:
+        **{table: f"<parts>/surface/{{oil}}/{table}.parquet" for table in OF_SURFACE},
+        made=made("surface-{oil}", oil=OILS),
+    log:
+        "<logs>/surface-{oil}.log",
+    priority: 1
+    params:
+        code=lambda wildcards: code("surface.py", tables=rules.surface.output.keys()),
+        config=part("compare", "fit", "surface"),
+    script:
+        "../scripts/surface.py"
+
+
 rule fits:
     "The fits of all oils and laws, the configured law beside the others, misfit beside noise."
     input:
+        **{
+            table: expand(f"<parts>/surface/{{oil}}/{table}.parquet", oil=OILS)
+            for table in OF_SURFACE
+        },
         **{
             table: expand(
                 f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet",
@@ -51,7 +80,7 @@ rule fits:
         },
         **finished("points", "runs"),
     output:
-        **written(*OF_FIT, "law_verdicts", "lack_of_fit", "soundness"),
+        **written(*OF_FIT, *OF_SURFACE, "law_verdicts", "lack_of_fit", "soundness"),
         made=made("fits"),
     log:
         "<logs>/fits.log",

@@ -5,7 +5,11 @@ from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings, siz
 
 with run.job(snakemake) as job:
     oils = oils_in_bearings(
-        job.tables.coefficients, job.tables.fit_quality, job.settings, job.tables.refits
+        job.tables.coefficients,
+        job.tables.fit_quality,
+        job.settings,
+        job.tables.refits,
+        job.tables.surfaces,
     )
     job.write(
         {

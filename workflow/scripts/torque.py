@@ -12,7 +12,7 @@ studies.declare_tables([studies.simulator()])
 with run.job(snakemake) as job:
     coefficients, quality = job.tables.coefficients, job.tables.fit_quality
     settings = job.settings
-    oils = oils_in_bearings(coefficients, quality, settings, job.tables.refits)
+    oils = oils_in_bearings(coefficients, quality, settings, job.tables.refits, job.tables.surfaces)
     torque, inversion = torque_table(job.tables.torque_runs, oils, settings)
     # without bootstrap constants: the heat balance has no uncertainty
     oils_without_draws = oils_in_bearings(coefficients, quality, settings)

@@ -2,6 +2,8 @@
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,7 +20,7 @@ from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.fits.fit import laws_of
-from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import starts_of, symbol_of
 from oilfilm.report.figures.sheet import Panel, Sheet, register
@@ -38,6 +40,8 @@ _NOT_DRAWN = ", not drawn"
 _NEAR_SHARE = 0.05
 # Upper end of a panel's scale, relative to the largest mu of its lines.
 _HEADROOM = 1.3
+# A band over the slip holds the whole curve of the next run; another one holds its points.
+_BAND_WORDS = {True: "95 %, whole next run", False: "95 %, next run"}
 _SPEED, _TEMPERATURE, _SLIP = "entrainment_speed_m_s", "inlet_temperature_c", "slide_roll_ratio"
 # Of each figure: condition along the abscissa, and condition that tells the curves of one panel
 # apart. The others tell panels apart.
@@ -53,7 +57,7 @@ _BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 @register(
     counterpart="Fig. 7",
     family="law",
-    tables=("coefficients", "refits", "fit_quality"),
+    tables=("coefficients", "points", "surfaces", "surface_sizes", "fit_quality"),
     settings=("oils", "same_set_point", "studies"),
     references=("printed_coefficients",),
 )
@@ -64,7 +68,8 @@ def fig07(results: CampaignTables, settings: Settings, **references: Any) -> She
     and entrainment speed. The curves are for several inlet temperatures.
 
     The paper does not state the levels of the curves. Full lines: fitted law with the 95 %
-    interval of the next good run, which may leave the panel. Thin dashed lines: constants printed
+    band of the next good run, its whole curve, which may leave the panel. Without a band the
+    measurements support none. Thin dashed lines: constants printed
     in the paper, signs restored, at the middle level. They are shown where they differ by more
     than 5 % of the largest traction coefficient; the legend states the largest difference at all
     levels. Shaded: beyond the tested conditions. Each panel has its own scale. dmN: pitch diameter
@@ -131,7 +136,9 @@ def _draw_cuts(
             panel.say("no oil has a fitted law\nof pressure, speed and temperature")
     sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL)
     if laws:
-        sheet.legend(_handles(sheet.drawn(), getattr(levels, by), by, list(settings.oils)))
+        sheet.legend(
+            _handles(sheet.drawn(), getattr(levels, by), (abscissa, by), list(settings.oils))
+        )
     return sheet
 
 
@@ -154,7 +161,8 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
     if constants.empty:
         return {}
     configured = results.configured
-    refit = FittedLaw.from_tables(constants, oil, configured.refits, configured.fit_quality)
+    refit = FittedLaw.from_tables(constants, oil, quality=configured.fit_quality)
+    refit = replace(refit, read_surface=partial(read_surface, results, oil))
     law = refit.law
     fitted = refit.coefficients
     if (
@@ -201,8 +209,10 @@ def _draw(
         beyond |= is_beyond(points, box, settings.same_set_point.relative).any(axis=1)
         colour = style.oil_colour(oil, list(settings.oils))
         label = style.level_phrases({by: level})
-        prediction = laws_of_oil["refit"].predict(conditions, slip)
-        refit = prediction.traction_coefficient
+        law = laws_of_oil["refit"]
+        refit = law.without_interval().predict(conditions, slip).traction_coefficient
+        # a run measures one curve over the slip, but not one over another condition
+        prediction = law.predict(conditions, slip, whole_curve=abscissa == _SLIP)
         highest = max(highest, refit.max())
         interval = {"lower": prediction.obs_ci_lower, "upper": prediction.obs_ci_upper}
         look: style.Look = {
@@ -241,9 +251,10 @@ def _stretches(along: FloatArray, flags: Any) -> Iterator[tuple[float, float]]:
 
 
 def _handles(
-    drawn: pd.DataFrame, levels: Sequence[float], by: str, oils: Sequence[str]
+    drawn: pd.DataFrame, levels: Sequence[float], cut: tuple[str, str], oils: Sequence[str]
 ) -> list[Any]:
     """Entries of the legend for colours, symbols and lines."""
+    abscissa, by = cut
     grey: style.Look = {"color": style.GREY, "linewidth": 0.6, "markerfacecolor": "white"}
     handles: list[Any] = [
         style.line_handle(f"{oil}, refit", color=style.oil_colour(oil, oils))
@@ -265,7 +276,9 @@ def _handles(
             width = 0.0
         dashed: style.Look = {"color": "black", "linestyle": style.LINES["printed"]}
         handles.append(style.line_handle(label, linewidth=width, **dashed))
-    interval = Patch(color=style.GREY, alpha=0.25, linewidth=0, label="95 %, next run")
+    interval = Patch(
+        color=style.GREY, alpha=0.25, linewidth=0, label=_BAND_WORDS[abscissa == _SLIP]
+    )
     return [*handles, interval, _BEYOND]
 
 

@@ -8,6 +8,7 @@ from deng2026_study.extrapolation import extrapolate, extrapolation_errors, trut
 from deng2026_study.printed_constants import judge_printed, study_signs
 from deng2026_study.settings import study_settings
 from oilfilm.fits.fit import laws_of
+from oilfilm.fits.fitted import read_surface
 from oilfilm.tables import empty
 from simulated_lab.printed import printed_constants
 
@@ -28,6 +29,7 @@ with run.job(snakemake) as job:
             job.tables.fit_quality,
             job.settings.same_set_point.relative,
             {oil: laws_of(oil, job.settings) for oil in oils},
+            {oil: read_surface(job.tables, oil) for oil in oils},
         )
         frames |= {"truth_grid": truth, "extrapolation": compared}
         frames["extrapolation_errors"] = extrapolation_errors(compared)

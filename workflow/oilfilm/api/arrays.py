@@ -24,11 +24,13 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.fits.surface_search import surface_of_oil
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.rig import Calibration
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.table_needs import OF_SURFACE
 from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
@@ -107,11 +109,8 @@ class ArrayFit:
             doubtful = quality[~quality["certified"]]
             lines.extend(certificate(row) for row in tables.rows(doubtful))
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
-        if np.isnan(coefficients.unseen.quantile_at(0.95)[0]):
-            fewest = self.settings.min_curves_for_errors
-            lines.append(
-                f"There is no interval: fewer than {fewest} curves (min_curves_for_errors)."
-            )
+        if fitted.surface is None:
+            lines.append(f"There is no interval: {fitted.no_interval}.")
         facts = curve_facts(quality, self.tables.curve_residuals)
         lines.extend(fact.text for fact in facts)
         lines.extend(self.notes)
@@ -197,7 +196,7 @@ class ArrayFit:
         for row in rows:
             self._draw_curve(axes, row, operating_points)
         axes.set(xlabel="Slide-roll ratio", ylabel="Traction coefficient")
-        axes.legend(fontsize="small", title="Line: law. Band: 95 % interval of the next run")
+        axes.legend(fontsize="small", title="Line: law. Band: the next run, its whole curve")
         return axes
 
     def _tested_operating_points(self) -> pd.DataFrame:
@@ -219,7 +218,7 @@ class ArrayFit:
         """Draw the law at one operating point, its interval and the points measured there."""
         slip = np.linspace(0, self.points[SLIP].abs().max(), _POINTS_PER_DRAWN_CURVE)
         repeated = np.tile(conditions, (_POINTS_PER_DRAWN_CURVE, 1))
-        predicted = self.law.predict(repeated, slip)
+        predicted = self.law.predict(repeated, slip, whole_curve=True)
         units = [QUANTITIES[name].unit for name in self.law.law.conditions]
         label = ", ".join(
             f"{value:.3g} {unit}" for value, unit in zip(conditions, units, strict=True)
@@ -362,7 +361,9 @@ def fit_points(
     if calibration is not None:
         uncertainties = check(dict(calibration), Calibration, lambda steps: "calibration")
         table = _with_systematic_errors(table, uncertainties)
-    results = fit_oil(table, _UNNAMED_OIL, fit_settings, config.seed)
+    results = fit_oil(table, _UNNAMED_OIL, fit_settings, config.seed).replace(points=table)
+    found = surface_of_oil(results, _UNNAMED_OIL, config.surface, config.compare.bic_difference_min)
+    results = results.replace(**{name: found.table(name) for name in OF_SURFACE})
     return ArrayFit(points, results, fit_settings, notes)
 
 

@@ -25,10 +25,13 @@ from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_FIT
+from oilfilm.tables.table_needs import OF_FIT, OF_SURFACE
 from oilfilm.traction import LAWS
 
-_SAVED_TABLES = ("points", "runs", *OF_FIT, "law_verdicts", "lack_of_fit", "soundness")
+_SAVED_TABLES = (
+    *("points", "runs", *OF_FIT, *OF_SURFACE),
+    *("law_verdicts", "lack_of_fit", "soundness"),
+)
 # Titles and paths that the summary names.
 _CONTENTS = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
 
@@ -108,7 +111,9 @@ def export_fit(fit: FitAlone, path: Path) -> None:
 
 def _campaign(fit: FitAlone, name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
     """The fit as a finished campaign: its tables, settings and provenance."""
-    fitted_tables = {table: fit.tables.table(table).assign(oil=fit.oil) for table in OF_FIT}
+    fitted_tables = {
+        table: fit.tables.table(table).assign(oil=fit.oil) for table in (*OF_FIT, *OF_SURFACE)
+    }
     results = CampaignTables.in_memory(points=fit.points, runs=_runs(fit, name), **fitted_tables)
     settings = _settings(fit, name)
     results = results.replace(**finished_fits(results, settings))

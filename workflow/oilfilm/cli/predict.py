@@ -15,6 +15,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.arguments import campaign_folder, json_line, quantity, typed_conditions
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
+from oilfilm.fits.support_words import why_no_support
 
 
 def run(options: argparse.Namespace) -> int:
@@ -90,11 +91,17 @@ def prediction(
 
 def _intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str]:
     """mu with its two intervals, or the reason why there are none."""
-    mu = f"{oil}, {fit.law.name}: mu = {row['traction_coefficient']:.5f}"
+    source = "surface of measured mu" if row["from_surface"] else fit.law.name
+    mu = f"{oil}, {source}: mu = {row['traction_coefficient']:.5f}"
+    if row["from_surface"]:
+        yield f"no law fits (misfit {fit.misfit:.1%}): mu is that of the measurements"
     if np.isnan(row["obs_ci_lower"]):
-        yield f"{mu}, no interval, because {fit.no_interval}"
+        reason = fit.no_interval
+        if fit.surface is not None:
+            reason = why_no_support(row["support"], fit.surface.limits) or "mu is 0 at pure rolling"
+        yield f"{mu}, no interval, because {reason}"
         return
-    level = f"{fit.coefficients.unseen.quantile_at(0.95)[0]:.0%} interval of the next good run"
+    level = f"{fit.interval_level():.0%} interval of the next good run"
     yield f"{mu}, {level} {row['obs_ci_lower']:.5f} to {row['obs_ci_upper']:.5f}"
     yield f"if the law is true, mu is {row['mean_ci_lower']:.5f} to {row['mean_ci_upper']:.5f}"
 

@@ -28,7 +28,6 @@ from oilfilm.fits.fit_tables import (
     tables_of_fit,
     tables_without_fit,
 )
-from oilfilm.fits.interval import scores_of_unseen
 from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import (
@@ -202,13 +201,6 @@ def _solve(
     # the seed does not contain the law: the same groups are left out for every law
     random = generator(seed, "left out", oil)
     left_out = leave_curves_out(problem, best, settings, random)
-    unseen = scores_of_unseen(
-        predicted=problem.mu + left_out,
-        measured=problem.mu,
-        slip_slope=problem.slip_slope(best.values),
-        law_error=spread_left_out(problem, best, estimates.random_covariance),
-        curve=problem.observations.curve,
-    )
     return Solution(
         problem=problem,
         best=best,
@@ -217,7 +209,6 @@ def _solve(
         profile=profiles(problem, best, naive),
         robust=robust_fit(problem, best),
         left_out=left_out,
-        unseen=unseen,
         refits_at_bounds=len(all_refits) - len(refits),
     )
 
@@ -319,39 +310,6 @@ def leave_curves_out(
     groups = np.unique(group_of_curve)
     left_out = groups[:, np.newaxis] == group_of_curve
     return _errors_left_out(problem, optimum, left_out, settings)
-
-
-def spread_left_out(problem: Problem, optimum: Optimum, covariance: FloatArray) -> FloatArray:
-    """Random standard error of mu at each point, by a fit without the point's curve.
-
-    Its square is that of the fit to all curves times the growth of the variance without curve i:
-
-        g^T (J^T J - J_i^T J_i)^-1 g / (g^T (J^T J)^-1 g)
-
-    Args:
-        problem: What was fitted.
-        optimum: Where it ended.
-        covariance: Covariance of the free internal constants, shape (free, free).
-
-    Returns:
-        Shape (points,).
-    """
-    jacobian = problem.jacobian(optimum.values)
-    variance = np.einsum("pi,ij,pj->p", jacobian, covariance, jacobian)
-    orthonormal, _ = np.linalg.qr(jacobian)
-    identity = np.eye(orthonormal.shape[1])
-    with_curve = np.sum(orthonormal**2, axis=1)
-    without_curve = np.empty_like(with_curve)
-    for first, length in zip(problem.starts, problem.lengths, strict=True):
-        points = slice(first, first + length)
-        q_i = orthonormal[points]
-        # (I - Q_i^T Q_i)^-1 is infinite where the curve alone decides a direction
-        inverse = np.linalg.pinv(identity - q_i.T @ q_i)
-        without_curve[points] = np.einsum("pi,ij,pj->p", q_i, inverse, q_i)
-    growth = np.divide(
-        without_curve, with_curve, out=np.ones_like(with_curve), where=with_curve > 0
-    )
-    return np.sqrt(np.maximum(variance * growth, 0.0))
 
 
 def leave_ends_out(

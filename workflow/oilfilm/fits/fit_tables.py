@@ -18,7 +18,7 @@ from oilfilm.base.ties import exceeds, first_largest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import FixedCondition, from_text
 from oilfilm.fits.engine import Optimum
-from oilfilm.fits.interval import Unseen, normal_quantile
+from oilfilm.fits.interval import normal_quantile
 from oilfilm.fits.objectives import Robust, curve_agreement
 from oilfilm.fits.problem import Problem
 from oilfilm.fits.uncertainty import SENSORS, Estimates
@@ -49,7 +49,6 @@ class Solution:
         robust: The fit with a robust loss; None for an exact fit.
         left_out: Fitted minus measured mu of each point by a fit without its curve, shape
             (points,); NaN where there is no such fit.
-        unseen: The expected errors of a further run, from `left_out`.
         refits_at_bounds: Number of refits in which a constant ended at a bound. They are not among
             the refits of `estimates`.
     """
@@ -61,7 +60,6 @@ class Solution:
     profile: tuple[FloatArray, FloatArray]
     robust: Robust | None
     left_out: FloatArray
-    unseen: Unseen
     refits_at_bounds: int
 
 
@@ -208,7 +206,6 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "zero_slip_traction": float(at_zero_slip[first_largest(np.abs(at_zero_slip))]),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
         "refits_at_bounds": solution.refits_at_bounds,
-        **solution.unseen.columns(),
         **solution.certificate,
     }
 

@@ -7,7 +7,7 @@ import importlib
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -20,17 +20,11 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition, away, from_text
-from oilfilm.fits.interval import (
-    UNKNOWN,
-    Band,
-    Unseen,
-    between_two_levels,
-    degrees_of_spread,
-    normal_quantile,
-    student_quantile,
-)
+from oilfilm.fits.interval import Band, degrees_of_spread, normal_quantile, student_quantile
+from oilfilm.fits.measured_surface import OilSurface, surface_from_tables
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
+from oilfilm.surface.support import Support
 from oilfilm.tables import refuse_unpacking
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -41,6 +35,14 @@ SLIP = "slide_roll_ratio"
 INTERVALS = ("obs_ci_lower", "obs_ci_upper", "mean_ci_lower", "mean_ci_upper")
 # Columns of a prediction that are printed.
 _PRINTED_COLUMNS = ["traction_coefficient", *INTERVALS, "outside"]
+# Tables from which a fit is read.
+_TABLES_OF_A_FIT = (
+    *("coefficients", "refits", "fit_quality", "curve_residuals", "soundness"),
+    *("points", "surfaces", "surface_sizes"),
+)
+# Names of `Support`, by their codes.
+_SUPPORT_NAMES = np.array([support.name.lower() for support in Support])
+_SUPPORT_TEXT = _SUPPORT_NAMES.dtype
 # Points predicted at once: about what fits a processor's cache.
 _POINTS_PER_CHUNK = 1 << 14
 
@@ -60,9 +62,9 @@ class Coefficients:
             shape (conditions + 1, 2); NaN where unknown.
         fixed: The conditions that the fit does not follow, with the tested level or line; empty
             where that is unknown.
-        unseen: Errors of the prediction at curves left out of the fit.
+        run_sd: Standard deviation of ln mu in the next run, near the tested points; NaN where that
+            is unknown.
         degrees: Degrees of freedom of the spread, as `degrees_of_spread` gives them.
-        two_levels: The followed conditions that were tested at two levels only.
         limiting_stress_ratio: Limiting shear stress of the oil over the pressure.
         tested: Conditions of each curve, shape (curves, conditions); no rows where unknown.
     """
@@ -73,9 +75,8 @@ class Coefficients:
     shifted: FloatArray
     box: FloatArray
     fixed: tuple[FixedCondition, ...] = ()
-    unseen: Unseen = UNKNOWN
+    run_sd: float = float("nan")
     degrees: float = np.inf
-    two_levels: tuple[str, ...] = ()
     limiting_stress_ratio: float = LIMITING_STRESS_RATIO
     tested: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
@@ -111,34 +112,18 @@ class Coefficients:
         eigenvalues, directions = np.linalg.eigh(covariance)
         return np.asarray(directions * np.sqrt(np.maximum(eigenvalues, 0)))
 
-    def bands(self, law: Law, level: float) -> tuple[Band, Band, float]:
-        """Intervals of a further run and of the law's mean, and the level of the first one.
+    def mean_band(self, law: Law, level: float) -> Band:
+        """Interval of the law's mean, which holds if the law is true.
 
-        Both contain the calibration, which is an error that all runs of the rig share.
+        It contains the calibration, which is an error that all runs of the rig share.
 
         Args:
             law: The law.
-            level: Confidence level. The first interval has the highest level up to it that the
-                number of curves allows; NaN where they allow none.
+            level: Confidence level.
         """
-        root = self.root(law)
-        unseen = self.unseen
         calibration = (to_internal(law, self.shifted) - to_internal(law, self.constants)).T
-        run_level, run_quantile = unseen.quantile_at(level)
-        calibration_quantile = normal_quantile(run_level) if run_level > 0 else np.nan
-        reach_of_run = [
-            run_quantile * root,
-            calibration_quantile * calibration,
-            run_quantile * unseen.slip * law.slip_scale,
-        ]
-        of_run = Band(
-            reach=np.column_stack(reach_of_run),
-            absolute=run_quantile * unseen.absolute,
-            relative=run_quantile * unseen.relative,
-        )
-        law_quantile = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
-        reach_of_law = [law_quantile * root, normal_quantile(level) * calibration]
-        return of_run, Band(np.hstack(reach_of_law)), run_level
+        quantile = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
+        return Band(np.hstack([quantile * self.root(law), normal_quantile(level) * calibration]))
 
 
 @dataclass(frozen=True)
@@ -148,9 +133,10 @@ class Prediction:
     For columns of pandas these are columns with the same index, for arrays of xarray such arrays.
 
     Attributes:
-        traction_coefficient: mu; odd in the slide-roll ratio.
-        obs_ci_lower: Lower end of the interval of the next good run, from curves left out of the
-            fit; NaN where the fit has none.
+        traction_coefficient: mu; odd in the slide-roll ratio. It is that of the law, or that of
+            the surface of measured mu where no law fits (`from_surface`).
+        obs_ci_lower: Lower end of the interval of the next good run, from the surface of measured
+            mu; NaN where there is no support, or no surface.
         obs_ci_upper: Upper end.
         mean_ci_lower: Lower end of the interval of the law's mean curve, which holds if the law is
             true; NaN where the fit has none.
@@ -164,6 +150,9 @@ class Prediction:
         spacings: Distance to the nearest tested conditions, in units of the largest step between
             neighbouring levels of each condition; 0.5 at most within a full grid; NaN where the
             tested conditions are not known.
+        support: Whether the measurements support an interval: a name of
+            `oilfilm.surface.support.Support` in lower case; empty where there is no surface.
+        from_surface: True where mu is that of the surface.
         over_limit: True where the mean shear stress, mu times the mean pressure, would be above the
             oil's limiting shear stress: no film carries it.
         wrong: Reasons why the fit is not sound, in sentences. For printed constants they name what
@@ -179,6 +168,8 @@ class Prediction:
     distance: FloatArray
     away: npt.NDArray[np.bool_]
     spacings: FloatArray
+    support: npt.NDArray[np.str_]
+    from_surface: npt.NDArray[np.bool_]
     over_limit: npt.NDArray[np.bool_]
     wrong: tuple[str, ...] = ()
 
@@ -200,6 +191,11 @@ class Prediction:
         return printed.dropna(axis=1, how="all").to_string(max_rows=20)
 
 
+def _no_surface() -> OilSurface | None:
+    """Constants alone have no surface."""
+    return None
+
+
 @dataclass(frozen=True)
 class FittedLaw:
     """A law with fitted constants. Where nothing could be fitted the traction is NaN.
@@ -209,11 +205,13 @@ class FittedLaw:
         coefficients: Its constants, their uncertainty and the tested range.
         wrong: Reasons why the fit is not sound, in sentences; empty where it is sound or where
             that was not examined.
+        read_surface: Reads the surface of the oil's measured mu; None where it has none.
     """
 
     law: Law
     coefficients: Coefficients
     wrong: tuple[str, ...] = ()
+    read_surface: Callable[[], OilSurface | None] = _no_surface
 
     def __repr__(self) -> str:
         values = []
@@ -223,8 +221,25 @@ class FittedLaw:
 
     @property
     def no_interval(self) -> str:
-        """Why the law has no interval, where it has none."""
-        return "too few curves were tested (fit.min_curves_for_errors)"
+        """Why the law has no interval anywhere, where it has none."""
+        return "too few curves were tested (surface.fewest_curves)"
+
+    @cached_property
+    def surface(self) -> OilSurface | None:
+        """The surface of the oil's measured mu; None where it has none."""
+        return self.read_surface()
+
+    @property
+    def misfit(self) -> float:
+        """Size of the departure of measured mu from the best law; NaN without a surface."""
+        return self.surface.departure_size if self.surface is not None else float("nan")
+
+    def interval_level(self, level: float = 0.95) -> float:
+        """The level of the interval of the next run: the wanted one, or what the data allow.
+
+        NaN where there is no interval.
+        """
+        return self.surface.level(level) if self.surface is not None else float("nan")
 
     def remarks(self, line: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
         """Remarks on the traction at one operating point, in sentences; printed laws have some.
@@ -244,6 +259,7 @@ class FittedLaw:
         quality: pd.DataFrame | None = None,
         law: Law | None = None,
         curves: pd.DataFrame | None = None,
+        surfaces: pd.DataFrame | None = None,
     ) -> "FittedLaw":
         """The fit of one law to one oil.
 
@@ -255,6 +271,7 @@ class FittedLaw:
             law: The law of the coefficients. It may be left out where the table has one law for
                 the oil, and one that needs no properties of the oil.
             curves: Table of curve residuals, which has the tested conditions.
+            surfaces: Table of surfaces; without it the error of the next run is not known.
         """
         if law is None:
             (name,) = coefficients.loc[coefficients["oil"] == oil, "law"].unique()
@@ -270,6 +287,8 @@ class FittedLaw:
             means = [f"mean_{name}" for name in law.conditions]
             tested = _rows_of_fit(curves, oil, law)[means].to_numpy(float)
             fitted = replace(fitted, tested=tested)
+        if surfaces is not None:
+            fitted = replace(fitted, run_sd=_error_of_next_run(surfaces, oil))
         return replace(fit_of_oil, coefficients=fitted)
 
     @classmethod
@@ -287,33 +306,47 @@ class FittedLaw:
         """The fit of the configured law to an oil, with its intervals and tested box.
 
         Args:
-            results: Tables `coefficients`, `refits`, `fit_quality` and `curve_residuals`.
+            results: Tables `coefficients`, `refits`, `fit_quality` and `curve_residuals`; for the
+                interval of the next run `surfaces`, `surface_sizes` and `points` as well.
             oil: The oil.
         """
         fits = results.configured
-        return cls.from_tables(
+        fit = cls.from_tables(
             fits.coefficients,
             oil,
             refits=fits.refits,
             quality=fits.fit_quality,
             curves=fits.curve_residuals,
         )
+        return replace(fit, read_surface=partial(read_surface, results, oil))
+
+    def without_interval(self) -> "FittedLaw":
+        """The law alone: its mu is that of the law everywhere, without the interval of a run."""
+        return replace(self, read_surface=_no_surface)
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
-        """mu against slip at one row of the law's conditions, shape of `slip`."""
+        """mu of the law against slip at one row of its conditions, shape of `slip`."""
         rows = np.broadcast_to(conditions, (len(slip), len(self.law.conditions)))
-        return self.predict(rows, slip).traction_coefficient
+        return self.without_interval().predict(rows, slip).traction_coefficient
 
-    def predict(self, conditions: FloatArray, slip: FloatArray, level: float = 0.95) -> Prediction:
-        """mu with its intervals at each point, as `Coefficients.bands` gives them.
+    def predict(
+        self,
+        conditions: FloatArray,
+        slip: FloatArray,
+        level: float = 0.95,
+        whole_curve: bool = False,
+    ) -> Prediction:
+        """mu with its intervals at each point.
 
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions). NaN for a
                 condition that the fit does not follow means its tested level. mu is NaN where a
                 condition that the fit follows is NaN.
             slip: Slide-roll ratio of each point, shape (points,).
-            level: Confidence level; the number of curves may allow a lower one only
-                (`Coefficients.bands`).
+            level: Confidence level; the tested conditions may allow a lower one only
+                (`interval_level`).
+            whole_curve: Whether the interval of the next run should hold all points of its curve,
+                as a band needs that is drawn over a curve.
         """
         is_away = np.zeros(len(conditions), dtype=bool)
         for away_from_condition in self.away_from(conditions).values():
@@ -321,7 +354,19 @@ class FittedLaw:
         conditions = self.on_line(conditions)
         is_unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.followed])
         has_no_mu = is_away | is_unknown.any(axis=1)
-        mu, run_ends, law_ends = self._mu_and_ends(conditions, slip, has_no_mu, level)
+        mu, law_ends = self._mu_of_law(conditions, slip, has_no_mu, level)
+        run_ends = np.full((2, len(slip)), np.nan)
+        support = np.full(len(slip), "", dtype=_SUPPORT_TEXT)
+        from_surface = np.zeros(len(slip), dtype=bool)
+        known = np.flatnonzero(np.isfinite(mu) & np.isfinite(slip))
+        if self.surface is not None and len(known):
+            at = (conditions[known], np.abs(slip[known]))
+            answer = self.surface.answer(self.law, *at, level, whole_curve)
+            run_ends[:, known] = answer.lower, answer.upper
+            support[known] = _SUPPORT_NAMES[answer.support]
+            if self.surface.no_law_fits:
+                from_surface[known] = answer.support == Support.SUPPORTED
+                mu[known] = np.where(from_surface[known], answer.mu, mu[known])
         sign = np.where(slip < 0, -1.0, 1.0)
         run_lower, run_upper = np.sort(sign * run_ends, axis=0)
         law_lower, law_upper = np.sort(sign * law_ends, axis=0)
@@ -337,18 +382,20 @@ class FittedLaw:
             distance=distance,
             away=is_away,
             spacings=spacings,
+            support=support,
+            from_surface=from_surface,
             over_limit=mu > self.coefficients.limiting_stress_ratio,
             wrong=self.wrong,
         )
 
-    def _mu_and_ends(
+    def _mu_of_law(
         self,
         conditions: FloatArray,
         slip: FloatArray,
         has_no_mu: npt.NDArray[np.bool_],
         level: float,
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """mu for positive slip, and the ends of the intervals of a run and of the law's mean.
+    ) -> tuple[FloatArray, FloatArray]:
+        """mu of the law for positive slip, and the ends of the interval of the law's mean.
 
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions).
@@ -357,29 +404,23 @@ class FittedLaw:
             level: Confidence level.
 
         Returns:
-            mu, shape (points,); lower and upper ends of both intervals, shape (2, points) each.
-            NaN where mu is not known.
+            Shapes (points,) and (2, points); NaN where mu is not known.
         """
         points = len(slip)
         mu = np.full(points, np.nan)
-        run_ends = np.full((2, points), np.nan)
         law_ends = np.full((2, points), np.nan)
         if np.isnan(self.coefficients.constants).any():
-            return mu, run_ends, law_ends
+            return mu, law_ends
         # a value at which the law can be evaluated; the result is not used
         evaluable = np.where(has_no_mu[:, np.newaxis], 1.0, conditions)
-        of_run, of_law, _ = self.coefficients.bands(self.law, level)
+        of_law = self.coefficients.mean_band(self.law, level)
         for start in range(0, points, _POINTS_PER_CHUNK):
             chunk = slice(start, start + _POINTS_PER_CHUNK)
             mu[chunk], gradient = self._with_gradient(evaluable[chunk], slip[chunk])
-            bend = self._unseen_bend(evaluable[chunk], slip[chunk], mu[chunk])
-            no_bend = bend[:, :0]
-            run_ends[:, chunk] = of_run.ends(mu[chunk], gradient, bend)
-            law_ends[:, chunk] = of_law.ends(mu[chunk], gradient, no_bend)
+            law_ends[:, chunk] = of_law.ends(mu[chunk], gradient)
         mu[has_no_mu] = np.nan
-        run_ends[:, has_no_mu] = np.nan
         law_ends[:, has_no_mu] = np.nan
-        return mu, run_ends, law_ends
+        return mu, law_ends
 
     def predict_at(
         self,
@@ -507,22 +548,6 @@ class FittedLaw:
         mu, slopes = law.value_and_slopes(sizes, np.abs(slip))
         return mu, np.hstack([slope[:, np.newaxis] * design for slope in slopes])
 
-    def _unseen_bend(self, conditions: FloatArray, slip: FloatArray, mu: FloatArray) -> FloatArray:
-        """Change of mu by a bend that two levels of a condition cannot show.
-
-        Returns:
-            Shape (points, conditions with two levels).
-        """
-        bends = np.empty((len(mu), len(self.coefficients.two_levels)))
-        for column, name in enumerate(self.coefficients.two_levels):
-            index = self.law.conditions.index(name)
-            low, high = self.coefficients.box[index]
-            moved = conditions.copy()
-            moved[:, index] = between_two_levels(conditions[:, index], low, high)
-            bent_mu, _ = self._with_gradient(moved, slip)
-            bends[:, column] = bent_mu - mu
-        return bends
-
     @cached_property
     def lattice(self) -> tuple[FloatArray, FloatArray]:
         """Tested values of the followed conditions, and the largest step of each condition.
@@ -588,6 +613,37 @@ def _rows_of_fit(table: pd.DataFrame, oil: str, law: Law) -> pd.DataFrame:
     return table[(table["oil"] == oil) & (table["law"] == law.name)]
 
 
+def read_surface(results: CampaignTables, oil: str) -> OilSurface | None:
+    """The surface of an oil's measured mu; None where it has none.
+
+    Args:
+        results: Tables `surfaces`, `surface_sizes`, `points` and `coefficients`.
+        oil: The oil.
+    """
+    rows = list(tables.rows(results.surfaces[results.surfaces["oil"] == oil]))
+    if not rows:
+        return None
+    (row,) = rows
+    fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[row["law"]])
+    sizes = results.surface_sizes
+    points = results.points
+    return surface_from_tables(
+        row,
+        sizes[sizes["oil"] == oil],
+        points[points["oil"] == oil],
+        (fit.law, fit.coefficients.constants, fit.coefficients.followed),
+    )
+
+
+def _error_of_next_run(surfaces: pd.DataFrame, oil: str) -> float:
+    """Standard deviation of ln mu in the next run, which its interval has; NaN if unknown."""
+    rows = list(tables.rows(surfaces[surfaces["oil"] == oil]))
+    if not rows:
+        return float("nan")
+    (row,) = rows
+    return float(row["next_run_sd"] * row["point_factor"] / normal_quantile(row["interval_level"]))
+
+
 def _with_refits(fitted: Coefficients, law: Law, refits: pd.DataFrame) -> Coefficients:
     """Coefficients with the constants of refits.
 
@@ -629,9 +685,7 @@ def _with_quality(fitted: Coefficients, law: Law, row: Mapping[str, Any]) -> Coe
         fitted,
         box=box,
         fixed=from_text(row["fixed_conditions"]),
-        unseen=Unseen.from_columns(row),
         degrees=degrees_of_spread(row["n_curves"], 1 + fitted.followed.sum()),
-        two_levels=row["two_level_conditions"],
         limiting_stress_ratio=float(limiting_stress_ratio),
     )
 
@@ -687,7 +741,7 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
         >>> float(law.predict_at(1.2, 30, 70, 0.05).traction_coefficient)
         0.0107...
     """
-    for name in ("coefficients", "refits", "fit_quality", "curve_residuals", "soundness"):
+    for name in _TABLES_OF_A_FIT:
         refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))
     results = CampaignTables.in_folder(Path(folder))
     oils = sorted(results.configured.fit_quality["oil"])

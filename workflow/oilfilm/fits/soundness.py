@@ -27,7 +27,7 @@ from oilfilm.settings.config import FitSettings, PatternSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import SET_POINTS, with_levels
-from oilfilm.tables.table_needs import OF_FIT
+from oilfilm.tables.table_needs import OF_FIT, OF_SURFACE
 from oilfilm.traction.law import to_internal
 
 # The level of every interval and test of the project.
@@ -268,6 +268,17 @@ _NO_PATTERN = Pattern("", "", ())
 _NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
 
 
+def with_configured_law(results: CampaignTables, law: str) -> CampaignTables:
+    """The tables of every fit, with the mark of those of the configured law.
+
+    Args:
+        results: Table `fit_quality`; no job of a fit knows which law is configured.
+        law: Name of the configured law.
+    """
+    quality = results.fit_quality
+    return results.replace(fit_quality=quality.assign(configured=quality["law"] == law))
+
+
 def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
     """The tables of the fits, `law_verdicts`, `lack_of_fit` and `soundness`, by name.
 
@@ -275,6 +286,7 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
         results: The tables of every fit, `points` and `runs`.
         settings: `fit`, `patterns`, `compare`, and those of `noise_and_misfit`.
     """
+    results = with_configured_law(results, settings.fit.law)
     quality = results.fit_quality
     limiting_stress_ratios = {}
     for oil in quality["oil"].unique():
@@ -282,11 +294,10 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
         if properties is not None:
             limiting_stress_ratios[oil] = properties.limiting_stress_ratio
     quality = quality.assign(
-        configured=quality["law"] == settings.fit.law,
-        limiting_stress_ratio=quality["oil"].map(limiting_stress_ratios).astype(float),
+        limiting_stress_ratio=quality["oil"].map(limiting_stress_ratios).astype(float)
     )
     results = results.replace(fit_quality=quality)
-    finished = {name: results.table(name) for name in OF_FIT}
+    finished = {name: results.table(name) for name in (*OF_FIT, *OF_SURFACE)}
     finished["law_verdicts"] = best_laws(
         quality, results.law_points, results.points, settings.compare.bic_difference_min
     )

@@ -1,13 +1,13 @@
 """Data and script of the report's explorer: laws, intervals, the tested box, the sliders.
 
 `page.js` gives the values of `FittedLaw.predict`. It calls the script that `law_script` writes from
-the equations that Python evaluates. The page receives the root of the covariance, so that it needs
-no linear algebra.
+the equations that Python evaluates. The surface of measured mu is interpolated between nodes, so
+that the page needs no linear algebra.
 
 Decides: how the explorer computes mu and its interval in the browser, and with which numbers.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -18,15 +18,21 @@ from oilfilm.base.ties import first_smallest
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import ABSOLUTE_ENDS, RELATIVE_ENDS
 from oilfilm.report.words import CONDITIONS, oil_colour
 from oilfilm.settings.resolved import Settings
+from oilfilm.surface.measurements import SLIP_SCALE, scaled_slip
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES
-from oilfilm.traction.expression import Form, Language, Node, in_steps
+from oilfilm.traction.expression import Form, Language, in_steps
 from oilfilm.traction.law import Law, to_internal
 
 LEVEL = 0.95  # confidence level of the intervals in the report
+# Nodes of the surface in the page along each followed condition, and along the slip.
+_NODES = {"max_hertz_pressure_gpa": 5, "load_n": 5, "entrainment_speed_m_s": 5}
+_TEMPERATURE_NODES = 7
+_SLIP_NODES = 15
+# Significant digits of the values at the nodes.
+_DIGITS = 4
 _LOAD = "load_n"
 _FEWEST_STEPS = 100  # of a slider
 # Of one step: a limit that differs by less from a whole number of steps is on that step.
@@ -216,7 +222,6 @@ def law_as_json(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str,
     """
     law = fit.law
     coefficients = fit.coefficients
-    band, _, level = coefficients.bands(law, LEVEL)
     contents = {
         "law": law.name,
         "conditions": law.conditions,
@@ -225,20 +230,76 @@ def law_as_json(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str,
         "internal": to_internal(law, coefficients.constants),
         "known": coefficients.followed,
         "fixed": _fixed_conditions(fit),
-        "level": level,
+        "level": fit.interval_level(LEVEL),
         "limit": coefficients.limiting_stress_ratio,
         "lattice": _tested_lattice(fit),
-        "two_levels": _two_levels(fit),
-        "band": None,
+        "surface": _surface_as_json(fit),
         "box": fit.reach,
     }
-    if not np.isnan(band.reach).any():
-        contents["band"] = {
-            "reach": band.reach.T,
-            "absolute": band.absolute,
-            "relative": band.relative,
-        }
     return {key: plain(value) for key, value in contents.items()}
+
+
+def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
+    """The surface of measured mu at nodes over the tested box; None where there is none.
+
+    Returns:
+        `axes`, of which the last one is the slip; `shift`, the logarithm of mu over that of the
+        law, and `half`, that of the upper limit over mu, at all nodes, the last axis fastest;
+        `curve`, how much wider a band over a curve is; `answers`, whether mu is that of the
+        surface.
+    """
+    surface = fit.surface
+    if surface is None:
+        return None
+    axes = [*_axes_of_conditions(fit), _axis_of_slip(surface.measurements.slip)]
+    meshes = np.meshgrid(*[axis["values"] for axis in axes], indexing="ij")
+    conditions = np.full((meshes[0].size, len(fit.law.conditions)), np.nan)
+    for axis, mesh in zip(axes[:-1], meshes[:-1], strict=True):
+        conditions[:, axis["column"]] = mesh.ravel()
+    slip = meshes[-1].ravel()
+    rows = fit.on_line(conditions)
+    answer = surface.answer(fit.law, rows, slip, LEVEL, whole_curve=False)
+    of_law = fit.without_interval().predict(rows, slip).traction_coefficient
+    return {
+        "axes": [{key: axis[key] for key in ("column", "scale", "nodes")} for axis in axes],
+        "shift": plain(np.log(answer.mu / of_law), _DIGITS),
+        "half": plain(np.log(answer.upper / answer.mu), _DIGITS),
+        "curve": surface.factors.curve / surface.factors.point,
+        "answers": surface.no_law_fits,
+    }
+
+
+def _axes_of_conditions(fit: FittedLaw) -> list[dict[str, Any]]:
+    """Axes of the surface over the followed conditions.
+
+    Each has its column among the conditions, its scale, values and nodes. The nodes are the values
+    on the scale.
+    """
+    fixed_names = {fixed.condition for fixed in fit.coefficients.fixed}
+    axes = []
+    for column, name in enumerate(fit.law.conditions):
+        if name in fixed_names:
+            continue
+        low, high = fit.coefficients.box[column]
+        count = _NODES.get(name, _TEMPERATURE_NODES)
+        if name in LEAST_SIZE:
+            nodes = values = np.linspace(low, high, count)
+            scale = "linear"
+        else:
+            values = np.geomspace(low, high, count)
+            nodes = np.log(values)
+            scale = "log"
+        axes.append({"column": column, "scale": scale, "values": values, "nodes": nodes})
+    return axes
+
+
+def _axis_of_slip(tested: FloatArray) -> dict[str, Any]:
+    """The axis over the slip, as those of conditions: even on its scale over the tested slips."""
+    lowest, highest = tested.min(), tested.max()
+    first, last = scaled_slip(np.array([lowest, highest])).tolist()
+    nodes = np.linspace(first, last, _SLIP_NODES)
+    values = (SLIP_SCALE * np.sinh(nodes)).clip(lowest, highest)
+    return {"column": -1, "scale": "slip", "values": values, "nodes": nodes}
 
 
 def _fixed_conditions(fit: FittedLaw) -> list[dict[str, Any]]:
@@ -271,15 +332,6 @@ def _tested_lattice(fit: FittedLaw) -> list[dict[str, Any]]:
                 {"condition": name, "step": step, "tested": tested, "log": is_logarithmic}
             )
     return lattice
-
-
-def _two_levels(fit: FittedLaw) -> list[dict[str, Any]]:
-    """The conditions that were tested at two levels only, with these levels."""
-    conditions = []
-    for name in fit.coefficients.two_levels:
-        low, high = fit.coefficients.box[fit.law.conditions.index(name)]
-        conditions.append({"low": low, "high": high, "condition": name})
-    return conditions
 
 
 def _box_over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> FloatArray:
@@ -319,29 +371,50 @@ JAVASCRIPT = Language({"**": Form("{} ** {}", 4, (5, 5))} | _FUNCTION_FORMS)
 
 
 # mu and its interval at `at`: the conditions of the law and S, which is not negative. `fit` has the
-# numbers of `law_as_json`; its `band` is a `Band`, with the columns of `reach` one after another.
-# The two places are for the ends of the interval.
+# numbers of `law_as_json`. The place is for the slip at which the scale of slips turns.
 _TRACTION = """
+function departure({ axes, shift, half }, at) {
+  const unknown = { shift: NaN, half: NaN };
+  const slip = (value) => Math.asinh(value / %s);
+  const scales = { log: Math.log, linear: (value) => value, slip };
+  let corners = [[0, 1]];
+  for (const { column, scale, nodes } of axes) {
+    const value = scales[scale](at.at(column));
+    const last = nodes.length - 1;
+    const rounding = 1e-6 * (nodes[last] - nodes[0]);
+    if (!(value >= nodes[0] - rounding && value <= nodes[last] + rounding)) return unknown;
+    const above = Math.max(1, nodes.findIndex((node) => value <= node + rounding));
+    const below = above - 1;
+    const way = (value - nodes[below]) / (nodes[above] - nodes[below]);
+    const share = Math.min(1, Math.max(0, way));
+    corners = corners.flatMap(([row, weight]) => [
+      [row * nodes.length + below, weight * (1 - share)],
+      [row * nodes.length + above, weight * share],
+    ]).filter(([, weight]) => weight > 0);
+  }
+  const mean = (values) => corners.reduce(
+    (sum, [row, weight]) => sum + weight * (values[row] ?? NaN), 0);
+  return { shift: mean(shift), half: mean(half) };
+}
 function traction(fit, at) {
-  const { law, reference, known, internal, band } = fit;
+  const { law, reference, known, internal, surface } = fit;
   const dot = (first, second) => first.reduce((total, value, i) => total + value * second[i], 0);
   const design = [1, ...reference.map((value, i) => (known[i] ? Math.log(at[i] / value) : 0))];
   const sizes = [];
   for (let start = 0; start < internal.length; start += design.length) {
     sizes.push(Math.exp(dot(design, internal.slice(start, start + design.length))));
   }
-  const { mu, slopes } = LAWS[law](sizes, at.at(-1));
-  const gradient = slopes.flatMap((slope) => design.map((value) => slope * value));
-  const along = band ? band.reach.map((column) => dot(gradient, column)) : [];
-  const bends = fit.two_levels.map(({ condition, low, high }) => {
-    const axis = fit.conditions.indexOf(condition);
-    const moved = at.with(axis, low * (high / low) ** ((at[axis] - low) / (high - low)));
-    return traction({ ...fit, band: null, two_levels: [] }, moved).mu - mu;
-  });
-  const own = band ? Math.hypot(band.absolute, band.relative * mu, ...along) : NaN;
-  const h = own + Math.hypot(...bends);
-  const [lower, upper] = mu > 0 ? %s : %s;
-  return { mu, lower, upper };
+  const ofLaw = LAWS[law](sizes, at.at(-1));
+  const { shift, half } = surface ? departure(surface, at) : { shift: NaN, half: NaN };
+  const measured = ofLaw * Math.exp(shift);
+  const end = (width) => measured * Math.exp(width);
+  return {
+    mu: surface?.answers && Number.isFinite(half) ? measured : ofLaw,
+    lower: end(-half),
+    upper: end(half),
+    bandLower: end(-half * (surface?.curve ?? NaN)),
+    bandUpper: end(half * (surface?.curve ?? NaN)),
+  };
 }
 """
 
@@ -350,26 +423,18 @@ def law_script(laws: Iterable[Law]) -> str:
     """JavaScript's `traction(fit, at)`: mu of a fitted law with its interval.
 
     Its table `LAWS` has one function per law, by the law's name. The function takes the sizes |X|
-    of the coefficients and S. It gives mu and the derivatives of mu by each ln|X|.
+    of the coefficients and S, and gives mu.
     """
     functions = "".join(_law_function(law) for law in laws)
-    ends = (_array(RELATIVE_ENDS), _array(ABSOLUTE_ENDS))
-    return f"const LAWS = {{\n{functions}}};\n{_TRACTION % ends}"
+    return f"const LAWS = {{\n{functions}}};\n{_TRACTION % SLIP_SCALE}"
 
 
 def _law_function(law: Law) -> str:
     """One entry of the table `LAWS`."""
-    steps, results = in_steps(law.graphs)
-    mu = results[0]
-    slopes = results[1:]
+    steps, (mu,) = in_steps(law.graphs[:1])
     arguments = ", ".join(law.local_constants)
     lines = "".join(f"    const {name} = {JAVASCRIPT.write(node)};\n" for name, node in steps)
     return (
         f'  "{law.name}": ([{arguments}], S) => {{\n'
-        f"{lines}    return {{ mu: {JAVASCRIPT.write(mu)}, slopes: {_array(slopes)} }};\n  }},\n"
+        f"{lines}    return {JAVASCRIPT.write(mu)};\n  }},\n"
     )
-
-
-def _array(nodes: Sequence[Node]) -> str:
-    """Expressions as an array of JavaScript."""
-    return f"[{', '.join(JAVASCRIPT.write(node) for node in nodes)}]"

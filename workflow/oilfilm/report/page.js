@@ -56,7 +56,7 @@ function predict(oil, point) {
   const { tested, away } = onLine(oil, asked);
   const beyond = oil.box.map(([low, high], i) => (
     Math.max((low ?? NaN) - tested[i], tested[i] - (high ?? NaN)) > ROUNDING * Math.abs(tested[i])));
-  const unknown = { mu: NaN, lower: NaN, upper: NaN };
+  const unknown = { mu: NaN, lower: NaN, upper: NaN, bandLower: NaN, bandUpper: NaN };
   const outside = away || beyond.includes(true) || spacings(oil, tested) > 1 + ROUNDING;
   return { ...(away ? unknown : traction(oil, tested)), beyond, away, tested: tested.map((value, i) => onAxis(oil, value, i)), outside };
 }
@@ -90,7 +90,7 @@ function chart(series, along) {
   const lines = series.map(({ line }) => line.filter(({ mu }) => Number.isFinite(mu)));
   const dots = series.flatMap((one) => one.dots);
   // an interval that runs away must not flatten the curves
-  const tops = lines.flat().map(({ mu, upper }) => Math.max(mu, Math.min(upper || 0, 2 * mu)));
+  const tops = lines.flat().map(({ mu, bandUpper }) => Math.max(mu, Math.min(bandUpper || 0, 2 * mu)));
   const most = Math.max(1e-6, ...tops, ...dots.map(({ mu }) => mu)) * 1.05;
   const least = Math.min(0, ...dots.map(({ mu }) => mu));
   const [low, high] = rangeOf(along);
@@ -102,8 +102,8 @@ function chart(series, along) {
   const inside = shape("g", { "clip-path": "url(#clip)" },
     ...untested(series).map(([from, to]) => shape("rect", { ...frame, class: "shade", x: x(from), width: x(to) - x(from) })),
     ...series.map(({ kind }, i) => {
-      const band = lines[i].filter(({ upper }) => Number.isFinite(upper));
-      const outline = [...band.map((at) => [at.x, at.upper]), ...band.map((at) => [at.x, at.lower]).reverse()];
+      const band = lines[i].filter(({ bandUpper }) => Number.isFinite(bandUpper));
+      const outline = [...band.map((at) => [at.x, at.bandUpper]), ...band.map((at) => [at.x, at.bandLower]).reverse()];
       return shape("path", { class: `band ${kind}`, d: path(outline) });
     }),
     ...series.flatMap(({ kind, dots: own }) => own.map(({ at, mu, half, oil, run }) => shape("g", { class: kind },

@@ -235,6 +235,26 @@ class PatternSettings(Group):
     )
 
 
+class SurfaceSettings(Group):
+    """The surface of measured mu, from which intervals and judgements come."""
+
+    level: q.Tolerance = key("Share of points of new runs that an interval should hold.")
+    fewest_curves: int = key("With fewer curves there is no interval.", ge=2)
+    largest_misfit: q.Tolerance = key(
+        "A law that misses more of mu than this, and more than runs differ, does not fit."
+    )
+    largest_spread: q.Tolerance = key(
+        "No support beyond this standard deviation of the surface, relative to mu."
+    )
+    fewest_slips: int = key("A curve of fewer slips does not show the shape between them.", ge=1)
+    reach_in_gaps: q.Factor = key(
+        "No support farther from a tested slip than this share of the widest gap of a curve."
+    )
+    largest_spread_of_bound: q.Tolerance = key(
+        "No support where a constant at its bound moves mu by more, relative to mu."
+    )
+
+
 class TareSettings(Group):
     """The torque sensor's output at rest."""
 
@@ -536,6 +556,7 @@ class ConfigKeys(Group):
     fit: FitSettings = key("The fit of a law.")
     torque_logs: TorqueLogSettings = key("Logs of a bearing's friction torque.")
     patterns: PatternSettings = key("When a pattern in residuals is called found.")
+    surface: SurfaceSettings = key("The surface of measured mu.")
     compare: CompareSettings = key("Laws compared on the same points.")
     bearing: BearingSettings = key("Calculation of a bearing's torque, beside the law.")
     plan: PlanSettings = key("Which tests to run next.")

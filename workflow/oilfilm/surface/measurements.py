@@ -10,7 +10,7 @@ import numpy as np
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
 # The slip at which the scaled slip turns from linear to logarithmic.
-_SLIP_SCALE = 0.003
+SLIP_SCALE = 0.003
 # Changes of ln P and of ln U, and of T in K, that count as one unit of distance.
 _PRESSURE_SCALE, _SPEED_SCALE, _TEMPERATURE_SCALE_K = 0.6, 1.5, 75.0
 # Values within this distance are one level: 1.8 % of P, 4.5 % of U, 2.3 K.
@@ -19,7 +19,7 @@ LEVEL_WIDTH = 0.03
 
 def scaled_slip(slip: FloatArray) -> FloatArray:
     """t = asinh(S / 0.003), which is linear at low slip and logarithmic above."""
-    return np.arcsinh(np.asarray(slip, dtype=float) / _SLIP_SCALE)
+    return np.arcsinh(np.asarray(slip, dtype=float) / SLIP_SCALE)
 
 
 def scaled_conditions(conditions: FloatArray) -> FloatArray:

@@ -35,6 +35,8 @@ OF_FIT = (
     "curve_residuals",
     "law_points",
 )
+# Tables of the surface of one oil.
+OF_SURFACE = ("surfaces", "surface_sizes")
 # Tables that some campaigns do not have.
 NOT_IN_EVERY_CAMPAIGN = tuple(chain.from_iterable(NEEDS.values()))
 

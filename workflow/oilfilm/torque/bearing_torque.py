@@ -214,6 +214,7 @@ def oils_in_bearings(
     quality: pd.DataFrame,
     settings: Settings,
     refits: pd.DataFrame | None = None,
+    surfaces: pd.DataFrame | None = None,
 ) -> list[OilInBearing]:
     """The oils of the campaign with known properties and a law that is known at any condition.
 
@@ -224,6 +225,7 @@ def oils_in_bearings(
         quality: Table of fit quality.
         settings: The settings.
         refits: Table of refits. Without it the results have no uncertainty.
+        surfaces: Table of surfaces, with the error of a run. Without it runs have none.
     """
     # a law on load holds for the ball of its rig: all rigs must have the same ball
     rig = settings.common_contact()
@@ -251,6 +253,7 @@ def oils_in_bearings(
                 refits_of.get((name, law_name)),
                 quality,
                 available_laws[law_name],
+                surfaces=surfaces,
             )
             for law_name in set(law_names.values())
         }

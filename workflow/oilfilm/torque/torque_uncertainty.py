@@ -30,7 +30,6 @@ from oilfilm.bearing.friction import COARSE, FrictionEquilibrium, FrictionProble
 from oilfilm.bearing.resistance import TERMS
 from oilfilm.bearing.torque import film_ratio
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import LEVELS, Unseen
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.config import BearingSettings, TorqueDrawSettings
 from oilfilm.torque.load_variables import LawInBearing, law_of_groups
@@ -74,12 +73,12 @@ class Draws(NamedTuple):
 
     Attributes:
         constants: Constants of the law, shape (draws, constants).
-        scores: Error of a curve left out of the fit over its expected size, shape (draws,).
+        traction_errors: Error of ln mu in a run, shape (draws,).
         oil_factors: Factors on viscosity and pressure-viscosity coefficient, shape (draws, 2).
     """
 
     constants: FloatArray
-    scores: FloatArray
+    traction_errors: FloatArray
     oil_factors: FloatArray
 
 
@@ -113,30 +112,16 @@ def _draw_oil(
     chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
     shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
     internal = to_internal(law, refits[chosen]) + sensors[:, : len(shifts)] @ shifts
-    viscosity_normal, pressure_normal, score_normal, slip_normal = _normal(count, 4, random).T
-    slip_scores = _scores(coefficients.unseen, slip_normal)
-    slip_error = np.nan_to_num(coefficients.unseen.slip) * slip_scores
-    internal = internal + slip_error[:, np.newaxis] * law.slip_scale
+    viscosity_normal, pressure_normal, run_normal = _normal(count, 3, random).T
     uncertainty = settings.stand_in_uncertainty
     viscosity_spread = uncertainty.viscosity * oil.stand_in
     pressure_spread = uncertainty.pressure_viscosity_coefficient * oil.stand_in
     logarithms = [viscosity_spread * viscosity_normal, pressure_spread * pressure_normal]
     return Draws(
         constants=to_constants(law, internal),
-        scores=_scores(coefficients.unseen, score_normal),
+        traction_errors=np.nan_to_num(coefficients.run_sd) * run_normal,
         oil_factors=np.exp(np.column_stack(logarithms)),
     )
-
-
-def _scores(unseen: Unseen, normal: FloatArray) -> FloatArray:
-    """Errors over their expected size, with the quantiles of curves left out; 0 where unknown."""
-    known = np.isfinite(unseen.quantiles)
-    if not known.any():
-        return np.zeros_like(normal)
-    levels = np.concatenate([[0.0], np.array(LEVELS)[known]])
-    sizes = np.concatenate([[0.0], np.asarray(unseen.quantiles)[known]])
-    level = 2 * scipy.special.ndtr(np.abs(normal)) - 1
-    return np.asarray(np.sign(normal) * np.interp(level, levels, sizes))
 
 
 def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArray:
@@ -188,8 +173,7 @@ def draw_results(
     # the branch exists. Otherwise its equilibrium is searched without a neighbour.
     start = Neighbour.of(coarse, equilibrium.solution.unknowns[which])
     without_draws = friction_equilibrium(coarse, start)
-    mean_traction = calculated["mean_traction_coefficient"].to_numpy()[which]
-    problem = _with_draws(coarse, law_and_draws, factors, mean_traction)
+    problem = _with_draws(coarse, law_and_draws, factors)
     point = np.repeat(np.arange(len(which)), count)
     neighbour = Neighbour.of(coarse, without_draws.solution.unknowns).at_points(point)
     drawn = _results(friction_equilibrium(problem, neighbour))
@@ -205,7 +189,6 @@ def _with_draws(
     problem: FrictionProblem,
     law_and_draws: Sequence[tuple[LawInBearing, Draws]],
     factors: FloatArray,
-    mean_traction: FloatArray,
 ) -> FrictionProblem:
     """The problem of all draws of all points, with the draws of a point next to each other.
 
@@ -213,18 +196,11 @@ def _with_draws(
         problem: The points.
         law_and_draws: Law and draws of each point.
         factors: Factors on the terms of the balance, shape (draws, terms).
-        mean_traction: Mean traction coefficient of each point.
     """
     count, points = len(factors), len(law_and_draws)
     laws = [law.with_constants(draws.constants) for law, draws in law_and_draws]
-    # The error of the slip is in the constants. The relative and the absolute error are a factor on
-    # all traction of a draw, as in `oilfilm.fits.interval.Band.ends`.
-    error_sizes = []
-    for (law, _), mu in zip(law_and_draws, mean_traction, strict=True):
-        unseen = law.fitted.coefficients.unseen
-        error_sizes.append(np.hypot(unseen.relative, unseen.absolute / mu))
-    sizes = np.nan_to_num(error_sizes)
-    scores = np.array([draws.scores for _, draws in law_and_draws])
+    # the error of a run is a factor on all traction of a draw
+    errors = np.array([draws.traction_errors for _, draws in law_and_draws])
     oil_factors = np.concatenate([draws.oil_factors for _, draws in law_and_draws])
     viscosity_factor, pressure_factor = oil_factors.T
     point = np.repeat(np.arange(points), count)
@@ -237,7 +213,7 @@ def _with_draws(
             inlet.pressure_viscosity_coefficient_1_pa * pressure_factor
         ),
     )
-    traction_factor = np.exp(np.arcsinh(sizes[:, np.newaxis] * scores)).ravel()
+    traction_factor = np.exp(errors).ravel()
     all_factors = np.column_stack([traction_factor, np.tile(factors, (points, 1))])
     return replace(
         problem.at_points(point),

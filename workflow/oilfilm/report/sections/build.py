@@ -194,7 +194,7 @@ def _predicted(
     upper = prediction.obs_ci_upper[0]
     interval = "not known"
     if not np.isnan(lower) and not np.isnan(upper):
-        _, _, level = fit.coefficients.bands(fit.law, LEVEL)
+        level = fit.interval_level(LEVEL)
         interval = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
     if prediction.outside[0]:
         interval += ", not tested there"

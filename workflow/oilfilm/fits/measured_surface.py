@@ -1,0 +1,281 @@
+"""The surface of each oil: from the tables of points and fits to arrays, and back from its tables.
+
+The tables `surfaces` and `surface_sizes` hold what a search has found. With the points and the
+constants of the law they give the whole surface again.
+
+Decides: which points a surface takes.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
+from oilfilm.fits.problem import curve_data
+from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.interval import IntervalFactors, normal_factor
+from oilfilm.surface.law_mean import FreeLaw
+from oilfilm.surface.limits import SurfaceLimits
+from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.reml import size_names
+from oilfilm.surface.support import Support
+from oilfilm.surface.surface import Surface, SurfaceSizes, surface_of_sizes
+from oilfilm.traction.law import CONDITIONS, Law, to_internal
+
+_PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
+_LOAD = "load_n"
+# Laws of these conditions have a surface.
+_CONDITIONS_OF_SURFACES = (CONDITIONS, (_LOAD, _SPEED, _TEMPERATURE))
+# Loads over the cube of the pressure that differ by more are those of several contacts.
+_ONE_CONTACT = 0.02
+# A point carries traction where the law gives more than so many errors of the zero.
+_CARRIES_TRACTION = 3.0
+# Columns of the sizes of effects.
+COLUMN_OF_EFFECT = {
+    "gain": "gain_sd",
+    "zero": "zero_sd",
+    "slip_scale": "slip_scale_sd",
+    "temperature_k": "temperature_sd_k",
+}
+# Limits in the table of surfaces, beside the level that the conditions allow.
+LIMITS = ("largest_spread", "fewest_slips", "reach_in_gaps", "largest_spread_of_bound")
+# Searches of the sizes of a surface, as in `SurfaceSizes`.
+SEARCHES = ("first", "misfit", "interval")
+
+
+@dataclass(frozen=True)
+class Contact:
+    """What turns the conditions of a law into P, U and T, and back.
+
+    Attributes:
+        load_at_1_gpa: Load in N at a maximum pressure of 1 GPa; the load goes with the cube of the
+            pressure. 1 where no pressure is known: the cube root of the load then counts as P. NaN
+            where the runs have several contacts, or no load.
+    """
+
+    load_at_1_gpa: float
+
+    @classmethod
+    def of_points(cls, points: pd.DataFrame) -> "Contact":
+        """The contact of the accepted points of an oil."""
+        pressure_gpa = points[_PRESSURE].to_numpy(dtype=float)
+        load_n = points[_LOAD].to_numpy(dtype=float)
+        if not np.isfinite(pressure_gpa).any():
+            return cls(1.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            load_at_1_gpa = load_n / pressure_gpa**3
+        load_at_1_gpa = load_at_1_gpa[np.isfinite(load_at_1_gpa)]
+        if not len(load_at_1_gpa):
+            return cls(np.nan)
+        middle = float(np.median(load_at_1_gpa))
+        is_one = np.ptp(load_at_1_gpa) <= _ONE_CONTACT * middle
+        return cls(middle if is_one else np.nan)
+
+    def to_surface(self, law: Law, conditions: FloatArray) -> FloatArray:
+        """P in GPa, U in m/s and T in degC from rows of a law's conditions, shape (rows, 3).
+
+        A condition that is not known is 1 throughout, because no law follows it.
+        """
+        pressures, speeds, temperatures = np.array(conditions, dtype=float).T
+        if law.conditions[0] == _LOAD:
+            pressures = np.cbrt(pressures / self.load_at_1_gpa)
+        columns = np.column_stack([pressures, speeds, temperatures])
+        return np.where(np.isnan(columns), 1.0, columns)
+
+    def to_law(self, law: Law, conditions: FloatArray) -> FloatArray:
+        """Rows of a law's conditions from P, U and T, shape (rows, 3)."""
+        if law.conditions[0] != _LOAD:
+            return conditions
+        loads = self.load_at_1_gpa * conditions[:, 0] ** 3
+        return np.column_stack([loads, conditions[:, 1:]])
+
+    def has_surface(self, law: Law) -> bool:
+        """Whether a surface can stand on a law."""
+        if law.conditions not in _CONDITIONS_OF_SURFACES:
+            return False
+        return law.conditions[0] != _LOAD or bool(np.isfinite(self.load_at_1_gpa))
+
+
+@dataclass(frozen=True)
+class SurfaceAnswer:
+    """mu at some points with the interval of the next good run.
+
+    Attributes:
+        mu: Traction coefficient for positive slip, shape (points,); NaN where no law is known.
+        lower: Lower end, shape (points,); NaN where there is no support.
+        upper: Upper end, shape (points,).
+        support: Code of `oilfilm.surface.support.Support`, shape (points,).
+    """
+
+    mu: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    support: IndexArray
+
+
+@dataclass(frozen=True)
+class OilSurface:
+    """The surface of one oil, as its tables have it.
+
+    Attributes:
+        law_name: Name of the law on which it stands.
+        law: The law with its constants.
+        contact: What turns the conditions of a law into P, U and T.
+        runs: Run of each curve, in the order of `measurements`.
+        measurements: The points, in the order of `curve_data`.
+        sizes: The sizes that were found.
+        factors: Factors of the interval of the next run.
+        limits: What is asked of an answer.
+        next_run_sd: Standard deviation of ln mu in the next run, median over the points.
+        departure_size: Size of the departure from the law.
+        no_law_fits: Whether no law fits, so that the surface answers instead.
+    """
+
+    law_name: str
+    law: FreeLaw
+    contact: Contact
+    runs: tuple[str, ...]
+    measurements: Measurements
+    sizes: SurfaceSizes
+    factors: IntervalFactors
+    limits: SurfaceLimits
+    next_run_sd: float
+    departure_size: float
+    no_law_fits: bool
+
+    @cached_property
+    def surface(self) -> Surface:
+        """The surface itself."""
+        return surface_of_sizes(
+            self.measurements, self.law, RunErrorSizes(), self.sizes, self.limits
+        )
+
+    def level(self, wanted: float) -> float:
+        """The level of an interval: the wanted one, or less where the conditions are few."""
+        return min(wanted, self.factors.level)
+
+    def answer(
+        self, law: Law, conditions: FloatArray, slip: FloatArray, level: float, whole_curve: bool
+    ) -> SurfaceAnswer:
+        """mu and its interval at rows of a law's conditions.
+
+        Args:
+            law: The law whose conditions these are.
+            conditions: Rows of its conditions, shape (points, conditions).
+            slip: Slide-roll ratio, not below 0, shape (points,); at 0 there is no interval.
+            level: Wanted level.
+            whole_curve: Whether the band should hold all points of a curve.
+        """
+        count = len(slip)
+        mu, lower, upper = np.zeros(count), np.full(count, np.nan), np.full(count, np.nan)
+        support = np.full(count, int(Support.SUPPORTED))
+        slides = slip > 0
+        if slides.any():
+            rows = self.contact.to_surface(law, conditions[slides])
+            predicted = self.surface.predict(rows, slip[slides])
+            factor = self.factors.curve if whole_curve else self.factors.point
+            share = normal_factor(self.level(level)) / normal_factor(self.factors.level)
+            mu[slides] = predicted.mu
+            lower[slides], upper[slides] = predicted.interval(factor * share)
+            support[slides] = predicted.support
+        return SurfaceAnswer(mu, lower, upper, support)
+
+
+# ---------------------------------------------------------------- back from the tables
+
+
+def surface_from_tables(
+    row: Mapping[str, Any],
+    sizes: pd.DataFrame,
+    points: pd.DataFrame,
+    fit: tuple[Law, FloatArray, BoolArray],
+) -> OilSurface:
+    """The surface of one oil.
+
+    Args:
+        row: The oil's row of the table `surfaces`.
+        sizes: Its rows of the table `surface_sizes`.
+        points: Its rows of the table of points.
+        fit: Law, constants and followed groups of the law of the surface.
+    """
+    contact = Contact.of_points(points[points["accepted"]])
+    law = free_law(*fit, contact)
+    runs, measurements = measured(points, law, contact)
+    logarithms = {}
+    for search, of_search in sizes.groupby("search"):
+        by_size = of_search.set_index("size")["logarithm"]
+        logarithms[search] = by_size.reindex(list(size_names())).to_numpy(dtype=float)
+    found = SurfaceSizes(
+        **{search: logarithms[search] for search in SEARCHES}, converged=row["search_converged"]
+    )
+    factors = IntervalFactors(row["interval_level"], row["point_factor"], row["curve_factor"])
+    return OilSurface(
+        law_name=row["law"],
+        law=law,
+        contact=contact,
+        runs=runs,
+        measurements=measurements,
+        sizes=found,
+        factors=factors,
+        limits=SurfaceLimits(**{name: row[name] for name in LIMITS}),
+        next_run_sd=row["next_run_sd"],
+        departure_size=row["departure_size"],
+        no_law_fits=row["no_law_fits"],
+    )
+
+
+# ---------------------------------------------------------------- arrays
+
+
+def free_law(law: Law, constants: FloatArray, followed: BoolArray, contact: Contact) -> FreeLaw:
+    """The law of a fit, whose fitted constants are free.
+
+    Args:
+        law: The law.
+        constants: Its constants, shape (constants,).
+        followed: Which of its groups the fit follows, shape (groups,).
+        contact: What turns its conditions into P, U and T.
+    """
+    is_followed = dict(zip(law.groups, followed, strict=True))
+    free = [
+        constant.condition is None or bool(is_followed[constant.condition])
+        for constant in law.constants
+    ]
+    return FreeLaw(
+        law=law,
+        constants=to_internal(law, constants),
+        free=np.array(free),
+        conditions_of_law=partial(contact.to_law, law),
+    )
+
+
+def measured(
+    points: pd.DataFrame, law: FreeLaw, contact: Contact
+) -> tuple[tuple[str, ...], Measurements]:
+    """The points of an oil that carry traction, and the run of each of their curves.
+
+    Runs with an unknown condition, where others know it, are left out, and so are points near pure
+    rolling: their mu is that of the zero.
+
+    Args:
+        points: The oil's rows of the table of points.
+        law: The law, which says where a point carries traction.
+        contact: What turns the conditions of the law into P, U and T.
+    """
+    data = curve_data(points, law.law.conditions)
+    unknown = np.isnan(data.conditions)
+    some_know = ~unknown.all(axis=0)
+    is_complete = ~(unknown & some_know).any(axis=1)
+    conditions = contact.to_surface(law.law, data.conditions)
+    slides = is_complete[data.curve] & (data.slip > 0)
+    point_conditions = conditions[data.curve[slides]]
+    mu_of_law = np.exp(law.log_mu(point_conditions, data.slip[slides]))
+    carries = slides.copy()
+    carries[slides] = mu_of_law > _CARRIES_TRACTION * RunErrorSizes().zero.median
+    rows, curve = np.unique(data.curve[carries], return_inverse=True)
+    measurements = Measurements(conditions[rows], curve, data.slip[carries], data.mu[carries])
+    return tuple(data.runs[row] for row in rows.tolist()), measurements

@@ -1,0 +1,36 @@
+"""Why the measurements support no interval at a point, in sentences."""
+
+from collections.abc import Callable
+
+from oilfilm.surface.limits import SurfaceLimits
+
+_SENTENCES: dict[str, Callable[[SurfaceLimits], str]] = {
+    "spread_too_large": lambda limits: (
+        "the tested conditions are too far away: measured mu is known there to no better than "
+        f"{limits.largest_spread:.0%} (surface.largest_spread)"
+    ),
+    "far_from_tested_slips": lambda limits: (
+        "the nearest tested slip is too far away (surface.reach_in_gaps)"
+    ),
+    "few_slips": lambda limits: (
+        f"with fewer than {limits.fewest_slips} slips per run, mu between the tested slips is not "
+        "known (surface.fewest_slips)"
+    ),
+    "constant_at_bound": lambda limits: (
+        "a constant of the law ended at the bound of its search and changes mu there "
+        "(surface.largest_spread_of_bound)"
+    ),
+    "condition_not_varied": lambda limits: (
+        "a condition that was tested at one level has another value there"
+    ),
+}
+
+
+def why_no_support(support: str, limits: SurfaceLimits) -> str:
+    """The reason as a sentence without a full stop; empty where there is support.
+
+    Args:
+        support: A name of `oilfilm.surface.support.Support` in lower case.
+        limits: Limits of the surface.
+    """
+    return _SENTENCES[support](limits) if support in _SENTENCES else ""

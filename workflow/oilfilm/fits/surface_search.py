@@ -1,0 +1,127 @@
+"""The search of the surface of an oil, as the tables `surfaces` and `surface_sizes`.
+
+Decides: which law a surface stands on; when no law fits.
+"""
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from oilfilm import tables
+from oilfilm.fits.best_law import best_laws
+from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.measured_surface import (
+    COLUMN_OF_EFFECT,
+    LIMITS,
+    SEARCHES,
+    Contact,
+    free_law,
+    measured,
+)
+from oilfilm.settings.config import SurfaceSettings
+from oilfilm.surface.effects import EFFECTS, RunErrorSizes
+from oilfilm.surface.law_mean import FreeLaw
+from oilfilm.surface.limits import SurfaceLimits
+from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.reml import size_names
+from oilfilm.surface.surface import SurfaceSizes, most_likely_surface, surface_of_sizes
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
+
+
+def surface_of_oil(
+    results: CampaignTables, oil: str, settings: SurfaceSettings, bic_difference_min: float
+) -> CampaignTables:
+    """Tables `surfaces` and `surface_sizes` of one oil, without rows where it has no surface.
+
+    It has none with too few curves, or without a fitted law on which it can stand.
+
+    Args:
+        results: Tables `points`, `coefficients`, `fit_quality` and `law_points` of its fits.
+        oil: The oil.
+        settings: Config's `surface`.
+        bic_difference_min: As in `best_laws`.
+    """
+    points = results.points[results.points["oil"] == oil]
+    contact = Contact.of_points(points[points["accepted"]])
+    for name in _laws_in_order(results, oil, bic_difference_min):
+        fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[name])
+        constants = fit.coefficients.constants
+        if not contact.has_surface(fit.law) or np.isnan(constants).any():
+            continue
+        law = free_law(fit.law, constants, fit.coefficients.followed, contact)
+        runs, measurements = measured(points, law, contact)
+        if len(runs) < settings.fewest_curves:
+            break
+        return _searched(oil, name, law, measurements, settings)
+    return CampaignTables.in_memory(
+        surfaces=tables.empty("surfaces"), surface_sizes=tables.empty("surface_sizes")
+    )
+
+
+def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float) -> Iterator[str]:
+    """Names of the laws that need no properties of the oil, the preferred one first.
+
+    That is the configured law where it predicts curves left out as well as the best one does, then
+    the others by that error.
+    """
+    quality = results.fit_quality[results.fit_quality["oil"] == oil]
+    by_error = quality.sort_values("left_out_rmse", kind="stable", na_position="last")
+    verdicts = best_laws(quality, results.law_points, results.points, bic_difference_min)
+    (verdict,) = tables.rows(verdicts)
+    ties = verdict["left_out_ties"] or ()
+    preferred = [verdict["law"]] if verdict["law"] in ties or not ties else []
+    for name in dict.fromkeys([*preferred, *ties, *by_error["law"]]):
+        if name in LAWS:
+            yield name
+
+
+def _searched(
+    oil: str, name: str, law: FreeLaw, measurements: Measurements, settings: SurfaceSettings
+) -> CampaignTables:
+    """The tables of the surface about one law."""
+    errors = RunErrorSizes()
+    limits = SurfaceLimits(
+        level=settings.level,
+        largest_spread=settings.largest_spread,
+        fewest_slips=settings.fewest_slips,
+        reach_in_gaps=settings.reach_in_gaps,
+        largest_spread_of_bound=settings.largest_spread_of_bound,
+    )
+    sizes = most_likely_surface(measurements, law, errors)
+    surface = surface_of_sizes(measurements, law, errors, sizes, limits)
+    factors = surface.interval_factors
+    predicted = surface.predict(measurements.point_conditions, measurements.slip)
+    departure_size = surface.verdict.misfit
+    effect_sizes = dict(zip(EFFECTS, np.exp(sizes.misfit)[: len(EFFECTS)].tolist(), strict=True))
+    # a law that misses less than runs differ cannot be told from one that fits
+    misses = max(settings.largest_misfit, effect_sizes["gain"])
+    row = {
+        "oil": oil,
+        "law": name,
+        "n_conditions": int(measurements.condition_numbers().max()) + 1,
+        "interval_level": factors.level,
+        "point_factor": factors.point,
+        "curve_factor": factors.curve,
+        "departure_size": departure_size,
+        "no_law_fits": departure_size > misses,
+        "next_run_sd": float(np.median(predicted.next_run_sd)),
+        "search_converged": sizes.converged,
+        **{COLUMN_OF_EFFECT[effect]: size for effect, size in effect_sizes.items()},
+        **{limit: getattr(limits, limit) for limit in LIMITS},
+    }
+    return CampaignTables.in_memory(
+        surfaces=tables.from_rows([row], "surfaces"),
+        surface_sizes=tables.from_rows(_size_rows(oil, sizes), "surface_sizes"),
+    )
+
+
+def _size_rows(oil: str, sizes: SurfaceSizes) -> list[dict[str, Any]]:
+    """Rows of the table `surface_sizes`."""
+    rows = []
+    for search in SEARCHES:
+        logarithms = getattr(sizes, search).tolist()
+        for size, logarithm in zip(size_names(), logarithms, strict=True):
+            rows.append({"oil": oil, "search": search, "size": size, "logarithm": logarithm})
+    return rows

@@ -1,0 +1,14 @@
+"""Search the surface of one oil's measured mu."""
+
+import oilfilm.run.job as run
+from oilfilm.fits.soundness import with_configured_law
+from oilfilm.fits.surface_search import surface_of_oil
+from oilfilm.tables.table_needs import OF_SURFACE
+
+with run.job(snakemake) as job:
+    results = with_configured_law(job.tables, job.settings.fit.law)
+    settings = job.settings
+    found = surface_of_oil(
+        results, snakemake.wildcards.oil, settings.surface, settings.compare.bic_difference_min
+    )
+    job.write({name: found.table(name) for name in OF_SURFACE})
