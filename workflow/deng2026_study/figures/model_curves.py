@@ -67,14 +67,14 @@ def fig07(results: CampaignTables, settings: Settings, **references: Any) -> She
     Traction coefficient of all oils against slide-roll ratio, one panel per maximum Hertz pressure
     and entrainment speed. The curves are for several inlet temperatures.
 
-    The paper does not state the levels of the curves. Full lines: fitted law with the 95 %
-    band of the next good run, its whole curve, which may leave the panel. Without a band the
-    measurements support none. Thin dashed lines: constants printed
-    in the paper, signs restored, at the middle level. They are shown where they differ by more
-    than 5 % of the largest traction coefficient; the legend states the largest difference at all
-    levels. Shaded: beyond the tested conditions. Each panel has its own scale. dmN: pitch diameter
-    times speed (mm rpm) of a bearing with this entrainment speed. Oils without a fit of pressure,
-    speed and temperature are not shown.
+    The paper does not state the levels of the curves. Full lines: fitted law with the 95 % band of
+    the next good run, which may leave the panel. Over the slip it holds the whole curve of the run,
+    over other conditions its points. Without a band the measurements support none. Thin dashed
+    lines: constants printed in the paper, signs restored, at the middle level. They are shown where
+    they differ by more than 5 % of the largest traction coefficient; the legend states the largest
+    difference at all levels. Shaded: beyond the tested conditions. Each panel has its own scale.
+    dmN: pitch diameter times speed (mm rpm) of a bearing with this entrainment speed. Oils without
+    a fit of pressure, speed and temperature are not shown.
     """
     return _draw_cuts("fig07", results, settings, **references)
 

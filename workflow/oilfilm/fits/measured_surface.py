@@ -274,8 +274,10 @@ def measured(
     slides = is_complete[data.curve] & (data.slip > 0)
     point_conditions = conditions[data.curve[slides]]
     mu_of_law = np.exp(law.log_mu(point_conditions, data.slip[slides]))
-    carries = slides.copy()
-    carries[slides] = mu_of_law > _CARRIES_TRACTION * RunErrorSizes().zero.median
-    rows, curve = np.unique(data.curve[carries], return_inverse=True)
-    measurements = Measurements(conditions[rows], curve, data.slip[carries], data.mu[carries])
+    carries = mu_of_law > _CARRIES_TRACTION * RunErrorSizes().zero.median
+    points_used = np.flatnonzero(slides)[carries]
+    rows, curve = np.unique(data.curve[points_used], return_inverse=True)
+    measurements = Measurements(
+        conditions[rows], curve, data.slip[points_used], data.mu[points_used]
+    )
     return tuple(data.runs[row] for row in rows.tolist()), measurements
