@@ -83,10 +83,10 @@ def test_one_truth_is_behind_both_rigs(campaign: str, largest: float) -> None:
 
 def test_misfit_is_what_the_torque_rig_has_too_much(config: Settings) -> None:
     truth = true_tractions(config, printed())["4050"]
-    law = truth.at_points
+    law = truth.local_law
 
     def more(*contact: Any) -> TractionLaw:
         return lambda at, slip: 1.07 * law(*contact)(at, slip)
 
-    planted = Mock(spec=Truth, side_effect=truth, at_points=more)
+    planted = Mock(spec=Truth, side_effect=truth, local_law=more)
     assert misfit(planted, config) == pytest.approx(0.07, abs=1e-6)

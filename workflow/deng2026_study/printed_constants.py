@@ -1,4 +1,4 @@
-"""The printed constants, judged: beside a campaign's own fit, and all signs by the paper's text.
+"""Printed constants compared with a campaign's own fit, and the signs that the paper's text allows.
 
 The signs of the exponents were lost. Nearly all of section 4.3 describes figures that the authors
 drew from these constants. So the statements of the text can be checked with every set of signs. The
@@ -118,14 +118,14 @@ Shares = dict[str, FloatArray]
 _EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
 # Signs of the exponents, one row per sign set.
 _SIGN_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))
-# Levels of slip at which statements are checked. The totals of the first count. The second may only
-# lower a verdict.
+# Slips at which statements are checked, as keys of `printed.signs.slide_roll_ratio` in the
+# settings: those of a whole curve (Fig. 7), and those of Figs 8 and 9. Totals and ranks are those
+# of the whole curve. The slips of the figures can only make a verdict less sure.
 _SLIP_LEVELS = ("curve", "figures")
 # Axes of arrays.
 STRESS, SPEED, TEMPERATURE, SLIP = range(4)
-# Statements that count half. The first is about the slope at zero slip, where the oil is Newtonian:
-# it follows only from the physics that a sentence names. The others are two readings of one
-# sentence.
+# Statements that count half. The paper does not state the first one: it follows from the Newtonian
+# oil and its falling viscosity that section 2.4 names. The others are two readings of one sentence.
 HALF = (
     "start_falls_with_temperature",
     "earlier_plateau_with_speed",
@@ -440,8 +440,9 @@ def where_true(
     """Where each statement about one oil holds; the last axis is that of the sign sets.
 
     Args:
-        tested: The box that was tested (section 2).
-        drawn: The box that the figures of section 4.3 draw.
+        tested: The box that was tested. Statements of section 2 are checked there.
+        drawn: The box that the figures of section 4.3 draw. Statements of that section are checked
+            there.
         compared_slips: Slips whose lowest and highest the text compares.
         traction_max: Largest believable mu.
         limits: What counts as linear and slight.

@@ -20,12 +20,18 @@ from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 def published_tests_table(
     published: PublishedBearingTests, oils: Sequence[OilInBearing], settings: Settings
 ) -> pd.DataFrame:
-    """Published tests beside the calculated values, with the drag as set and at its range's ends.
+    """Published tests beside calculated values, for three oil volume fractions.
+
+    These are the configured one and both ends of `bearing.oil_volume_fraction_range`.
 
     Args:
         published: Content of reference/bearing_tests.yaml.
-        oils: Oils with their laws; tests with others are left out.
+        oils: Oils with their laws. Tests with another oil are left out, and so are those of a
+            bearing that is not configured.
         settings: The settings.
+
+    Returns:
+        The table `published_tests`.
     """
     oil_by_name = {oil.name: oil for oil in oils}
     frames = [
@@ -41,14 +47,20 @@ def _rows_of_test(
 ) -> pd.DataFrame:
     """The rows of one published test beside the calculated values."""
     bearing = settings.bearings[test.bearing].bearing(test.bearing)
-    names = {"power_w": "published_power_w", "largest_cage_slip": "published_cage_slip"}
-    rows = pd.DataFrame([row.model_dump() for row in test.rows], dtype=float).rename(columns=names)
-    points = rows.assign(inlet_temperature_c=test.inlet_temperature_c)
-    speed_rad_s = rows["inner_speed_rpm"] * RAD_S_PER_RPM
+    published = pd.DataFrame([row.model_dump() for row in test.rows], dtype=float)
+    # the calculated columns have the plain names
+    operating_points = published.rename(
+        columns={"power_w": "published_power_w", "largest_cage_slip": "published_cage_slip"}
+    ).assign(inlet_temperature_c=test.inlet_temperature_c)
+    speed_rad_s = operating_points["inner_speed_rpm"] * RAD_S_PER_RPM
 
     def calculated(oil_volume_fraction: float) -> pd.DataFrame:
-        changed = oil.settings.model_copy(update={"oil_volume_fraction": oil_volume_fraction})
-        return Cases(bearing, [(replace(oil, settings=changed), "stress", points)]).run()
+        """Friction at the operating points, by the law of maximum Hertz pressure."""
+        bearing_settings = oil.settings.model_copy(
+            update={"oil_volume_fraction": oil_volume_fraction}
+        )
+        changed_oil = replace(oil, settings=bearing_settings)
+        return Cases(bearing, [(changed_oil, "stress", operating_points)]).run()
 
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
     low = calculated(lowest_fraction)

@@ -1,5 +1,8 @@
 """The reference files of the study: what the paper printed and claimed.
 
+The available text of the paper has lost the numbers of its Tables 1 to 3 and the signs of its
+constants.
+
 Decides: the paper's claims, and published tests of bearings (in `reference`).
 """
 
@@ -17,10 +20,10 @@ PowerW = Annotated[float, Field(gt=0, json_schema_extra={"unit": "W"})]
 
 
 class PaperStatement(Group):
-    """What the paper's text says of a lost number."""
+    """What the paper's text says of a number that its table has lost."""
 
     says: Text = key("Value in the unit of the table, or words.")
-    where: Text | None = key("Place in the paper.", default=None)
+    where: Text | None = key("Section, figure or abstract that says it.", default=None)
 
 
 class PaperTables(Group):
@@ -32,21 +35,30 @@ class PaperTables(Group):
 
 
 class Claim(Group):
-    """A claim of the paper."""
+    """A claim of the paper. Its check judges it in each case: an oil at an operating condition."""
 
     id: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")] = key("Name of the claim and of its check.")
-    section: Text = key("Section of the paper, in quotes where it is a number.")
+    section: Text = key("Section of the paper; YAML needs quotes where it is a number.")
     claim: Text = key("The claim in short.")
     wording: Text = key("The paper's own words.")
-    holds_where: Text = key("What makes the claim hold, read strictly; settings in braces.")
-    readings: dict[str, Text] = key("Other fair readings of it, by name.", default={})
-    judged_on: Literal["tested", "extrapolated", "data", "formula"] = key(
-        "Box on which the verdict rests; `data` where the check looks at tables, `formula` where "
-        "it looks at the paper's Eq. 1, and at no box."
+    holds_where: Text = key(
+        "Test by which the claim holds in a case, as a sentence. Names of settings in braces are "
+        "replaced by their values."
     )
-    worst: Literal["largest", "smallest"] = key("Which `quantity` is the worst.")
-    quantity: Text = key("What is judged in each case, with its format in braces.")
-    numbers: dict[str, Text] = key("What the claim's further numbers are.", default={})
+    readings: dict[str, Text] = key("Other fair readings of the claim, by name.", default={})
+    judged_on: Literal["tested", "extrapolated", "data", "formula"] = key(
+        "Box of operating conditions that is judged. Without a box: `data` for tables of the "
+        "campaign, `formula` for the paper's Eq. 1."
+    )
+    worst: Literal["largest", "smallest"] = key(
+        "Whether the case with the largest or the smallest `quantity` is farthest from holding."
+    )
+    quantity: Text = key("Number that is judged in each case, with its format in braces.")
+    numbers: dict[str, Text] = key(
+        "Meaning of the further numbers that the check returns, by name. A number without a format "
+        "in braces is a share.",
+        default={},
+    )
 
 
 class Claims(Group):
@@ -54,7 +66,9 @@ class Claims(Group):
 
     source: Text = key("Author, year, address.")
     claims: Annotated[list[Claim], Field(min_length=1)] = key("Claims in the paper's order.")
-    cannot_be_checked: dict[str, Text] = key("Why a claim may not be checked, by code.")
+    cannot_be_checked: dict[str, Text] = key(
+        "Reasons why a claim cannot be checked, by `reason_code` of the table `claims`."
+    )
 
 
 class PublishedRow(Group):
@@ -63,7 +77,10 @@ class PublishedRow(Group):
     inner_speed_rpm: SpeedRpm = key("Speed of the inner ring.")
     axial_load_n: LoadN = key("Axial load.")
     power_w: PowerW | None = key("Power loss.", default=None)
-    largest_cage_slip: Share | None = key("Largest cage slip of the whole test.", default=None)
+    largest_cage_slip: Share | None = key(
+        "Largest cage slip of the test, at whichever of its loads; the same in each of its rows.",
+        default=None,
+    )
 
 
 class PublishedBearingTest(Group):
@@ -73,7 +90,7 @@ class PublishedBearingTest(Group):
     oil: Name = key("An oil of config/oils.")
     inlet_temperature_c: TemperatureC = key("Oil temperature.")
     source: Text = key("Source of the values.")
-    assumed: Text = key("What the source does not give.")
+    assumed: Text = key("What the calculation assumes because the source does not state it.")
     rows: Annotated[list[PublishedRow], Field(min_length=1)] = key("Operating points.")
 
 

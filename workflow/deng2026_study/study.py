@@ -95,14 +95,14 @@ def _conditions(fitted: PrintedLaw) -> Iterator[Condition]:
         quantity = QUANTITIES[name]
         lowest, highest = fitted.coefficients.box[index].tolist()
         yield Condition(
-            name,
-            quantity.symbol,
-            quantity.meaning,
-            quantity.unit,
-            "argument",
-            None,
-            law.reference[index],
-            (lowest, highest),
+            name=name,
+            symbol=quantity.symbol,
+            meaning=quantity.meaning,
+            unit=quantity.unit,
+            role="argument",
+            level=None,
+            reference=law.reference[index],
+            tested=(lowest, highest),
         )
 
 
@@ -312,7 +312,10 @@ def _filled(text: str, settings: Settings) -> str:
 
 
 def _printed(results: CampaignTables, campaign: Campaign) -> Section:
-    """The constants printed in the paper: distance from the fit, and how sure their signs are."""
+    """The constants printed in the paper: distance from the fit, and how sure their signs are.
+
+    A fit judges a sign where its own constant has a known sign.
+    """
     if results.signs.empty:
         return Section("printed", "Printed constants")
     fits = results.configured.coefficients
@@ -320,14 +323,15 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
     fitted = fits[["oil", "constant", "value", "verdict"]].dropna(subset="value")
     judged = fitted.merge(results.sign_verdicts[["oil", "constant", "sign"]])
     same_sign = (judged["value"] < 0) == (judged["sign"] == "-")
-    known = judged["verdict"] == "known"
+    # the other verdicts are `sign unknown`, `no interval`, `at a bound` and so on
+    is_known = judged["verdict"] == "known"
     names = judged["oil"] + " " + judged["constant"]
     sentences = facts(
         "deng2026_study/printed.jinja",
-        confirmed=(known & same_sign).sum(),
+        confirmed=(is_known & same_sign).sum(),
         judged=len(judged),
-        turned=names[known & ~same_sign].tolist(),
-        unknown=names[~known].tolist(),
+        turned=names[is_known & ~same_sign].tolist(),
+        unknown=names[~is_known].tolist(),
         campaign=campaign,
     )
     differences = results.printed_judged.dropna(subset=["tested_difference"])
@@ -335,9 +339,9 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
     differences[columns] = differences[columns].abs()
     signs = results.sign_verdicts.groupby(["oil", "verdict"])["constant"].agg(" ".join)
     named = signs.unstack(fill_value="-").reindex(columns=_SIGN_VERDICTS, fill_value="-")
-    used = results.signs[results.signs["in_use"]].drop_duplicates("oil")
-    used = used.join(named, on="oil", how="inner")
-    shown = [show_table(differences, "printed_judged"), show_table(used, "signs")]
+    sets_in_use = results.signs[results.signs["in_use"]].drop_duplicates("oil")
+    sets_in_use = sets_in_use.join(named, on="oil", how="inner")
+    shown = [show_table(differences, "printed_judged"), show_table(sets_in_use, "signs")]
     return Section("printed", "Printed constants", sentences, shown)
 
 
@@ -350,8 +354,10 @@ def _choice(results: CampaignTables) -> Section:
     undecided = advice.loc[advice["judgement"].isin(NO_CHOICE), "judgement"].value_counts()
     others = judged[judged["judgement"] != "agree"]
     counts = others["judgement"].value_counts()
-    band = results.advice_band
-    share = band["agreeing_points"] / band["operating_points"]
+    # one row per choice and scenario: other limits, orders of the rules and temperatures
+    scenarios = results.advice_band
+    agreeing_share = scenarios["agreeing_points"] / scenarios["operating_points"]
+    # an oil occurs once for each operating point where it is the best one or nearly so
     good_oils = judged["good_oils"].explode().tolist()
     drawn = stays_best(results.cage_slip, _STAYS_BEST_SHARE)
     sentences = facts(
@@ -361,9 +367,9 @@ def _choice(results: CampaignTables) -> Section:
         agreeing=len(judged) - len(others),
         others={OTHER_CHOICES[str(judgement)]: count for judgement, count in counts.items()},
         best=others["best_oil"].value_counts().to_dict(),
-        band=share.groupby(band["choice"], sort=False).agg(["min", "max"]),
-        varied=band[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
-        always={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
+        band=agreeing_share.groupby(scenarios["choice"], sort=False).agg(["min", "max"]),
+        varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
+        points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
         share=_STAYS_BEST_SHARE,
         drawn=drawn if drawn["draws_answered"].any() else None,
     )
@@ -381,7 +387,8 @@ def _truth(errors: pd.DataFrame) -> Section:
     return Section("truth", "Simulated truth", facts("deng2026_study/truth.jinja"), [table])
 
 
-# Beside the folders of fits; no identifier has a hyphen.
+# Folder of the printed constants among the exports. Those of fits are named by identifiers, which
+# have no hyphen.
 _FOLDER = "printed-constants"
 
 

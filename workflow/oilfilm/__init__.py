@@ -36,13 +36,13 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    # late, so that a module that needs no SciPy does not wait for it
+    # imported when it is used, so that a program that needs no SciPy does not wait for it
     if name == "__version__":
         import tomllib  # noqa: PLC0415
 
         from oilfilm.base.home import HOME  # noqa: PLC0415
 
-        # not the installed package's: an unpacked archive of a release runs without one
+        # importlib.metadata knows installed packages only; an unpacked archive runs without one
         return tomllib.loads((HOME / "pyproject.toml").read_text("utf-8"))["project"]["version"]
     if name in _MODULES:
         return getattr(importlib.import_module(_MODULES[name]), name)

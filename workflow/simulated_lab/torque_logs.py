@@ -67,7 +67,7 @@ def _truth(
     lubrication = Lubrication.of(
         oil, temperature, settings.bearing.drag_coefficient, settings.bearing.oil_volume_fraction
     )
-    law = traction.at_points(rule, bearing.radius_y_m[:, np.newaxis])
+    law = traction.local_law(rule, bearing.radius_y_m[:, np.newaxis])
     problem = FrictionProblem(bearing, points, lubrication, law, rule)
     equilibrium = friction_equilibrium(problem)
     if not equilibrium.solution.converged.all():

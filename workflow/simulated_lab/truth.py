@@ -1,7 +1,7 @@
 """The truth of a simulated campaign: the traction of each oil, without errors of any rig.
 
-Both rigs have the same truth. It gives mu of the whole contact on the traction rig, and mu at every
-point of the contacts in a bearing.
+Traction rig and torque rig have the same truth. It gives mu of the whole contact on the traction
+rig, and local mu at every quadrature node of the contacts in a bearing.
 
 Decides: the truth behind simulated logs of both rigs.
 """
@@ -22,14 +22,16 @@ from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
-# A contact without load has no traction. The solver of a bearing passes such states.
+# Lowest conditions at which a truth is evaluated. The solver of a bearing also tries contacts
+# without load or speed, where the formulas have no value.
 _LEAST_LOAD_N = 1e-3
 _LEAST_PRESSURE_GPA = 1e-3
 _LEAST_SPEED_M_S = 1e-3
-# Nodes across and along the ellipse for the comparison of the two rigs.
+# Comparison of the two rigs: quadrature nodes across and along the ellipse, and number of slips.
 _COMPARED_NODES = (12, 8)
-# Number of slips for this comparison.
 _COMPARED_SLIPS = 8
+# Decimals of their misfit. Rigs with the same truth differ by rounding only, which must be 0.
+_MISFIT_DECIMALS = 6
 
 
 class Truth(Protocol):
@@ -43,13 +45,13 @@ class Truth(Protocol):
         """
         ...
 
-    def at_points(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
-        """mu at the points of other contacts.
+    def local_law(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
+        """The law that gives local mu at quadrature nodes of other contacts, as in a bearing.
 
         Args:
-            rule: The points.
-            radius_y_m: Reduced radius of the contacts across the rolling direction, broadcasting
-                against them.
+            rule: The quadrature nodes.
+            radius_y_m: Reduced radius of the contacts across the rolling direction. It broadcasts
+                against (operating points, contacts, nodes).
         """
         ...
 
@@ -66,7 +68,9 @@ def _loaded(conditions: Conditions) -> Conditions:
 
 @dataclass(frozen=True)
 class LawTruth:
-    """The paper's law: mu of a contact by its p_max, at every point with the slip there.
+    """The paper's law. Local mu follows from p_max of the contact and from the local slip.
+
+    It needs neither the node's position nor the contact's shape.
 
     Attributes:
         constants: The twelve constants of Eqs 7-9.
@@ -78,7 +82,7 @@ class LawTruth:
         """See `Truth`."""
         return traction_coefficient(self.constants, *conditions)
 
-    def at_points(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
+    def local_law(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
         """See `Truth`."""
 
         def law(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
@@ -95,12 +99,12 @@ class LawTruth:
 
 @dataclass(frozen=True)
 class FilmTruth:
-    """A thermal, shear-thinning film: mu at every point by that point's own pressure and slip.
+    """A thermal, shear-thinning film. Local mu follows from the local pressure and slip.
 
     Attributes:
         oil: The oil's properties.
         constants: Stresses and thermal properties of the bodies.
-        rig: The traction rig's contact, which shows the mean over its points.
+        rig: The traction rig's contact. Its mu is the mean over the whole contact.
     """
 
     oil: Oil
@@ -121,7 +125,7 @@ class FilmTruth:
             self.rig.reduced_modulus_pa,
         )
 
-    def at_points(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
+    def local_law(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
         """See `Truth`."""
 
         def law(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
@@ -130,6 +134,7 @@ class FilmTruth:
                 loaded.load_n, loaded.radius_x_m, radius_y_m, loaded.reduced_modulus_pa
             )
             max_pressure = loaded.max_hertz_pressure_gpa * PA_PER_GPA
+            # Hertz's pressure at each node
             pressure = max_pressure * np.sqrt(1 - rule.along**2 - rule.across**2)
             film = sliding_film(
                 self.oil,
@@ -145,11 +150,11 @@ class FilmTruth:
 
 
 def true_tractions(settings: Settings, constants: Mapping[str, FloatArray]) -> dict[str, Truth]:
-    """The traction that is true for each oil of a campaign.
+    """The true traction of each oil of a campaign: a thermal EHL film, or the paper's law.
 
     Args:
-        settings: `campaign` and `rigs`; `oils` too where the campaign's truth is thermal EHL.
-        constants: The printed constants of each oil, which are the truth otherwise.
+        settings: `campaign` and `rigs`; for a film also `oils`.
+        constants: The printed constants of each oil, for the paper's law.
 
     Raises:
         OilfilmError: The rig's geometry is unknown, or an oil has no printed constants.
@@ -188,24 +193,33 @@ def known_contact(settings: Settings) -> Contact:
 
 
 def misfit(truth: Truth, settings: Settings) -> float:
-    """Relative difference of the truth at the points of a contact from that of the traction rig.
+    """Relative difference between both forms of a truth: local mu and mu of the traction rig.
+
+    Local mu is averaged over the traction rig's contact, weighted with the load of each node. The
+    average must be mu of the traction rig.
 
     Args:
-        truth: Of one oil.
+        truth: Truth of one oil.
         settings: `campaign` (its `matrix` and `twin`) and `rigs`.
 
     Returns:
-        Root-mean-square difference over the campaign's matrix and slips, between mu at the points,
-        averaged over the traction rig's contact, and mu of that rig; relative to the latter.
+        Root-mean-square difference over the campaign's matrix and some slips, relative to the
+        root-mean-square mu of the traction rig.
     """
     campaign = settings.campaign
     rig = known_contact(settings)
-    levels = present(campaign.matrix, "matrix", "the campaign").model_dump().values()
-    slip = np.linspace(0, present(campaign.twin, "twin", "the campaign").slip_max, _COMPARED_SLIPS)
-    pressure, speed, temperature = (
-        level.reshape(-1, 1, 1) for level in np.meshgrid(*levels, indexing="ij")
+    matrix = present(campaign.matrix, "matrix", "the campaign")
+    slip_max = present(campaign.twin, "twin", "the campaign").slip_max
+    grid = np.meshgrid(
+        matrix.max_hertz_pressure_gpa,
+        matrix.entrainment_speed_m_s,
+        matrix.inlet_temperature_c,
+        indexing="ij",
     )
-    shape = np.broadcast_shapes(pressure.shape, (len(slip), 1))
+    # axes: conditions of the matrix, slips, quadrature nodes
+    pressure, speed, temperature = (levels.reshape(-1, 1, 1) for levels in grid)
+    slip = np.linspace(0, slip_max, _COMPARED_SLIPS).reshape(1, -1, 1)
+    shape = np.broadcast_shapes(pressure.shape, slip.shape)
     conditions = Conditions(
         load_n=np.broadcast_to(rig.load_n(pressure), shape),
         max_hertz_pressure_gpa=np.broadcast_to(pressure, shape),
@@ -215,9 +229,8 @@ def misfit(truth: Truth, settings: Settings) -> float:
         reduced_modulus_pa=rig.reduced_modulus_pa,
     )
     rule = gauss_rule(*_COMPARED_NODES)
-    local_mu = truth.at_points(rule, np.asarray(rig.radius_m))
-    mean_mu = (local_mu(conditions, slip[:, np.newaxis]) * rule.share).sum(axis=-1)
-    rig_mu = truth(pressure, speed, temperature, slip[:, np.newaxis])[..., 0]
+    local_law = truth.local_law(rule, np.asarray(rig.radius_m))
+    mean_mu = (local_law(conditions, slip) * rule.share).sum(axis=-1)
+    rig_mu = truth(pressure, speed, temperature, slip)[..., 0]
     relative_rms = float(np.sqrt(np.mean((mean_mu - rig_mu) ** 2) / np.mean(rig_mu**2)))
-    # equal ones differ by rounding only
-    return round(relative_rms, 6)
+    return round(relative_rms, _MISFIT_DECIMALS)

@@ -1,9 +1,11 @@
-"""What the paper shows of rigs, oils and curves: Figs 1 to 3 and 5, Tables 1-3 and Eqs 11-13.
+"""Counterparts of the paper's Figs 1 to 3 and 5, Tables 1-3 and Eqs 11-13: rigs, oils and curves.
 
-Each number of a table has its source. The two rigs are drawn from what the paper's text says.
+Each number of a table has its source. The available text of the paper has lost the numbers of its
+tables; a last column quotes what the text says of them. The two rigs are drawn from that text.
 """
 
 import itertools
+import string
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -32,6 +34,8 @@ from oilfilm.traction.law import CONDITIONS
 from simulated_lab.printed import PrintedCoefficients
 
 _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
+# Number of columns of a legend, as `Sheet.legend` takes it.
+_AS_MANY_AS_FIT = 0
 
 
 @register(
@@ -47,27 +51,31 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     Left: by maximum Hertz pressure; right: by entrainment speed. Symbols: plateau means with
     the 95 % interval of their random error. Lines: fitted law.
     """
-    runs, choice = with_levels(results.runs, settings), study_settings(settings).figures.fig02
-    oil, temperatures = choice.oil, choice.inlet_temperature_c
+    runs = with_levels(results.runs, settings)
+    choice = study_settings(settings).figures.fig02
+    oil = choice.oil
+    temperatures = choice.inlet_temperature_c
     law = FittedLaw.from_tables(results.configured.coefficients, oil)
-    base = style.oil_colour(oil, list(settings.oils))
+    oil_colour = style.oil_colour(oil, list(settings.oils))
     sheet = Sheet(2 * len(temperatures), 2, height=1.7, sharex=True, sharey=True)
-    panels = itertools.product(temperatures, ((_PRESSURE, _SPEED), (_SPEED, _PRESSURE)))
+    # left: pressures at one speed; right: speeds at one pressure
+    varied_and_fixed = ((_PRESSURE, _SPEED), (_SPEED, _PRESSURE))
+    panels = itertools.product(temperatures, varied_and_fixed)
     for number, (temperature, (varied, fixed)) in enumerate(panels):
-        same = {_TEMPERATURE: temperature, fixed: getattr(choice, fixed)}
+        levels_of_panel = {_TEMPERATURE: temperature, fixed: getattr(choice, fixed)}
         levels = _levels_of(runs, settings.campaign, varied)
-        looks = zip(
-            levels, style.shades(base, len(levels)), itertools.cycle(style.MARKERS), strict=False
-        )
+        shades = style.shades(oil_colour, len(levels))
+        markers = itertools.cycle(style.MARKERS)
         series = []
-        for level, shade, marker in looks:
-            points = _select(results.points, runs, oil, {**same, varied: level})
-            phrase = style.level_phrases({varied: level})
-            series.append(Series(phrase, oil, points, law, shade, marker))
-        shown = sum(len(curve.points) > 0 for curve in series)
-        count = "" if shown in (0, len(series)) else f" ({shown} of {len(series)} curves)"
-        draw_series(sheet.panel(number, style.level_phrases(same) + count), series)
-    _finish(sheet, [sheet.axes[::2], sheet.axes[1::2]])
+        for level, shade, marker in zip(levels, shades, markers, strict=False):
+            points = _select(results.points, runs, oil, {**levels_of_panel, varied: level})
+            label = style.level_phrases({varied: level})
+            series.append(Series(label, oil, points, law, shade, marker))
+        title = style.level_phrases(levels_of_panel) + _count_of_curves(series)
+        draw_series(sheet.panel(number, title), series)
+    left_panels = sheet.axes[::2]
+    right_panels = sheet.axes[1::2]
+    _finish(sheet, [left_panels, right_panels])
     return sheet
 
 
@@ -83,23 +91,38 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     Traction coefficient against slide-roll ratio, one panel per maximum Hertz pressure.
     Symbols: plateau means with the 95 % interval of their random error. Lines: fitted law.
     """
-    runs, choice = with_levels(results.runs, settings), study_settings(settings).figures.fig03
+    runs = with_levels(results.runs, settings)
+    choice = study_settings(settings).figures.fig03
     oils = list(settings.oils)
-    same = {_SPEED: choice.entrainment_speed_m_s, _TEMPERATURE: choice.inlet_temperature_c}
+    levels_of_sheet = {
+        _SPEED: choice.entrainment_speed_m_s,
+        _TEMPERATURE: choice.inlet_temperature_c,
+    }
     pressures = _levels_of(runs, settings.campaign, _PRESSURE)
-    count = max(len(pressures), 1)
-    sheet = Sheet(count, count, width=style.DOUBLE_COLUMN_IN, sharex=True, sharey=True)
+    # all panels side by side; without any level one panel says so
+    columns = max(len(pressures), 1)
+    sheet = Sheet(columns, columns, width=style.DOUBLE_COLUMN_IN, sharex=True, sharey=True)
     for number, pressure in enumerate(pressures):
         series = []
         for oil in oils:
-            points = _select(results.points, runs, oil, {_PRESSURE: pressure, **same})
+            points = _select(results.points, runs, oil, {_PRESSURE: pressure, **levels_of_sheet})
             law = FittedLaw.from_tables(results.configured.coefficients, oil)
-            series.append(Series(oil, oil, points, law, *style.oil_look(oil, oils).values()))
+            look = style.oil_look(oil, oils)
+            series.append(Series(oil, oil, points, law, look["color"], look["marker"]))
         draw_series(sheet.panel(number, style.level_phrases({_PRESSURE: pressure})), series)
-    shown = set(sheet.drawn()["oil"])
-    lost = style.lost_handles([oil for oil in oils if oil not in shown], "no accepted point here")
-    _finish(sheet, [sheet.axes], lost, style.level_phrases(same))
+    drawn_oils = set(sheet.drawn()["oil"])
+    oils_without_points = [oil for oil in oils if oil not in drawn_oils]
+    notes = style.lost_handles(oils_without_points, "no accepted point here")
+    _finish(sheet, [sheet.axes], notes, style.level_phrases(levels_of_sheet))
     return sheet
+
+
+def _count_of_curves(series: Sequence[Series]) -> str:
+    """How many curves of a panel have points; empty where all or none have."""
+    count = sum(len(curve.points) > 0 for curve in series)
+    if count in (0, len(series)):
+        return ""
+    return f" ({count} of {len(series)} curves)"
 
 
 def _levels_of(runs: pd.DataFrame, campaign: Campaign, name: str) -> list[float]:
@@ -120,11 +143,19 @@ def _select(
 
 
 def _finish(
-    sheet: Sheet, groups: Sequence[Sequence[Axes]], lost: Sequence[Any] = (), title: str = ""
+    sheet: Sheet, groups: Sequence[Sequence[Axes]], notes: Sequence[Any] = (), title: str = ""
 ) -> None:
-    """Labels of the axes, and below each group of panels the series that any of them shows."""
+    """Label the axes, and list below each group of panels the series that any of them shows.
+
+    Args:
+        sheet: The drawn sheet.
+        groups: Axes of the panels of each group; each group has one column of the legend.
+        notes: Further entries of the legend, after those of the series.
+        title: Title of the legend.
+    """
     sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     if not sheet.parts:
+        # a panel without points has this text; a sheet without any level has drawn no panel
         if not sheet.axes[0].texts:
             sheet.panel(0).say(NO_POINT)
         return
@@ -143,16 +174,21 @@ def _finish(
         # empty entries, so that each group has a column of its own
         empty_entries = style.lost_handles([""] * (rows - len(column)))
         legend += [*column, *empty_entries]
-    sheet.legend([*legend, *lost], title, columns=len(groups) if len(groups) > 1 else 0)
+    columns_of_legend = len(groups) if len(groups) > 1 else _AS_MANY_AS_FIT
+    sheet.legend([*legend, *notes], title, columns_of_legend)
     sheet.axes[0].set_ylim(bottom=0)
+    # symbols at slip 0 are drawn completely
     sheet.axes[0].set_xlim(left=-0.005)
 
 
+# Head of the column that quotes the paper.
 _PAPER = "in the paper's text"
-_NONE = "\N{EN DASH}"
+_NO_VALUE = "\N{EN DASH}"
 # Height of a line of text, and space between rows.
 _LINE_IN = 0.125
-_ROW_IN = 0.06
+_ROW_SPACE_IN = 0.06
+# Right end of the names of the quantities, from 0 to 1 of the width.
+_END_OF_NAMES = 0.37
 # Temperature of the oils' properties, as in the paper.
 _PROPERTIES_AT_C = 100.0
 # Quantity, unit and its value for an oil.
@@ -177,7 +213,8 @@ _OIL_PROPERTIES: tuple[tuple[str, str, Any], ...] = (
     ),
     ("specific heat", "J/(kg K)", lambda oil: oil.specific_heat_j_kgk(_PROPERTIES_AT_C)),
 )
-_MATRIX = {
+# Condition of the test matrix -> quantity and unit.
+_MATRIX_QUANTITIES = {
     "max_hertz_pressure_gpa": ("maximum Hertz pressure", "GPa"),
     "entrainment_speed_m_s": ("entrainment speed", "m/s"),
     "inlet_temperature_c": ("inlet temperature", "\N{DEGREE SIGN}C"),
@@ -233,17 +270,18 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     accepted = results.points[results.points["accepted"]]
     rows = []
     column = "this campaign"
-    for name, (quantity, unit) in _MATRIX.items():
-        set_points = sorted(runs[f"nominal_{name}"].dropna().unique())
-        levels = _levels(set_points if matrix is None else getattr(matrix, name))
-        rows.append(_row(column, quantity, unit, levels, source))
+    for name, (quantity, unit) in _MATRIX_QUANTITIES.items():
+        levels = _levels_of(runs, settings.campaign, name)
+        rows.append(_row(column, quantity, unit, _listed(levels), source))
     # set points of a rig whose contact is not known
     loads = sorted(runs["nominal_load_n"].dropna().unique())
     if loads:
-        rows.append(_row(column, "load", "N", _levels(loads), logged))
+        rows.append(_row(column, "load", "N", _listed(loads), logged))
     slips = accepted["slide_roll_ratio"].abs()
-    reached = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}" if len(slips) else _NONE
-    rows.append(_row(column, "slide-roll ratio", "", reached, "accepted points"))
+    slip_range = _NO_VALUE
+    if len(slips):
+        slip_range = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}"
+    rows.append(_row(column, "slide-roll ratio", "", slip_range, "accepted points"))
     for oil in settings.oils:
         runs_of_oil = runs.loc[runs["oil"] == oil, "run_id"]
         count_accepted = runs_of_oil.isin(accepted["run_id"]).sum()
@@ -269,20 +307,22 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     torque = present(settings.campaign.torque, "torque", "the campaign")
     bearing = settings.bearings[torque.bearing]
     rows = []
-    listed = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
-    for owner, quantity, unit, keys, factor in listed.itertuples(index=False):
-        if owner == "test":
+    # `of`: the quantity is one of the bearing's file, or of the test in the campaign file
+    quantities = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
+    for of, quantity, unit, dotted_key, factor in quantities.itertuples(index=False):
+        if of == "test":
             if torque.matrix is not None:
-                levels = _levels([factor * level for level in getattr(torque.matrix, keys)])
+                levels = [factor * level for level in getattr(torque.matrix, dotted_key)]
                 source = "campaign file, `torque`"
-                rows.append(_row(torque.bearing, quantity, unit, levels, source))
+                rows.append(_row(torque.bearing, quantity, unit, _listed(levels), source))
             continue
+        keys = dotted_key.split(".")
         value: Any = bearing
-        for key in keys.split("."):
+        for key in keys:
             value = getattr(value, key, None)
-        # the file may leave it out
+        # the file of the bearing may leave the key out
         if value is not None:
-            source = "assumed" if keys.split(".")[0] in bearing.assumed else bearing.source
+            source = "assumed" if keys[0] in bearing.assumed else bearing.source
             content = value if isinstance(value, str) else factor * value
             # all digits of the drawing and no others
             rows.append(_row(torque.bearing, quantity, unit, content, source, "{:.7g}".format))
@@ -290,8 +330,8 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     return _table("Bearing and test of its torque", rows, notes, paper_tables.tab03)
 
 
-def _levels(levels: Iterable[float]) -> str:
-    return ", ".join(f"{level:g}" for level in levels) or _NONE
+def _listed(levels: Iterable[float]) -> str:
+    return ", ".join(f"{level:g}" for level in levels) or _NO_VALUE
 
 
 def _number(value: float) -> str:
@@ -301,27 +341,52 @@ def _number(value: float) -> str:
 
 
 def _row(
-    thing: str,
+    column: str,
     quantity: str,
     unit: str,
     content: float | str,
     source: str,
     number_format: Callable[[float], str] = _number,
 ) -> dict[str, Any]:
-    """One cell: a text, or a number in its format."""
+    """One cell of a table, as a row of its own.
+
+    Args:
+        column: Head of the cell's column: an oil, a bearing, a campaign, or the paper.
+        quantity: Name of the cell's row.
+        unit: Unit of the quantity; may be empty.
+        content: A text, or a number in the unit; NaN where it is not known.
+        source: Where the content is from; a star marks what is `assumed`.
+        number_format: Text of a number.
+    """
+    value = np.nan
     if isinstance(content, str):
-        value, text = np.nan, content
+        text = content
     else:
-        value, text = content, _NONE if np.isnan(content) else number_format(content)
-    text = f"{text}*" if source == "assumed" else text
-    columns = ("thing", "quantity", "unit", "words", "value", "source")
-    return dict(zip(columns, (thing, quantity, unit, text, value, source), strict=True))
+        value = content
+        text = _NO_VALUE if np.isnan(value) else number_format(value)
+    if source == "assumed":
+        text += "*"
+    return {
+        "column": column,
+        "quantity": quantity,
+        "unit": unit,
+        "text": text,
+        "value": value,
+        "source": source,
+    }
 
 
 def _table(
     title: str, rows: list[dict[str, Any]], notes: list[str], of_paper: Mapping[str, PaperStatement]
 ) -> Sheet:
-    """The rows as a table with one column per thing; last, what remains in the paper's text."""
+    """A table with one row per quantity; its last column quotes the paper.
+
+    Args:
+        title: Head of the names of the quantities.
+        rows: Cells, as `_row` returns them.
+        notes: Notes below the table.
+        of_paper: What the paper's text says, by quantity. It is added to the cells.
+    """
     units = {row["quantity"]: row["unit"] for row in rows}
     for quantity, statement in of_paper.items():
         place = f" ({statement.where})" if statement.where else ""
@@ -329,29 +394,34 @@ def _table(
         source = statement.where or "lost"
         rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{place}", source))
     drawn = pd.DataFrame(rows)
-    things = list(drawn.loc[drawn["thing"] != _PAPER, "thing"].unique())
-    cells = drawn.pivot(index="quantity", columns="thing", values="words")
-    cells = cells.reindex(index=drawn["quantity"].unique(), columns=[*things, _PAPER]).fillna("")
-    has_room = len(things) <= 1
-    letters_of_paper = 46 if has_room else 26
-    cells[_PAPER] = ["\n".join(textwrap.wrap(text, letters_of_paper)) for text in cells[_PAPER]]
-    paper_x = 0.64 if has_room else 0.72
-    ends = np.linspace(0.37, paper_x - 0.02, len(things) + 1)[1:]
-    heads = [_with_unit(quantity, units.get(quantity, "")) for quantity in cells.index]
-    row_in = _LINE_IN * (cells[_PAPER].str.count("\n").to_numpy() + 1) + _ROW_IN
-    layout = style.DOUBLE_COLUMN_IN, len(cells), row_in, _LINE_IN + _ROW_IN
-    sheet, panel, write = table_page(*layout, notes)
+    columns = list(drawn.loc[drawn["column"] != _PAPER, "column"].unique())
+    cells = drawn.pivot(index="quantity", columns="column", values="text")
+    cells = cells.reindex(index=drawn["quantity"].unique(), columns=[*columns, _PAPER]).fillna("")
+    # start of the quotations, from 0 to 1 of the width, and letters per line behind it
+    if len(columns) <= 1:
+        paper_x = 0.64
+        letters_per_line = 46
+    else:
+        paper_x = 0.72
+        letters_per_line = 26
+    cells[_PAPER] = ["\n".join(textwrap.wrap(text, letters_per_line)) for text in cells[_PAPER]]
+    right_ends = np.linspace(_END_OF_NAMES, paper_x - 0.02, len(columns) + 1)[1:]
+    names = [_with_unit(quantity, units.get(quantity, "")) for quantity in cells.index]
+    lines_of_row = cells[_PAPER].str.count("\n").to_numpy() + 1
+    row_in = _LINE_IN * lines_of_row + _ROW_SPACE_IN
+    head_in = _LINE_IN + _ROW_SPACE_IN
+    sheet, panel, write = table_page(style.DOUBLE_COLUMN_IN, len(cells), row_in, head_in, notes)
     bold: style.Look = {"fontweight": "bold"}
-    write(0, title, heads, {"color": style.GREY})
-    for thing, end in zip(things, ends, strict=True):
-        write(end, thing, cells[thing], bold, ha="right")
+    write(0, title, names, {"color": style.GREY})
+    for column, right_end in zip(columns, right_ends, strict=True):
+        write(right_end, column, cells[column], bold, ha="right")
     write(paper_x, _PAPER, cells[_PAPER], {**bold, "color": "black"}, color=style.GREY)
     series = [
         _with_unit(quantity, unit)
         for quantity, unit in zip(drawn["quantity"], drawn["unit"], strict=True)
     ]
-    label = drawn["words"] + " [" + drawn["source"] + "]"
-    panel.keep(series, np.nan, value=drawn["value"], label=label, panel=drawn["thing"])
+    label = drawn["text"] + " [" + drawn["source"] + "]"
+    panel.keep(series, np.nan, value=drawn["value"], label=label, panel=drawn["column"])
     return sheet
 
 
@@ -360,6 +430,8 @@ def _with_unit(quantity: str, unit: str) -> str:
     return f"{quantity} ({unit})" if unit else quantity
 
 
+# The figure has no title of its own: the counterpart names it. Its paragraph replaces the first one
+# of the caption of `constants`.
 @register(like="constants", counterpart="Eqs 11-13", references=("printed_coefficients",))
 def eqs11_13(
     results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
@@ -375,7 +447,7 @@ def eqs11_13(
     return draw_constants(table, list(settings.oils), note)
 
 
-# Kind of a part -> its colour and its label.
+# Kind of a part of a rig -> its colour and its label in the legend.
 _KINDS: dict[str, tuple[Any, str]] = {
     "fixed": (style.tint("#555555", 0.30), "fixed or guided"),
     "turning": ("#ffffff", "turning"),
@@ -396,7 +468,7 @@ def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     after the text of the paper, not to scale; configured dimensions in mm.
     """
     sheet = Sheet(4, 2, height=(1.55, 1.9), left=0.05, bottom=0.05, width_ratios=(1.15, 1))
-    # the first panel is as tall as both others together
+    # left one panel, as tall as both panels on the right
     grid = sheet.axes[0].get_gridspec()
     for axis in sheet.axes[::2]:
         axis.remove()
@@ -424,22 +496,23 @@ def fig05(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _draw(sheet: Sheet, name: str, titles: Sequence[str | None], sizes: Mapping[str, str]) -> Sheet:
-    """Draw the parts that a file lists, later ones above, and the key.
+    """Draw the parts of a rig that a file lists, later ones over earlier ones, and the legend.
 
     A circle has its radius as `to_x`. Words are at (x, y), with a line to the part at (to_x, to_y)
-    unless that is the same point. Each mark is two rows of what is drawn, its start and its end.
+    unless that is the same point. The table of the figure has two rows per part: start and end.
 
     Args:
-        sheet: With the panels.
-        name: The file `<name>.csv` beside this module.
-        titles: Of the panels.
-        sizes: What stands for the names in braces.
+        sheet: The sheet with its panels.
+        name: The file `<name>.csv` beside this module has the parts.
+        titles: Title of each panel.
+        sizes: Text that replaces each name in braces in the words of the file.
     """
     parts = pd.read_csv(Path(__file__).with_name(f"{name}.csv"), keep_default_na=False)
     labels = [label.format_map(sizes).replace("\\n", "\n") for label in parts["words"]]
     panels = [sheet.panel(number, title) for number, title in enumerate(titles)]
     for part in tables.rows(parts.assign(words=labels)):
-        _draw_mark(sheet.axes["abc".index(part["panel"])], part)
+        number = string.ascii_lowercase.index(part["panel"])
+        _draw_mark(sheet.axes[number], part)
     for axis in sheet.axes:
         axis.set_aspect("equal")
         axis.set_axis_off()
@@ -448,7 +521,8 @@ def _draw(sheet: Sheet, name: str, titles: Sequence[str | None], sizes: Mapping[
         [Patch(facecolor=colour, label=label, **_EDGE) for colour, label in _KINDS.values()]
     )
     series = (parts["mark"] + " " + parts["kind"]).str.strip().repeat(2)
-    x, y = (parts[[name, f"to_{name}"]].to_numpy().ravel() for name in "xy")
+    x = parts[["x", "to_x"]].to_numpy().ravel()
+    y = parts[["y", "to_y"]].to_numpy().ravel()
     panels[0].keep(series, x, y, label=np.repeat(labels, 2), panel=parts["panel"].repeat(2))
     return sheet
 
@@ -460,7 +534,7 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
     width = end[0] - start[0]
     height = end[1] - start[1]
     colour, _ = _KINDS.get(part["kind"], ("black", ""))
-    oil = part["kind"] == "oil"
+    is_oil = part["kind"] == "oil"
     match part["mark"]:
         case "box":
             axis.add_patch(Rectangle(start, width, height, facecolor=colour, **_EDGE))
@@ -471,7 +545,7 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
         case "ring":
             axis.add_patch(Circle(start, end[0], fill=False, linewidth=0.6, linestyle="--"))
         case "line":
-            thickness = 3.0 if oil else 0.6
+            thickness = 3.0 if is_oil else 0.6
             axis.plot(
                 [start[0], end[0]],
                 [start[1], end[1]],
@@ -490,7 +564,7 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
                     mutation_scale=7,
                     shrinkA=0,
                     shrinkB=0,
-                    color="#0072B2" if oil else "black",
+                    color="#0072B2" if is_oil else "black",
                     linewidth=0.9,
                 )
             )

@@ -35,12 +35,15 @@ from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
-# Name of the oil where the caller gives none.
+# The oil where the caller names none, and in the tables of every fit. Saving the fit replaces it
+# there by the name of the oil.
 _UNNAMED_OIL = "oil"
 # Points at which a curve of the law is evaluated for a plot.
 _POINTS_PER_DRAWN_CURVE = 200
 # More curves in one plot hide each other.
 _MOST_DRAWN_CURVES = 5
+# Measured points are marked beside a curve if each condition differs by at most this share.
+_SAME_AS_DRAWN = 0.01
 
 
 @dataclass(frozen=True)
@@ -49,7 +52,8 @@ class ArrayFit:
 
     Attributes:
         points: The fitted points, one row per point; `run_id` names the curve.
-        tables: The tables of the fit, as the workflow writes them; the oil is called `oil` there.
+        tables: The tables of the fit, as the workflow writes them. Their column `oil` holds `oil`,
+            whatever the name of the oil.
         settings: Settings of the fit.
         notes: Warnings and assumptions about the points, in sentences.
         source: File of the fitted table; empty for arrays.
@@ -82,9 +86,10 @@ class ArrayFit:
 
     @cached_property
     def soundness(self) -> dict[str, Any]:
-        """The verdict in three parts, as a row of the table `soundness`.
+        """The verdict on optimum, law and campaign, as a row of the table `soundness`.
 
-        The names of the runs are taken as their order in time.
+        Arrays hold no times. A change over the campaign is therefore looked for in the order of the
+        names of the runs: run 2 comes before run 10.
         """
         (quality,) = tables.rows(self.tables.fit_quality)
         fit = FittedLaw.of_configured(self.tables, _UNNAMED_OIL)
@@ -97,21 +102,23 @@ class ArrayFit:
         # imported late, here and below: templates of sentences load slowly, and a fit needs none
         from oilfilm.report.sections.build import curve_facts  # noqa: PLC0415
 
-        quality = self.tables.fit_quality
         fitted = self.law
         coefficients = fitted.coefficients
         name = fitted.law.name
+        # the table of a fit of arrays has one row
+        (quality,) = tables.rows(self.tables.fit_quality)
         if self.soundness["sound"]:
             lines = [f"{name}: sound: optimum confirmed, law adequate, runs steady"]
         else:
             lines = [f"{name}: NOT sound"]
             lines.extend(fitted.wrong)
-            doubtful = quality[~quality["certified"]]
-            lines.extend(certificate(row) for row in tables.rows(doubtful))
+            if not quality["certified"]:
+                lines.append(certificate(quality))
+        # conditions that give no exponent, because they did not vary, or not alone
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
         if fitted.surface is None:
             lines.append(f"There is no interval: {fitted.no_interval}.")
-        facts = curve_facts(quality, self.tables.curve_residuals)
+        facts = curve_facts(self.tables.fit_quality, self.tables.curve_residuals)
         lines.extend(fact.text for fact in facts)
         lines.extend(self.notes)
         return "\n".join(lines)
@@ -131,18 +138,25 @@ class ArrayFit:
     def to_frame(self) -> pd.DataFrame:
         """The points with mu of the law, its intervals and the residual."""
         conditions = self.points[list(self.law.law.conditions)].to_numpy(float)
-        predicted = self.law.predict(conditions, self.points[SLIP].to_numpy(float))
+        slip = self.points[SLIP].to_numpy(float)
+        predicted = self.law.predict(conditions, slip)
+        of_law = self.law.without_interval().predict(conditions, slip).traction_coefficient
         intervals = {name: getattr(predicted, name) for name in INTERVALS}
-        frame = self.points.assign(fitted=predicted.traction_coefficient, **intervals)
+        frame = self.points.assign(fitted=of_law, **intervals)
         return frame.assign(residual=frame[_MU] - frame["fitted"])
 
-    def predict(self, *at: Any, **level: float) -> Prediction:
-        """mu with its interval at P, U, T and S, in GPa, m/s and degC or as quantities of pint.
+    def predict(self, *conditions_and_slip: Any, **level: float) -> Prediction:
+        """mu with its interval, as `FittedLaw.predict_at`.
+
+        Args:
+            conditions_and_slip: P in GPa, U in m/s, T in degC and S, in this order, as numbers,
+                arrays or quantities of pint.
+            level: `level=0.95`, the confidence level.
 
         Raises:
             OilfilmError: A quantity has a unit of something else.
         """
-        return self.law.predict_at(*at, **level)
+        return self.law.predict_at(*conditions_and_slip, **level)
 
     def save(self, folder: Path | str) -> None:
         """Write tables, exports for bearing codes, a summary and a report into a new folder.
@@ -227,9 +241,9 @@ class ArrayFit:
         color = line.get_color()
         lower, upper = predicted.obs_ci_lower, predicted.obs_ci_upper
         axes.fill_between(slip, lower, upper, color=color, alpha=0.2, linewidth=0)
-        is_near = np.isclose(operating_points.to_numpy(), conditions, rtol=0.01).all(axis=1)
-        runs_nearby = operating_points.index[is_near]
-        measured = self.points[self.points["run_id"].isin(runs_nearby)]
+        is_near = np.isclose(operating_points.to_numpy(), conditions, rtol=_SAME_AS_DRAWN)
+        runs_of_curve = operating_points.index[is_near.all(axis=1)]
+        measured = self.points[self.points["run_id"].isin(runs_of_curve)]
         axes.plot(measured[SLIP], measured[_MU], "o", markersize=3, color=color)
 
     def __repr__(self) -> str:
@@ -263,11 +277,11 @@ def fit(
         inlet_temperature: T, in degC.
         slide_roll_ratio: Slide-roll ratio S.
         traction_coefficient: Traction coefficient mu.
-        law: Name of the law: one of pressure, speed and temperature.
+        law: Name of a law whose conditions are pressure, speed and temperature.
         curve: Name or number of the run of each point. Points of a run share its calibration
             error, so the intervals come from a bootstrap over runs. If not given, points whose
-            conditions agree within the tolerances of `gates` in config/config.yaml are one run.
-        calibration: Standard uncertainties of the rig's sensors, an error that all runs share:
+            conditions agree within `same_condition` in config/config.yaml are one run.
+        calibration: Standard uncertainties of the rig's sensors. All runs share these errors. Keys:
             `load_relative`, `traction_force_relative`, `speed_relative`, `temperature_c`.
         settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
 
@@ -331,7 +345,7 @@ def fit_points(
         OilfilmError: As in `fit`, or a number is missing or impossible.
 
     Warns:
-        UserWarning: There are nearly as many curves as points.
+        UserWarning: There are fewer than two points per curve.
     """
     laws = [name for name, candidate in LAWS.items() if candidate.conditions == conditions]
     if law not in laws:
@@ -341,8 +355,8 @@ def fit_points(
         _refuse_missing_or_impossible(points[column].to_numpy(dtype=float), column)
     config = read_config(CONFIG)
     if curve is None:
-        same = config.same_condition
-        levels = [levels_of(name, points[name].to_numpy(float), same) for name in conditions]
+        tolerances = config.same_condition
+        levels = [levels_of(name, points[name].to_numpy(float), tolerances) for name in conditions]
         curve = points.groupby(levels, sort=False).ngroup()
     if np.size(curve) != len(points):
         raise OilfilmError(f"`curve` has {np.size(curve)} values; expected {len(points)}.")
@@ -356,10 +370,11 @@ def fit_points(
         )
         warnings.warn(notes[0], stacklevel=3)
     fit_keys = {**config.fit.model_dump(), **settings, "law": law}
-    fit_settings = check(fit_keys, FitSettings, lambda steps: "oilfilm.fit")
+    # a message begins with the name of the function, where it usually names a file
+    fit_settings = check(fit_keys, FitSettings, location_of=lambda _: "oilfilm.fit")
     table = _points_table(points)
     if calibration is not None:
-        uncertainties = check(dict(calibration), Calibration, lambda steps: "calibration")
+        uncertainties = check(dict(calibration), Calibration, lambda _: "calibration")
         table = _with_systematic_errors(table, uncertainties)
     results = fit_oil(table, _UNNAMED_OIL, fit_settings, config.seed).replace(points=table)
     found = surface_of_oil(results, _UNNAMED_OIL, config.surface, config.compare.bic_difference_min)
@@ -402,5 +417,7 @@ def _with_systematic_errors(points: pd.DataFrame, calibration: Calibration) -> p
 
 def _points_table(points: pd.DataFrame, oil: str = _UNNAMED_OIL) -> pd.DataFrame:
     """Points as the table `points` of a campaign; columns that are not known are null."""
-    accepted = points.assign(oil=oil, accepted=True, n_samples=1, first_row=points.index + 1)
+    # the key of the table is run and first row in the log: here the number of the point
+    number = points.index + 1
+    accepted = points.assign(oil=oil, accepted=True, n_samples=1, first_row=number)
     return tables.filled(accepted, "points", "the table")

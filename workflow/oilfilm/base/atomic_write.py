@@ -1,8 +1,9 @@
 """Write files and folders completely or not at all: write under a hidden name, then rename.
 
 A killed run leaves a path that begins with a dot. The next run overwrites it. After a power failure
-a path has its old content or all of the new content. For this the content is flushed to disk before
-the rename, and the folder with the new name after it.
+a file has its old content or all of the new content. For this the content is flushed to disk before
+the rename, and the folder with the new name after it. A folder may also be missing then: the old
+one is removed before the new one gets its name, because a rename replaces only an empty folder.
 
 Decides: how a file is written completely or not at all.
 """

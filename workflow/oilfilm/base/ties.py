@@ -53,8 +53,9 @@ def reaches(value: npt.ArrayLike, limit: npt.ArrayLike, size: npt.ArrayLike = 0.
 
 def _rounding(values: FloatArray, limits: FloatArray, size: npt.ArrayLike) -> FloatArray:
     """The largest difference of two numbers that is taken for rounding."""
+    # relative to the smaller number, because a share of infinity is infinite
     smaller = np.minimum(np.abs(values), np.abs(limits))
-    # infinite numbers have no rounding
+    # two infinite numbers have no rounding
     return np.where(np.isfinite(smaller), ROUNDING * np.maximum(smaller, size), 0.0)
 
 
@@ -80,6 +81,7 @@ def first_smallest(values: npt.ArrayLike, axis: int = -1) -> IndexArray:
 def evened(values: FloatArray) -> FloatArray:
     """The same numbers, shape (n,), with one value for numbers that differ by rounding only.
 
+    A chain of numbers, each equal to the next one but for rounding, gets the smallest of them.
     Ranks, sorting and counts of different values then treat them as equal.
 
     Examples:
@@ -90,7 +92,9 @@ def evened(values: FloatArray) -> FloatArray:
     ranked = values[order]
     # NaN comes last and stays NaN
     is_new = exceeds(ranked[1:], ranked[:-1]) | np.isnan(ranked[1:])
-    starts_group = np.concatenate([[True], is_new])[: len(values)]
+    starts_group = np.concatenate([[True], is_new])
+    # without any number there is no group
+    starts_group = starts_group[: len(values)]
     group = np.cumsum(starts_group) - 1
     evened_values = np.empty_like(values)
     evened_values[order] = ranked[starts_group][group]

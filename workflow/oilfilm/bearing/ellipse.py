@@ -64,8 +64,8 @@ def gauss_rule(across: int, along: int) -> QuadratureRule:
     """Gauss's rule for Hertz's pressure over an ellipse.
 
     The load of a strip across the rolling direction is proportional to 1 - y^2, the pressure along
-    it to sqrt(1 - x^2). Both are weights of Gegenbauer polynomials. Hence the rule is exact for
-    polynomials up to degree 2 n - 1 in each direction.
+    it to sqrt(1 - x^2). Both are weights (1 - z^2)^(a - 1/2) of Gegenbauer polynomials, with a of
+    3/2 and 1. Hence the rule is exact for polynomials up to degree 2 n - 1 in each direction.
 
     Args:
         across: Number of nodes across the rolling direction.
@@ -97,7 +97,7 @@ class Sliding:
 
     Attributes:
         race_rad_s: Speed of the race about the bearing's axis, relative to the ball's orbit.
-        axis_rad_s: Spin of the ball about t x n.
+        axis_rad_s: Spin of the ball about t x n, the axis about which it rolls.
         spin_rad_s: Spin of the ball about the normal, relative to the race.
         roll_rad_s: Spin of the ball about t x n, relative to the race.
         across_m_s: Sliding speed across the rolling direction at each node.
@@ -151,8 +151,10 @@ def sliding(
         along t:          W (r_b + n_r z + n_x y) - w_n y + w_y z
         across, along t x n:                (w_n - W n_x) x - w_t z
 
-    W is the race's speed relative to the ball's orbit, w the ball's spin. The height z decreases
-    across the groove, because the deformed surface is curved.
+    W is the race's speed relative to the ball's orbit, w the ball's spin, r_b the distance of the
+    ball's centre from the bearing's axis. The height z decreases across the groove, because the
+    deformed surface is curved: with its radius R it is z(y) = z(0) - R + sqrt(R^2 - y^2). At the
+    ends of the ellipse this surface meets the undeformed ball.
 
     Args:
         bearing: The bearing.
@@ -177,6 +179,7 @@ def sliding(
     # no contact is wider than the ball, but a search may try such a state
     semi_axis_y = np.minimum(contacts.semi_axis_y_m, ball_radius)
     semi_axis_x = contacts.semi_axis_x_m
+    # z(0), from the height sqrt(r^2 - y^2) of a ball of radius r at the ends of the ellipse
     middle_height = (
         curvature_radius
         + np.sqrt(ball_radius**2 - semi_axis_y**2)

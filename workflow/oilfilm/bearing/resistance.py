@@ -31,7 +31,8 @@ class Lubrication:
         oil: Properties that determine the film.
         mist_density_kg_m3: Mass of oil per volume through which the balls travel, in kg/m3.
         drag_coefficient: c_D of a ball in the row, for its frontal area.
-        factors: Factor on each of `HEATS`, shape (points, heats); 1 without uncertainty.
+        factors: Factor on each of `HEATS`, shape (points, heats), by which an uncertain resistance
+            is varied; 1 otherwise.
     """
 
     inlet_temperature_c: FloatArray
@@ -77,7 +78,7 @@ class Lubrication:
         )
 
     def at_points(self, which: IndexArray) -> "Lubrication":
-        """The lubrication of some of the points."""
+        """The lubrication of some of the points, by their indices."""
         return Lubrication(
             inlet_temperature_c=self.inlet_temperature_c[which],
             oil=self.oil[which],
@@ -92,11 +93,13 @@ class Lubrication:
 
     def with_traction_factor(self, factor: FloatArray) -> "Lubrication":
         """The lubrication with a factor on all traction, shape (points,)."""
-        return replace(self, factors=np.column_stack([factor, self.factors[:, 1:]]))
+        factors = self.factors.copy()
+        factors[:, HEATS.index("traction")] = factor
+        return replace(self, factors=factors)
 
     @property
     def of_contacts(self) -> InletOil:
-        """The oil of each point with an axis for the contacts, shape (points, 1)."""
+        """The oil of each point, shape (points, 1): it broadcasts over both contacts of a ball."""
         return self.oil[:, np.newaxis]
 
 
@@ -114,7 +117,8 @@ def rolling_force_n(
         F_IVR = 2.9766 E* Rx^2 k^0.3316 W^(1/3) U^(2/3)
         F_EHL = 7.5826 E* Rx^2 k^0.4055 W^(1/3) U^(3/4),   M = 0.5549 k^-0.6029 W U^-0.75
 
-    with k = Ry/Rx, U = eta0 v/(E* Rx), W = Q/(E* Rx^2), E* = E'/2.
+    with k = Ry/Rx, U = eta0 v/(E* Rx), W = Q/(E* Rx^2), E* = E'/2. F_IVR holds for a rigid contact
+    with an isoviscous film, F_EHL for an elastohydrodynamic one.
 
     Args:
         load_n: Normal load Q, in N; 0 or more.
@@ -142,15 +146,17 @@ def rolling_force_n(
     k = radius_y_m / radius_x_m
     u = dynamic_viscosity_pa_s * entrainment_speed_m_s / (modulus * radius_x_m)
     w = load_n / (modulus * radius_x_m**2)
-    unit = modulus * radius_x_m**2 * np.cbrt(w)
-    rigid = 2.9766 * unit * k**0.3316 * u ** (2 / 3)
-    elastic = 7.5826 * unit * k**0.4055 * u**0.75
-    # 1/(1 + M/6.6) with M ~ U^-0.75, written so that a resting contact has a value
-    thick = u**0.75
-    total = np.asarray(thick + 0.5549 * k**-0.6029 * w / 6.6)
+    common_factor = modulus * radius_x_m**2 * np.cbrt(w)
+    rigid = 2.9766 * common_factor * k**0.3316 * u ** (2 / 3)
+    elastic = 7.5826 * common_factor * k**0.4055 * u**0.75
+    # 1/(1 + M/6.6), numerator and denominator times U^0.75, because M is infinite at rest
+    numerator = u**0.75
+    denominator = np.asarray(numerator + 0.5549 * k**-0.6029 * w / 6.6)
     # nothing resists where there is neither load nor speed
-    share = np.divide(thick, total, out=np.zeros_like(total), where=total > 0)
-    return np.asarray((rigid - elastic) * share + elastic)
+    weight_of_rigid = np.divide(
+        numerator, denominator, out=np.zeros_like(denominator), where=denominator > 0
+    )
+    return np.asarray((rigid - elastic) * weight_of_rigid + elastic)
 
 
 def hysteresis_moment_n_m(
@@ -197,10 +203,11 @@ def rolling_force_reduction(
     SKF's catalogue). The film thickness does depend on the slip of its contact.
 
     Args:
-        relative_pressure: p0/E', shape (..., points, 2).
+        relative_pressure: p0/E' at the inner and the outer race, shape (..., points, 2).
         thermal_loading: L with the mean surface speed, of the same shape.
     """
-    return np.maximum(thermal_reduction_factor(relative_pressure, 0.0, thermal_loading), 0.0)
+    no_slip = 0.0
+    return np.maximum(thermal_reduction_factor(relative_pressure, no_slip, thermal_loading), 0.0)
 
 
 def drag_force_n(

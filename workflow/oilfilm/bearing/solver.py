@@ -17,18 +17,22 @@ _LONGEST_STEP = 0.3
 _CHORD_STEPS = 3
 # Each chord step after the first must reduce the residual to this share.
 _CHORD_GAIN = 0.2
-# Largest growth of the residual in a plain Newton step. A ball that must travel along its groove
-# first leaves the groove by more than the contacts are pressed together.
+# Largest growth of the residual in a plain Newton step. A straight step along a curved groove moves
+# a ball off the groove by more than its contacts are pressed together.
 _LARGEST_GROWTH = 1e3
 # Plain Newton iterations. After these the point starts again, with damping.
 _NEWTON_ITERATIONS = 15
-# Damping of the first damped iteration, and the damping below which there is none.
+# Damping of the first damped iteration, and the damping below which there is none. Damping is the
+# inverse of the time step of the stable motion in `solve`.
 _FIRST_DAMPING = 0.1
 _SMALLEST_DAMPING = 1e-6
-# Damping is reduced after a step shorter than this, in the unknowns' scale.
+# Damping is divided by the factor after a step shorter than this, in the unknowns' scale, and
+# multiplied by it after a long or refused step.
 _SHORT_STEP = 0.1
+_DAMPING_FACTOR = 4
 
-# Steps of Broyden's method, and the residual at which they end. It must not show in the results.
+# Steps of Broyden's method, and the residual at which they end. Results do not show so small a
+# residual.
 _BROYDEN_STEPS = 20
 _BROYDEN_TOLERANCE = 1e-12
 
@@ -82,9 +86,13 @@ def solve(
 ) -> Solution:
     """Roots of the equations of many points, by damped Newton steps of each point.
 
-    The residuals must be of order 1, and dx/dt = residual must be a stable motion. Where a plain
-    Newton step fails, damping turns it into an implicit step of that motion (pseudo-transient
-    continuation). The motion ends in the state in which the balls would settle.
+    The residuals must be of order 1, and dx/dt = residual must be a stable motion. A step solves
+
+        (damping I - J) step = residual
+
+    with the Jacobian J. A plain Newton step has no damping. Where it fails, damping 1/dt turns it
+    into an implicit step of that motion over the time dt (pseudo-transient continuation). The
+    motion ends in the state in which the balls would settle.
 
     Args:
         equations: Residuals. Steps below 1e-7 of an unknown's scale are not resolved.
@@ -114,31 +122,32 @@ def _chord_steps(
     equations: Equations, iterates: _Iterates, scale: FloatArray, active: IndexArray, damped: bool
 ) -> None:
     """Steps of the active points with one Jacobian, in place, for as long as they help."""
-    going = active
-    unknowns = iterates.unknowns[going]
-    residual, jacobian = _linearised(equations, unknowns, scale[going], going)
-    iterates.size[going] = _size(residual)
-    stiffness = (iterates.damping[going] + _SMALLEST_STIFFNESS)[:, np.newaxis, np.newaxis]
+    remaining = active
+    unknowns = iterates.unknowns[remaining]
+    residual, jacobian = _linearised(equations, unknowns, scale[remaining], remaining)
+    iterates.size[remaining] = _size(residual)
+    stiffness = (iterates.damping[remaining] + _SMALLEST_STIFFNESS)[:, np.newaxis, np.newaxis]
     inverse = np.linalg.inv(stiffness * np.eye(unknowns.shape[1]) - jacobian)
     for chord in range(_CHORD_STEPS):
         step = np.einsum("pij,pj->pi", inverse, residual)
         length = np.abs(step).max(axis=1)
-        trial = unknowns + _shortening(length)[:, np.newaxis] * step * scale[going]
-        residual = equations(trial, going)
+        trial = unknowns + _shortening(length)[:, np.newaxis] * step * scale[remaining]
+        residual = equations(trial, remaining)
         size = _size(residual)
         if chord > 0:
-            allowed_growth = _CHORD_GAIN
+            largest_ratio = _CHORD_GAIN
         else:
-            allowed_growth = np.inf if damped else _LARGEST_GROWTH
-        accepted = size < iterates.size[going] * allowed_growth
+            largest_ratio = np.inf if damped else _LARGEST_GROWTH
+        accepted = size < iterates.size[remaining] * largest_ratio
         if chord == 0 and damped:
-            iterates.damping[going] = _next_damping(iterates.damping[going], accepted, length)
-        iterates.unknowns[going[accepted]] = trial[accepted]
-        iterates.size[going[accepted]] = size[accepted]
+            damping = iterates.damping[remaining]
+            iterates.damping[remaining] = _next_damping(damping, accepted, length)
+        iterates.unknowns[remaining[accepted]] = trial[accepted]
+        iterates.size[remaining[accepted]] = size[accepted]
         continues = accepted & (size > TOLERANCE)
         if not continues.any():
             break
-        going = going[continues]
+        remaining = remaining[continues]
         unknowns = trial[continues]
         residual = residual[continues]
         inverse = inverse[continues]
@@ -162,23 +171,23 @@ def solve_near(
     """
     unknowns = start.copy()
     size = np.full(len(start), np.inf)
-    going = np.arange(len(start))
+    remaining = np.arange(len(start))
     current = start
-    residual = equations(current, going)
+    residual = equations(current, remaining)
     for _ in range(_BROYDEN_STEPS):
-        size[going] = _size(residual)
+        size[remaining] = _size(residual)
         step = np.einsum("pij,pj->pi", inverse, residual)
         step *= _shortening(np.abs(step).max(axis=1))[:, np.newaxis]
-        current = current + step * scale[going]
+        current = current + step * scale[remaining]
         # The step from a root is not checked: its residuals would be rounding, and an updated
         # inverse would turn rounding into a direction.
-        unknowns[going] = current
-        continues = (size[going] > _BROYDEN_TOLERANCE) & np.isfinite(size[going])
-        going = going[continues]
+        unknowns[remaining] = current
+        continues = (size[remaining] > _BROYDEN_TOLERANCE) & np.isfinite(size[remaining])
+        remaining = remaining[continues]
         current = current[continues]
-        if len(going) == 0:
+        if len(remaining) == 0:
             break
-        new_residual = equations(current, going)
+        new_residual = equations(current, remaining)
         change = residual[continues] - new_residual
         inverse = broyden_update(inverse[continues], step[continues], change)
         residual = new_residual
@@ -186,18 +195,22 @@ def solve_near(
 
 
 def broyden_update(inverse: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
-    """The nearest inverse Jacobian that maps the change of residuals to the step.
+    """Inverse of the nearest Jacobian that maps a step to the change of residuals in it.
+
+        H + (s - H c) (s^T H) / (s^T H c)
 
     Args:
-        inverse: Inverse Jacobian of each point, shape (points, n, n).
-        step: Step of the unknowns, shape (points, n).
-        change: Change of the residuals in this step, shape (points, n).
+        inverse: Inverse Jacobian H of each point, shape (points, n, n).
+        step: Step s of the unknowns, shape (points, n).
+        change: Change c of the residuals in this step, shape (points, n), with the sign of H: where
+            the equations are linear, H c is the step.
     """
-    expected = np.einsum("pij,pj->pi", inverse, change)
+    expected_step = np.einsum("pij,pj->pi", inverse, change)
     row = np.einsum("pi,pij->pj", step, inverse)
-    along = np.einsum("pi,pi->p", step, expected)
-    weight = np.divide(1.0, along, out=np.zeros_like(along), where=along != 0)
-    return np.asarray(inverse + np.einsum("p,pi,pj->pij", weight, step - expected, row))
+    denominator = np.einsum("pi,pi->p", step, expected_step)
+    # without a denominator the inverse stays as it is
+    weight = np.divide(1.0, denominator, out=np.zeros_like(denominator), where=denominator != 0)
+    return np.asarray(inverse + np.einsum("p,pi,pj->pij", weight, step - expected_step, row))
 
 
 def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArray) -> FloatArray:
@@ -227,12 +240,12 @@ def _size(residuals: FloatArray) -> FloatArray:
 
 def _shortening(length: FloatArray) -> FloatArray:
     """Factor on a step, by its length, that limits it to the longest step allowed."""
-    return np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))
+    return _LONGEST_STEP / np.maximum(length, _LONGEST_STEP)
 
 
 def _next_damping(damping: FloatArray, accepted: BoolArray, length: FloatArray) -> FloatArray:
     """Damping of the next step: smaller after a short step, larger after a long or refused one."""
     too_long = ~accepted | ~(length < _LONGEST_STEP)
-    after_success = np.where(length < _SHORT_STEP, damping / 4, damping)
-    changed = np.where(too_long, damping * 4, after_success)
+    after_success = np.where(length < _SHORT_STEP, damping / _DAMPING_FACTOR, damping)
+    changed = np.where(too_long, damping * _DAMPING_FACTOR, after_success)
     return np.where(changed < _SMALLEST_DAMPING, 0.0, changed)

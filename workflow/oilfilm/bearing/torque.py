@@ -12,7 +12,7 @@ from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.ellipse import sliding, traction
 from oilfilm.bearing.friction import FrictionEquilibrium
 from oilfilm.bearing.resistance import HEATS
-from oilfilm.physics.contact import Floats
+from oilfilm.physics.contact import Conditions, Floats
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 
@@ -24,9 +24,12 @@ def torque_terms(
 ) -> dict[str, FloatArray]:
     """Torque on the inner ring with its terms, motion and residuals, one array per column.
 
-    A term is its heat over the speed of the inner ring. With the outer ring at rest the terms add
-    up to the moment that turns the inner ring. Balls and cage exert less on the outer ring, because
-    the oil between the rings takes the drag. A torque sensor on the housing measures the drag too.
+    A term is its heat over the speed of the inner ring. With the outer ring at rest the terms of
+    `HEATS` add up to the moment that turns the inner ring. The terms gross, spin, differential and
+    gyroscopic divide the term traction by the kind of sliding.
+
+    Balls and cage exert less on the outer ring, because the oil between the rings takes the drag. A
+    torque sensor on the housing measures the drag too.
 
     Args:
         equilibrium: The equilibrium; the outer ring is at rest.
@@ -42,14 +45,18 @@ def torque_terms(
     inner_speed = equilibrium.problem.points.ring_speed_rad_s[:, 0]
     # a division by infinity: no torque where nothing turns
     divisor = np.where(inner_speed == 0, np.inf, inner_speed)
-    heats = dict(zip(HEATS, balance.heats_w, strict=True))
-    heats |= _heat_by_sliding(equilibrium)
+    heat_of_term = dict(zip(HEATS, balance.heats_w, strict=True))
+    heat_of_term.update(_heat_by_sliding(equilibrium))
     torque = equilibrium.torque_n_m()
     heat = ball_count * np.sum(balance.heats_w, axis=0)
     angle = np.degrees(balance.contacts.contact_angle_rad)
-    pressure_gpa = balance.conditions.max_hertz_pressure_gpa[..., 0]
+    conditions = _conditions_of_contacts(equilibrium)
+    pressure_gpa = conditions.max_hertz_pressure_gpa
     lambda_ratio, film_in_range = film_ratio(equilibrium)
-    terms = {f"{name}_torque_n_m": ball_count * heats[name] / divisor for name in heats}
+    terms = {
+        f"{name}_torque_n_m": ball_count * term_heat / divisor
+        for name, term_heat in heat_of_term.items()
+    }
     equilibrium_columns = {
         "torque_n_m": torque,
         "outer_ring_torque_n_m": ball_count * balance.ring_moment_n_m[:, 1],
@@ -83,10 +90,12 @@ def _film_columns(
     film_traction = balance.traction
     share = equilibrium.problem.rule.share
     load = balance.contacts.load_n
-    pressure_gpa = balance.conditions.max_hertz_pressure_gpa[..., 0]
-    speed = balance.conditions.entrainment_speed_m_s[..., 0]
+    conditions = _conditions_of_contacts(equilibrium)
+    pressure_gpa = conditions.max_hertz_pressure_gpa
+    speed = conditions.entrainment_speed_m_s
     node_heat = film_traction.coefficient * film_traction.slide_roll_ratio * share
     node_heat = node_heat * (load * speed)[..., np.newaxis]
+    # every law is 0 at S = 0, so that slips below the lowest tested one are interpolated
     tested_slip = (0.0, tested["slide_roll_ratio"][1])
     beyond_slip = _is_beyond(film_traction.slide_roll_ratio, tested_slip)
     beyond_pressure = _is_beyond(pressure_gpa, tested["max_hertz_pressure_gpa"])
@@ -105,6 +114,11 @@ def _film_columns(
         "share_beyond_pressure": _weighted_mean(beyond_pressure, film_traction.heat_w),
         "share_beyond_speed": _weighted_mean(beyond_speed, film_traction.heat_w),
     }
+
+
+def _conditions_of_contacts(equilibrium: FrictionEquilibrium) -> Conditions:
+    """Conditions of both contacts of each point, shape (points, 2), without the axis for nodes."""
+    return equilibrium.balance.conditions.select(..., 0)
 
 
 def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
@@ -130,7 +144,7 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     """
     problem, balance = equilibrium.problem, equilibrium.balance
     oil = problem.lubrication.of_contacts
-    conditions = balance.conditions.select(..., 0)
+    conditions = _conditions_of_contacts(equilibrium)
     # the formula needs a load above 0
     load = np.maximum(conditions.load_n, np.finfo(float).tiny)
     conditions = replace(conditions, load_n=load)
@@ -144,7 +158,14 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
 
 
 def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
-    """Heat of traction by the kind of sliding, shape (points,) each. They add up to all of it."""
+    """Heat of traction by the kind of sliding, shape (points,) each. They add up to all of it.
+
+    - Gross: force along t times the sliding speed in the middle of the contact.
+    - Differential: what the force along t heats more or less than that, because the distance from
+      the ball's centre changes across the groove.
+    - Spin: moment about the normal times the spin of the ball relative to the race.
+    - Gyroscopic: moment about t times the spin of the ball about t.
+    """
     balance = equilibrium.balance
     forces, slip = balance.traction, balance.sliding
     orbital_speed = slip.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]

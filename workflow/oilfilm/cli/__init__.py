@@ -1,6 +1,6 @@
-"""The command `oilfilm`: check logs, predict traction, plan tests, verify and compare releases.
+"""The command `oilfilm`: reads the command line, runs the named command, reports mistakes.
 
-Everything else is a target of snakemake.
+The commands are declared in `parser`, each with the module here whose function `run` runs it.
 
 Decides: exit codes, and what becomes of an error.
 """
@@ -26,15 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         # a letter that the terminal cannot show is printed as its code
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
-        try:
-            words = sys.argv[1:] if arguments is None else arguments
-            check_command(words)
-            options = parser().parse_args(words)
-            # imported here, so that the help does not wait for the imports of the commands
-            command = import_module(f"oilfilm.cli.{options.module}")
-            return int(command.run(options))
-        finally:
-            sys.stdout.flush()
+        return _run(sys.argv[1:] if arguments is None else arguments)
     except OilfilmError as mistake:
         print(mistake, file=sys.stderr)
         return 2
@@ -49,7 +41,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         return 2
     except BrokenPipeError:
-        # the reader of the output has ended, such as `head`; Python must not write to it again
+        # the reader of the output, such as `head`, has ended. Python flushes the output once more
+        # at its exit, which must not fail again
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 2
     except OSError as error:
@@ -57,3 +50,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 2
     except KeyboardInterrupt:
         return 130
+
+
+def _run(arguments: Sequence[str]) -> int:
+    """Run the command; its exit code."""
+    try:
+        check_command(arguments)
+        options = parser().parse_args(arguments)
+        # imported here, so that the help does not wait for the imports of the commands
+        command = import_module(f"oilfilm.cli.{options.module}")
+        return int(command.run(options))
+    finally:
+        # an error of writing is raised here, where `main` reports it, and not at the exit of Python
+        sys.stdout.flush()

@@ -1,9 +1,11 @@
 """A fitted traction law in bearings: tables of torque, inversion, cage slip and size effect."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 import scipy
 
@@ -33,13 +35,16 @@ from oilfilm.torque.torque_uncertainty import (
 )
 from oilfilm.traction import BEARING_LAW_NAMES
 
-_POINT = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
+_LOAD_SPEED_TEMPERATURE = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
+# Quantities whose tested range is compared with the conditions in a bearing.
 _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
 # Largest residual in tables, relative to the load of a ball; null above.
 _LARGEST_RESIDUAL = 1e9
-# Factors on all traction, between which the inversion interpolates.
+# Factors on all traction, between which the inversion interpolates; the middle one is 1.
 _TRACTION_FACTORS = np.geomspace(1 / 8, 8, 25)
-# A combination of oil, load variable and operating points.
+# Slices of equal probability in which the normal distribution is summed.
+_NORMAL_SLICES = 1000
+# Oil, key of its laws (`OilInBearing.laws`), and operating points.
 CaseGroup = tuple["OilInBearing", str, pd.DataFrame]
 
 
@@ -50,8 +55,9 @@ class OilInBearing:
     Attributes:
         name: Name in config/oils.
         oil: Its properties.
-        laws: Law by load variable: the campaign's law with each of `LOAD_VARIABLES`, and the laws
-            on load by their names.
+        laws: Laws by load variable. The keys `LOAD_VARIABLES` have the campaign's law, evaluated
+            with maximum Hertz pressure (`stress`), load or dimensionless load. Further keys are
+            names of laws on load.
         tested: Lowest and highest tested level of pressure, speed and slip; NaN where unknown.
         settings: Section `bearing` of the settings.
     """
@@ -88,8 +94,8 @@ class OilInBearing:
             axial_load_n: Axial load. It broadcasts against the three others.
             inner_speed_rpm: Speed of the inner ring.
             inlet_temperature_c: Temperature of the oil.
-            load_variable: Key of `laws`.
-            traction_factor: Factor on all traction.
+            load_variable: Key of `laws`; `stress` is maximum Hertz pressure.
+            traction_factor: Factor on all traction. It broadcasts like the load.
         """
         load, speed, temperature, factor = np.broadcast_arrays(
             np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c, traction_factor
@@ -126,6 +132,7 @@ class Cases:
         """
         self.oils = [oil for oil, _, _ in groups]
         self.laws = [oil.laws[variable] for oil, variable, _ in groups]
+        self._points_of_group = [len(points) for _, _, points in groups]
         tables_of_groups = []
         lubrications = []
         for oil, variable, points in groups:
@@ -141,14 +148,13 @@ class Cases:
                 )
             )
         self.points = pd.concat(tables_of_groups, ignore_index=True)
-        load = self.points["axial_load_n"].to_numpy(dtype=float)
-        speed = self.points["inner_speed_rpm"].to_numpy(dtype=float)
         lubrication = Lubrication.joined(lubrications)
-        self._sizes = [len(points) for _, _, points in groups]
         if "traction_factor" in self.points:
             traction_factor = self.points["traction_factor"].to_numpy()
             lubrication = lubrication.with_traction_factor(traction_factor)
-        law = law_of_groups(self.laws, self._sizes)
+        law = law_of_groups(self.laws, self._points_of_group)
+        load = self.points["axial_load_n"].to_numpy(dtype=float)
+        speed = self.points["inner_speed_rpm"].to_numpy(dtype=float)
         operating_points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
         self.problem = FrictionProblem(bearing, operating_points, lubrication, law)
 
@@ -162,14 +168,18 @@ class Cases:
 
     def _terms(self, equilibrium: FrictionEquilibrium) -> pd.DataFrame:
         """Columns of `torque_terms`, the verdict on pressure, and the columns of the points."""
-        tested = {
-            name: np.repeat([oil.tested[name] for oil in self.oils], self._sizes, axis=0).T
-            for name in _TESTED
-        }
-        ratio = np.repeat([oil.oil.limiting_stress_ratio for oil in self.oils], self._sizes)
-        terms = _null_without_equilibrium(torque_terms(equilibrium, tested, ratio))
-        long_term, peak = self.oils[0].settings.pressure_limits_gpa
-        pressure = terms.filter(regex="max_hertz_pressure_gpa").max(axis=1)
+        tested = {}
+        for quantity in _TESTED:
+            range_of_point = self._for_each_point([oil.tested[quantity] for oil in self.oils])
+            # first row: lowest level of each point; second row: highest
+            tested[quantity] = range_of_point.T
+        stress_ratios = [oil.oil.limiting_stress_ratio for oil in self.oils]
+        terms = _null_without_equilibrium(
+            torque_terms(equilibrium, tested, self._for_each_point(stress_ratios))
+        )
+        long_term, peak = self._settings.pressure_limits_gpa
+        pressures = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
+        pressure = terms[pressures].max(axis=1)
         terms["pressure_verdict"] = np.select(
             [np.isnan(pressure), pressure > peak, pressure > long_term],
             ["not known", "above peak", "above long-term"],
@@ -177,28 +187,38 @@ class Cases:
         )
         return terms.join(self.points[self.points.columns.difference(terms.columns)])
 
+    @property
+    def _settings(self) -> BearingSettings:
+        """Section `bearing` of the settings, which is the same for all oils."""
+        return self.oils[0].settings
+
+    def _for_each_point(self, values_of_groups: npt.ArrayLike) -> npt.NDArray[Any]:
+        """The value of each group, once for each of its points: shape (points, ...)."""
+        return np.repeat(values_of_groups, self._points_of_group, axis=0)
+
     def assessed(self, seed: int) -> tuple[pd.DataFrame, FloatArray]:
-        """The results of `run` with their uncertainty and the other equilibrium; and the draws.
+        """Friction at every point with its uncertainty, and the slowest cage where it has several.
 
         Args:
             seed: Seed of the configuration.
 
         Returns:
-            The table of `with_uncertainty`, with the further columns `equilibria`,
-            `other_cage_slip`, `other_torque_n_m` and `bistable`. The draws of
-            `torque_uncertainty.draw_results`.
+            The table of `with_uncertainty`, with the number of `equilibria`, the slowest cage's
+            `other_cage_slip` and `other_torque_n_m` where there are several, and `bistable`. Then
+            the draws of `torque_uncertainty.draw_results`.
         """
         motions = equilibria(self.problem)
         calculated = self._terms(motions.fastest)
         groups = [(oil.name, oil.oil, law) for oil, law in zip(self.oils, self.laws, strict=True)]
-        group_of_point = np.repeat(np.arange(len(groups)), self._sizes)
-        settings = self.oils[0].settings
+        group_of_point = self._for_each_point(np.arange(len(groups)))
+        settings = self._settings
         draws = draw_results(motions.fastest, groups, group_of_point, calculated, settings, seed)
         speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
         has_refits = np.array([has_draws(law.fitted) for law in self.laws])
         was_drawn = has_refits[group_of_point] & calculated["converged"].to_numpy(dtype=bool)
         terms = with_uncertainty(calculated, draws, was_drawn, speed_rad_s, settings.uncertainty)
         several = motions.count > 1
+        # an incomplete search may find several equilibria, but not that there is only one
         several_is_known = (motions.count > 0) & (motions.complete | several)
         several_or_null = pd.Series(several, terms.index, dtype="boolean").where(several_is_known)
         # true if either is true, false if both are false, else null
@@ -216,7 +236,7 @@ def oils_in_bearings(
     refits: pd.DataFrame | None = None,
     surfaces: pd.DataFrame | None = None,
 ) -> list[OilInBearing]:
-    """The oils of the campaign with known properties and a law that is known at any condition.
+    """The oils of the campaign with known properties and a law that follows all conditions.
 
     The list is empty if the contact of the traction rigs is not known or not the same.
 
@@ -231,40 +251,54 @@ def oils_in_bearings(
     rig = settings.common_contact()
     if rig is None:
         return []
-    # grouped once, because the table is long
-    refits_of = {} if refits is None else dict(iter(refits.groupby(["oil", "law"])))
-    configured = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
+    refits_of_law: dict[Any, pd.DataFrame] = {}
+    if refits is not None:
+        # grouped once, because the table is long
+        refits_of_law = dict(list(refits.groupby(["oil", "law"])))
+    quality_of_oil = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
     oils = []
     for name in settings.oils:
         oil = settings.properties_of(name)
-        if oil is None or name not in configured:
+        if oil is None or name not in quality_of_oil:
             continue
-        row = configured[name]
+        fit_quality = quality_of_oil[name]
         available_laws = laws_of(name, settings)
-        fitted_names = set(coefficients.loc[coefficients["oil"] == name, "law"])
-        law_names = {variable: row["law"] for variable in LOAD_VARIABLES}
-        for law_name in BEARING_LAW_NAMES:
-            if law_name in fitted_names and law_name in available_laws:
-                law_names[law_name] = law_name
-        fits = {
-            law_name: FittedLaw.from_tables(
+        fitted_laws = set(coefficients.loc[coefficients["oil"] == name, "law"])
+        law_names = _law_names(fit_quality["law"], fitted_laws & set(available_laws))
+        fits = {}
+        for law_name in set(law_names.values()):
+            fits[law_name] = FittedLaw.from_tables(
                 coefficients,
                 name,
-                refits_of.get((name, law_name)),
+                refits_of_law.get((name, law_name)),
                 quality,
                 available_laws[law_name],
                 surfaces=surfaces,
             )
-            for law_name in set(law_names.values())
-        }
         laws = _laws_in_bearing(fits, law_names, rig, settings.bearing)
+        # the campaign's law follows all conditions
         if "stress" in laws:
-            tested = {
-                level: (float(row[f"tested_min_{level}"]), float(row[f"tested_max_{level}"]))
-                for level in _TESTED
-            }
+            tested = {}
+            for quantity in _TESTED:
+                lowest = float(fit_quality[f"tested_min_{quantity}"])
+                highest = float(fit_quality[f"tested_max_{quantity}"])
+                tested[quantity] = (lowest, highest)
             oils.append(OilInBearing(name, oil, laws, tested, settings.bearing))
     return oils
+
+
+def _law_names(configured_law: str, fitted_laws: Collection[str]) -> dict[str, str]:
+    """Name of the law for each key of `OilInBearing.laws`.
+
+    Args:
+        configured_law: The campaign's law.
+        fitted_laws: Names of the laws that have a fit and are available.
+    """
+    law_names = dict.fromkeys(LOAD_VARIABLES, configured_law)
+    for law_name in BEARING_LAW_NAMES:
+        if law_name in fitted_laws:
+            law_names[law_name] = law_name
+    return law_names
 
 
 def _laws_in_bearing(
@@ -273,7 +307,7 @@ def _laws_in_bearing(
     rig: Contact,
     settings: BearingSettings,
 ) -> dict[str, LawInBearing]:
-    """Laws by load variable, without those that have no value at the conditions of a bearing.
+    """Laws by load variable, without those that do not follow all conditions of a bearing.
 
     Args:
         fits: Fitted laws by their names.
@@ -292,8 +326,10 @@ def _laws_in_bearing(
 
 def _null_without_equilibrium(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     """A table of terms that are null without an equilibrium, with the reason."""
-    converged, residual = terms["converged"].astype(bool), terms["residual"]
+    converged = terms["converged"].astype(bool)
+    residual = terms["residual"]
     columns = {name: np.where(converged, values, np.nan) for name, values in terms.items()}
+    # the contact is as wide as the ball
     is_too_wide = terms["widest_contact"] >= 1
     reason = np.select(
         [converged, is_too_wide], ["", "contacts too wide"], default="out of balance"
@@ -309,9 +345,9 @@ def _null_without_equilibrium(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     )
 
 
-def _known_flag(flag: FloatArray, known: BoolArray) -> "pd.Series[bool]":
+def _known_flag(flag: FloatArray, is_known: BoolArray) -> "pd.Series[bool]":
     """A flag that is null where it is not known."""
-    return pd.Series(flag.astype(bool), dtype="boolean").where(known)
+    return pd.Series(flag.astype(bool), dtype="boolean").where(is_known)
 
 
 def torque_table(
@@ -327,7 +363,8 @@ def torque_table(
     Returns:
         The tables `torque` and `torque_inversion`.
     """
-    measured = runs.loc[runs["accepted"], ["run_id", "first_row", "oil", *_POINT[:2]]].assign(
+    columns = ["run_id", "first_row", "oil", "axial_load_n", "inner_speed_rpm"]
+    measured = runs.loc[runs["accepted"], columns].assign(
         inlet_temperature_c=runs["oil_temperature_c"],
         measured_torque_n_m=runs["torque_n_m"],
         measured_torque_n_m_se=runs["torque_n_m_se"],
@@ -360,7 +397,7 @@ def _compared(
     verdict = np.select(
         [np.isnan(compatibility), compatible], ["not known", "compatible"], "not compatible"
     )
-    load, speed, temperature = terms[_POINT].to_numpy().T
+    load, speed, temperature = terms[_LOAD_SPEED_TEMPERATURE].to_numpy().T
     viscosity = np.empty(len(terms))
     for oil in oils:
         is_oil = terms["oil"].to_numpy() == oil.name
@@ -390,40 +427,49 @@ def _inversion(
     enclose the measured torque. Of several such pairs the nearest to factor 1 is taken; of two that
     are as near, the one of weaker traction.
     """
+    # one oil after the other, in the order of `oils`
     plateaus = terms[terms["load_variable"] == "stress"].reset_index(drop=True)
     count = len(plateaus)
-    scaled = plateaus.loc[
-        np.repeat(plateaus.index, len(_TRACTION_FACTORS)), ["oil", *_POINT]
-    ].assign(traction_factor=np.tile(_TRACTION_FACTORS, count))
+    # each plateau with every factor; the order of the plateaus stays the same
+    repeated_rows = np.repeat(plateaus.index, len(_TRACTION_FACTORS))
+    scaled = plateaus.loc[repeated_rows, ["oil", *_LOAD_SPEED_TEMPERATURE]].assign(
+        traction_factor=np.tile(_TRACTION_FACTORS, count)
+    )
     groups = [(oil, "stress", scaled[scaled["oil"] == oil.name]) for oil in oils]
     calculated = Cases(bearing, groups).run()
-    # rows are factors, columns are plateaus
-    shape = (count, len(_TRACTION_FACTORS))
-    torque = calculated["torque_n_m"].to_numpy().reshape(shape).T
-    coefficient = calculated["mean_traction_coefficient"].to_numpy().reshape(shape).T
-    excess = torque - plateaus["measured_torque_n_m"].to_numpy()
-    encloses = excess[:-1] * excess[1:] <= 0
-    lower = (_nearest_pair(encloses), np.arange(count))
-    torque_step = np.diff(torque, axis=0)[lower]
-    coefficient_step = np.diff(coefficient, axis=0)[lower]
-    start = np.where(encloses.any(axis=0), coefficient[lower], np.nan)
+
+    def by_factor(column: str) -> FloatArray:
+        """A calculated column, shape (factors, plateaus)."""
+        values = calculated[column].to_numpy()
+        return np.asarray(values.reshape(count, len(_TRACTION_FACTORS)).T)
+
+    torque = by_factor("torque_n_m")
+    mean_mu = by_factor("mean_traction_coefficient")
+    excess_torque = torque - plateaus["measured_torque_n_m"].to_numpy()
+    # shape (pairs of neighbouring factors, plateaus)
+    encloses = excess_torque[:-1] * excess_torque[1:] <= 0
+    is_enclosed = encloses.any(axis=0)
+    lower_factor = (_nearest_pair(encloses), np.arange(count))
+    torque_step = np.diff(torque, axis=0)[lower_factor]
+    mu_step = np.diff(mean_mu, axis=0)[lower_factor]
+    mu_at_lower_factor = np.where(is_enclosed, mean_mu[lower_factor], np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.where(torque_step != 0, coefficient_step / torque_step, np.inf)
-        value = start - excess[lower] * slope
+        slope = np.where(torque_step != 0, mu_step / torque_step, np.inf)
+        mu = mu_at_lower_factor - excess_torque[lower_factor] * slope
         random = np.abs(slope) * plateaus["measured_torque_n_m_se"].to_numpy()
         systematic = np.abs(slope) * _traction_torque_uncertainty_n_m(plateaus, settings)
-    solved = np.isfinite(value) & np.isfinite(random) & np.isfinite(systematic)
+    is_solved = np.isfinite(mu) & np.isfinite(random) & np.isfinite(systematic)
     # without the torque of both neighbouring factors nothing is known
-    unknown = np.isnan(torque).any(axis=0) & ~encloses.any(axis=0)
+    is_unknown = np.isnan(torque).any(axis=0) & ~is_enclosed
     verdict = np.select(
-        [unknown, ~solved, np.hypot(random, systematic) < value],
+        [is_unknown, ~is_solved, np.hypot(random, systematic) < mu],
         ["not known", "no solution", "determined"],
         "undetermined",
     )
     return plateaus.assign(
-        traction_coefficient=np.where(solved, value, np.nan),
-        traction_coefficient_se=np.where(solved, random, np.nan),
-        traction_coefficient_systematic=np.where(solved, systematic, np.nan),
+        traction_coefficient=np.where(is_solved, mu, np.nan),
+        traction_coefficient_se=np.where(is_solved, random, np.nan),
+        traction_coefficient_systematic=np.where(is_solved, systematic, np.nan),
         traction_share=plateaus["traction_torque_n_m"] / plateaus["torque_n_m"],
         law_traction_coefficient=plateaus["mean_traction_coefficient"],
         verdict=verdict,
@@ -431,27 +477,36 @@ def _inversion(
 
 
 def _nearest_pair(encloses: BoolArray) -> IndexArray:
-    """Index of the pair of neighbouring factors nearest to 1 of those that enclose a torque.
+    """The pair of neighbouring factors nearest to 1, of those that enclose the measured torque.
 
     Pairs on both sides of 1 are equally near except for rounding: the lower one is taken.
 
     Args:
-        encloses: Whether each pair of `_TRACTION_FACTORS` does, shape (pairs, plateaus).
+        encloses: Whether each pair of `_TRACTION_FACTORS` encloses it, shape (pairs, plateaus).
+
+    Returns:
+        Index of the pair, which is that of its lower factor; shape (plateaus,).
     """
+    # the geometric mean of both factors is at 1 where their product is
     distance_from_1 = np.abs(np.log(_TRACTION_FACTORS[:-1] * _TRACTION_FACTORS[1:]))
     distance = np.where(encloses, distance_from_1[:, np.newaxis], np.inf)
     return first_smallest(distance, axis=0)
 
 
 def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
-    """Standard uncertainty of the traction torque, by calibration and by the other terms."""
-    # quantiles in the middle of 1000 equal slices of the normal distribution
-    normal = scipy.special.ndtri((np.arange(1000) + 0.5) / 1000)[:, np.newaxis]
+    """Standard uncertainty of the traction torque: measured torque less the other terms.
+
+    It has a part by the calibration of the torque sensor, and one by each of `TERMS`.
+    """
+    # the middles of the slices stand for the distribution; every term gets the same numbers
+    probabilities = (np.arange(_NORMAL_SLICES) + 0.5) / _NORMAL_SLICES
+    normal = scipy.special.ndtri(probabilities)[:, np.newaxis]
     factors = term_factors(settings.bearing, np.repeat(normal, len(TERMS), axis=1))
-    parts = [_calibration_n_m(terms, settings)]
-    for term, relative in zip(TERMS, factors.std(axis=0), strict=True):
-        parts.append(relative * terms[f"{term}_torque_n_m"].to_numpy())
-    return np.asarray(np.linalg.norm(parts, axis=0))
+    relative_uncertainties = factors.std(axis=0)
+    uncertainties = [_calibration_n_m(terms, settings)]
+    for term, relative in zip(TERMS, relative_uncertainties, strict=True):
+        uncertainties.append(relative * terms[f"{term}_torque_n_m"].to_numpy())
+    return np.asarray(np.linalg.norm(uncertainties, axis=0))
 
 
 def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
@@ -478,8 +533,7 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
     terms, draws = cases.assessed(settings.seed)
-    slip_limit = settings.bearing.cage_slip.slip_limit
-    shares = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
+    shares = best_shares(draws, len(oils), levels.slip_limit, settings.gates.lambda_limit)
     return joined([terms.assign(**shares)], "cage_slip")
 
 
@@ -492,37 +546,41 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
     if not oils:
         return tables.empty("size_effect")
     bearing = settings.tested_bearing()
-    study = settings.bearing.size_effect
-    variants = [("ball size", _scaled(bearing, size), size) for size in study.ball_size_factors]
-    variants += [
-        ("conformity", replace(bearing, groove_curvature=(groove, groove)), 1.0)
-        for groove in study.groove_curvatures
-    ]
+    variation = settings.bearing.size_effect
+    # what is varied, the bearing, and the factor on its size
+    variants: list[tuple[str, Bearing, float]] = []
+    for size_factor in variation.ball_size_factors:
+        variants.append(("ball size", _scaled(bearing, size_factor), size_factor))
+    for groove in variation.groove_curvatures:
+        variant = replace(bearing, groove_curvature=(groove, groove))
+        variants.append(("conformity", variant, 1.0))
     parts = []
-    for name, variant, factor in variants:
+    for varied, variant, size_factor in variants:
+        # areas of contact grow with the square of the size, surface speeds with the size
         point = pd.DataFrame(
             {
-                "axial_load_n": [study.axial_load_n * factor**2],
-                "inner_speed_rpm": study.inner_speed_rpm / factor,
-                "inlet_temperature_c": study.inlet_temperature_c,
+                "axial_load_n": [variation.axial_load_n * size_factor**2],
+                "inner_speed_rpm": variation.inner_speed_rpm / size_factor,
+                "inlet_temperature_c": variation.inlet_temperature_c,
             }
         )
         groups = [(oil, variable, point) for oil in oils for variable in oil.laws]
         terms = Cases(variant, groups).run()
         traction = terms.set_index(["oil", "load_variable"])["traction_torque_n_m"]
+        # of the oil of each row
         by_stress = traction.xs("stress", level="load_variable")[terms["oil"]].to_numpy()
         parts.append(
             terms.assign(
-                varied=name,
+                varied=varied,
                 ball_diameter_mm=variant.ball_diameter_m * MM_PER_M,
                 groove_curvature=variant.groove_curvature[0],
                 relative_to_stress=terms["traction_torque_n_m"] / by_stress - 1,
             )
         )
     table = joined(parts, "size_effect")
-    order = {oil.name: number for number, oil in enumerate(oils)}
+    rank_of_oil = {oil.name: rank for rank, oil in enumerate(oils)}
     return table.sort_values(
-        "oil", key=lambda names: names.map(order), kind="stable", ignore_index=True
+        "oil", key=lambda names: names.map(rank_of_oil), kind="stable", ignore_index=True
     )
 
 
