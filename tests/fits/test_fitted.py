@@ -168,9 +168,7 @@ def test_a_mean_shear_stress_above_the_oils_limit_is_marked():
 def test_interval_of_tiny_mu_is_narrow(
     mu: float, half_width: float, lower: float, upper: float
 ) -> None:
-    ends = Band(np.zeros((1, 1)), absolute=half_width).ends(
-        np.array([mu]), np.zeros((1, 1)), np.zeros((1, 1))
-    )
+    ends = Band(np.full((1, 1), half_width)).ends(np.array([mu]), np.ones((1, 1)))
     np.testing.assert_allclose(ends[:, 0], [lower, upper], rtol=2e-5, atol=1e-12)
 
 

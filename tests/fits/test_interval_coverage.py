@@ -5,14 +5,13 @@ import itertools
 import numpy as np
 import pandas as pd
 import pytest
-import scipy
 
 from campaigns import printed
 from fit_points import LAW, polished
 from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import LEVELS, Band, _not_negative, scores_of_unseen
+from oilfilm.fits.surface_search import with_surface
 from oilfilm.fits.uncertainty import (
     curve_bootstrap,
     naive_covariance,
@@ -96,8 +95,10 @@ def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, f
     for oil in printed():
         source = Campaign(truths[oil], config.common_contact())
         random = generator(3, "new runs", str(film), oil)
-        fit = fit_oil(source.points(some, random, oil), oil, settings, 1)
-        fitted = FittedLaw.from_tables(fit.coefficients, oil, fit.refits, fit.fit_quality)
+        points = source.points(some, random, oil)
+        fit = fit_oil(points, oil, settings, 1).replace(points=points)
+        fit = with_surface(fit, oil, config.surface, config.compare.bic_difference_min)
+        fitted = FittedLaw.of_configured(fit, oil)
         box = some.min(axis=0), some.max(axis=0)
         new = source.points(spread_conditions(*box, 20, random), random, oil)
         new = new[new["slide_roll_ratio"] > 0]
@@ -123,65 +124,3 @@ def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, f
     if film:  # what the law itself says of its mean is no help where the law is wrong
         own = every["measured"].between(every["mean_ci_lower"], every["mean_ci_upper"])
         assert own.mean() < 0.7
-
-
-def test_quantiles_of_curves_left_out_are_those_of_their_ranks() -> None:
-    """19 curves of one point: the 95 % quantile is the largest of 19, the 90 % one the 18th."""
-    errors = np.arange(1.0, 20.0)
-    predicted = np.ones(19)
-    none = np.zeros(19)
-    unseen = scores_of_unseen(predicted, predicted - errors * 1e-3, none, none, np.arange(19))
-    size = np.hypot(unseen.absolute, unseen.relative)
-    # as half widths of an interval that does not change its sign: sinh|ln(measured/mu)|
-    expected = np.sinh(-np.log1p(-errors * 1e-3)) / size
-    known = dict(zip(LEVELS, unseen.quantiles, strict=True))
-    assert known[0.95] == pytest.approx(expected[18])
-    assert known[0.9] == pytest.approx(expected[17])
-    assert known[0.5] == pytest.approx(expected[9])
-    assert np.isnan(known[0.99])
-    assert unseen.quantile_at(0.99) == (0.95, pytest.approx(expected[18]))
-
-
-def test_a_curve_of_many_points_counts_as_one() -> None:
-    none = np.zeros(9)
-    few = scores_of_unseen(np.ones(9), 1 + 0.01 * np.arange(1, 10), none, none, np.arange(9))
-    curve = np.repeat(np.arange(9), 50)
-    error = np.repeat(0.01 * np.arange(1, 10), 50)
-    many = scores_of_unseen(np.ones(450), 1 + error, np.zeros(450), np.zeros(450), curve)
-    np.testing.assert_allclose(many.quantiles, few.quantiles)
-
-
-def test_an_error_of_the_slips_scale_is_found_as_such() -> None:
-    """Errors of 3 S dmu/dS per mille alone: the two other parts are none of it."""
-    slip = np.linspace(0.002, 0.3, 50)
-    mu, by_slip = -np.expm1(-slip / 0.05), slip / 0.05 * np.exp(-slip / 0.05)
-    sign = np.repeat([-1.0, 1.0], 15)
-    predicted, steep = np.tile(mu, 30), np.tile(by_slip, 30)
-    errors = np.repeat(sign, 50) * 3e-3 * steep
-    curve = np.repeat(np.arange(30), 50)
-    unseen = scores_of_unseen(predicted, predicted + errors, steep, np.zeros(1500), curve)
-    assert unseen.slip == pytest.approx(3e-3)
-    assert unseen.relative < 1e-7
-    # no point is exact, but most of the error is of the slip
-    assert unseen.absolute < 0.06 * np.sqrt(np.mean((3e-3 * by_slip) ** 2))
-
-
-@pytest.mark.parametrize("measured", [0.002, 0.005, 0.0099, 0.012, 0.03])
-def test_the_interval_just_holds_the_curve_that_made_its_quantile(measured: float) -> None:
-    """One error in nine is the largest: the 90 % interval of such a size ends at it."""
-    predicted, none = np.full(9, 0.01), np.zeros(9)
-    read = np.array([*[0.01] * 8, measured])
-    unseen = scores_of_unseen(predicted, read, none, none, np.arange(9))
-    times = unseen.quantile_at(0.9)[1]
-    band = Band(np.zeros((1, 1)), unseen.absolute * times, unseen.relative * times)
-    lower, upper = band.ends(np.array([0.01]), np.zeros((1, 1)), np.zeros((1, 0)))[:, 0]
-    assert (lower if measured < 0.01 else upper) == pytest.approx(measured)
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_least_squares_without_a_negative_factor_are_those_of_scipy(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    columns = random.normal(size=(30, 3)) ** 2 * [1.0, 1e-4, seed % 3]
-    wanted = columns @ random.normal(size=3) + 0.1 * random.normal(size=30)
-    expected, _ = scipy.optimize.nnls(columns, wanted)
-    np.testing.assert_allclose(_not_negative(columns, wanted), expected, rtol=1e-9, atol=1e-12)

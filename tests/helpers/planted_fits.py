@@ -9,7 +9,6 @@ import pandas as pd
 from campaigns import printed, rows
 from oilfilm.fits.conditions import FixedCondition, InStep
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.interval import UNKNOWN, Unseen
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import Law, bounds, to_constants
 
@@ -32,7 +31,7 @@ def planted_tables(
     coefficients, quality = [], []
     for oil, constants in oils.items():
         of = {"oil": oil, "law": law.name}
-        quality.append({**of, **UNKNOWN.columns(), **ends, **of_quality})
+        quality.append({**of, **ends, **of_quality})
         for name, value in constants.items():
             verdict = "not identifiable" if np.isnan(value) else "known"
             coefficients.append({**of, "constant": name, "value": value, "verdict": verdict})
@@ -73,7 +72,5 @@ def planted_fit(law: Law) -> tuple[FittedLaw, float, int]:
     speed = FixedCondition("entrainment_speed_m_s", 32.0, 2.0, (line,))
     spread, known = to_constants(law, scattered), np.array([True, False, True])
     constants = to_constants(law, internal)
-    two_levels = ("inlet_temperature_c",)
-    rest = (box, (speed,), Unseen(2e-5, 0.01, 0.02, np.full(5, 1.7)), 20.0, two_levels)
-    fit = Coefficients(constants, known, spread, spread[:3], *rest)
+    fit = Coefficients(constants, known, spread, spread[:3], box, (speed,), degrees=20.0)
     return FittedLaw(law, fit), factor, power

@@ -11,7 +11,6 @@ from bearings import SETTINGS, printed_law, shipped
 from campaigns import LABORATORY, oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.resistance import TERMS
-from oilfilm.fits.interval import UNKNOWN, Unseen
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, cage_slip_table, torque_table
@@ -44,7 +43,7 @@ def oil(
     shifts: np.ndarray,
     drag: float = 0.0,
     viscosity: float = 0.0,
-    unseen: Unseen = UNKNOWN,
+    run_sd: float = float("nan"),
 ) -> OilInBearing:
     """An oil with the printed law, refits that differ from it by `refits`, and one calibration.
 
@@ -54,14 +53,14 @@ def oil(
         shifts: The same of refits with one sensor off.
         drag: Half the range of the logarithm of the oil's volume fraction.
         viscosity: Relative standard uncertainty of the stand-in's viscosity.
-        unseen: Errors of curves left out of the fit.
+        run_sd: Standard deviation of ln mu in a run.
     """
 
     def refitted(law: LawInBearing) -> LawInBearing:
         internal = law.internal[0]
         spread, shifted = (to_constants(law.fitted.law, internal + off) for off in (refits, shifts))
         coefficients = replace(
-            law.fitted.coefficients, spread=spread, shifted=shifted, unseen=unseen
+            law.fitted.coefficients, spread=spread, shifted=shifted, run_sd=run_sd
         )
         return replace(law, fitted=replace(law.fitted, coefficients=coefficients))
 
@@ -169,7 +168,7 @@ def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
     assert results["cage_slip_lower"] < results["cage_slip"] < results["cage_slip_upper"]
 
 
-def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
+def test_viscosity_of_a_stand_in_and_errors_of_runs_widen_the_torque():
     exact = oil("4050", in_first(0.0, 10), in_first(0.0, 0))
     assert (drawn(exact, *ROLLING)["torque_n_m_uncertainty"] < 1e-6).all()
     thick = oil("4050", in_first(0.0, 10), in_first(0.0, 0), viscosity=0.1)
@@ -184,21 +183,14 @@ def test_viscosity_of_a_stand_in_and_errors_of_unseen_curves_widen_the_torque():
     )
     results = drawn(thick, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
     assert results[0] == pytest.approx((second - first) / np.log(1.01) * 0.1, rel=0.1)
-    # curves left out are off by 5 % of mu at one standard deviation (quantiles of a normal score)
-    scores = ndtri(0.5 + np.array([0.5, 0.8, 0.9, 0.95, 0.99]) / 2)
+    # a run is off by 5 % of mu at one standard deviation
     stronger = replace(
         cases.problem, lubrication=lubrication.with_traction_factor(np.array([1.01]))
     )
-    law = cases.problem.law
-    stretched = replace(cases.problem, law=lambda at, slip: law(at, 1.01 * slip))
-    for unseen, moved in (
-        (Unseen(0.0, 0.05, 0.0, scores), stronger),
-        (Unseen(0.0, 0.0, 0.05, scores), stretched),
-    ):
-        change = friction_equilibrium(moved).torque_n_m()[0] - first
-        errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), unseen=unseen)
-        results = drawn(errs, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
-        assert results[0] == pytest.approx(abs(change) / np.log(1.01) * 0.05, rel=0.15)
+    change = friction_equilibrium(stronger).torque_n_m()[0] - first
+    errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), run_sd=0.05)
+    results = drawn(errs, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
+    assert results[0] == pytest.approx(abs(change) / np.log(1.01) * 0.05, rel=0.15)
 
 
 def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted():

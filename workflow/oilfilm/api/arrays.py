@@ -24,13 +24,12 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.fits.surface_search import surface_of_oil
+from oilfilm.fits.surface_search import with_surface
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.rig import Calibration
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_SURFACE
 from oilfilm.traction import LAWS, PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
@@ -377,8 +376,7 @@ def fit_points(
         uncertainties = check(dict(calibration), Calibration, lambda _: "calibration")
         table = _with_systematic_errors(table, uncertainties)
     results = fit_oil(table, _UNNAMED_OIL, fit_settings, config.seed).replace(points=table)
-    found = surface_of_oil(results, _UNNAMED_OIL, config.surface, config.compare.bic_difference_min)
-    results = results.replace(**{name: found.table(name) for name in OF_SURFACE})
+    results = with_surface(results, _UNNAMED_OIL, config.surface, config.compare.bic_difference_min)
     return ArrayFit(points, results, fit_settings, notes)
 
 

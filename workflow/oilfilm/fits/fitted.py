@@ -231,8 +231,8 @@ class FittedLaw:
 
     @property
     def misfit(self) -> float:
-        """Size of the departure of measured mu from the best law; NaN without a surface."""
-        return self.surface.departure_size if self.surface is not None else float("nan")
+        """Misfit of the law of the surface, relative to mu; NaN without a surface."""
+        return self.surface.misfit if self.surface is not None else float("nan")
 
     def interval_level(self, level: float = 0.95) -> float:
         """The level of the interval of the next run: the wanted one, or what the data allow.

@@ -33,7 +33,7 @@ _CONDITIONS_OF_SURFACES = (CONDITIONS, (_LOAD, _SPEED, _TEMPERATURE))
 # Loads over the cube of the pressure that differ by more are those of several contacts.
 _ONE_CONTACT = 0.02
 # A point carries traction where the law gives more than so many errors of the zero.
-_CARRIES_TRACTION = 3.0
+_CARRIES_TRACTION = 10.0
 # Columns of the sizes of effects.
 COLUMN_OF_EFFECT = {
     "gain": "gain_sd",
@@ -131,7 +131,7 @@ class OilSurface:
         factors: Factors of the interval of the next run.
         limits: What is asked of an answer.
         next_run_sd: Standard deviation of ln mu in the next run, median over the points.
-        departure_size: Size of the departure from the law.
+        misfit: Misfit of the law at the measured points, relative to mu.
         no_law_fits: Whether no law fits, so that the surface answers instead.
     """
 
@@ -144,7 +144,7 @@ class OilSurface:
     factors: IntervalFactors
     limits: SurfaceLimits
     next_run_sd: float
-    departure_size: float
+    misfit: float
     no_law_fits: bool
 
     @cached_property
@@ -223,7 +223,7 @@ def surface_from_tables(
         factors=factors,
         limits=SurfaceLimits(**{name: row[name] for name in LIMITS}),
         next_run_sd=row["next_run_sd"],
-        departure_size=row["departure_size"],
+        misfit=row["misfit"],
         no_law_fits=row["no_law_fits"],
     )
 
@@ -269,7 +269,7 @@ def measured(
     data = curve_data(points, law.law.conditions)
     unknown = np.isnan(data.conditions)
     some_know = ~unknown.all(axis=0)
-    is_complete = ~(unknown & some_know).any(axis=1)
+    is_complete: BoolArray = ~np.any(unknown & some_know, axis=1)
     conditions = contact.to_surface(law.law, data.conditions)
     slides = is_complete[data.curve] & (data.slip > 0)
     point_conditions = conditions[data.curve[slides]]

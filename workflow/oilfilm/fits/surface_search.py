@@ -27,6 +27,7 @@ from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.reml import size_names
 from oilfilm.surface.surface import SurfaceSizes, most_likely_surface, surface_of_sizes
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.table_needs import OF_SURFACE
 from oilfilm.traction import LAWS
 
 
@@ -58,6 +59,14 @@ def surface_of_oil(
     return CampaignTables.in_memory(
         surfaces=tables.empty("surfaces"), surface_sizes=tables.empty("surface_sizes")
     )
+
+
+def with_surface(
+    results: CampaignTables, oil: str, settings: SurfaceSettings, bic_difference_min: float
+) -> CampaignTables:
+    """The tables of fits to one oil, with those of its surface."""
+    found = surface_of_oil(results, oil, settings, bic_difference_min)
+    return results.replace(**{name: found.table(name) for name in OF_SURFACE})
 
 
 def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float) -> Iterator[str]:
@@ -93,7 +102,8 @@ def _searched(
     surface = surface_of_sizes(measurements, law, errors, sizes, limits)
     factors = surface.interval_factors
     predicted = surface.predict(measurements.point_conditions, measurements.slip)
-    departure_size = surface.verdict.misfit
+    mu_of_law = np.exp(law.log_mu(measurements.point_conditions, measurements.slip))
+    misfit = float(np.linalg.norm(mu_of_law - predicted.mu) / np.linalg.norm(predicted.mu))
     effect_sizes = dict(zip(EFFECTS, np.exp(sizes.misfit)[: len(EFFECTS)].tolist(), strict=True))
     # a law that misses less than runs differ cannot be told from one that fits
     misses = max(settings.largest_misfit, effect_sizes["gain"])
@@ -104,8 +114,8 @@ def _searched(
         "interval_level": factors.level,
         "point_factor": factors.point,
         "curve_factor": factors.curve,
-        "departure_size": departure_size,
-        "no_law_fits": departure_size > misses,
+        "misfit": misfit,
+        "no_law_fits": misfit > misses,
         "next_run_sd": float(np.median(predicted.next_run_sd)),
         "search_converged": sizes.converged,
         **{COLUMN_OF_EFFECT[effect]: size for effect, size in effect_sizes.items()},
