@@ -10,11 +10,13 @@ from campaigns import rows
 from fit_points import make_points, matrix
 from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
+from oilfilm.fits.surface_search import with_surface
 from oilfilm.report.document import Section
 from oilfilm.report.html import html
 from oilfilm.report.sections.build import sections
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.table_needs import OF_SURFACE
 
 OILS = ("4102", "4050", "4010")
 PROVENANCE = {"code": "0123", "settings": "4567", "inputs": {"results/x.parquet": "89ab"}}
@@ -50,10 +52,13 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     """Three oils fitted; one run, one log and one torque log refused."""
     points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
     settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
-    fits = [fit_oil(points, oil, settings, config.seed) for oil in oils]
+    fits = []
+    for oil in oils:
+        fit = fit_oil(points, oil, settings, config.seed).replace(points=points)
+        fits.append(with_surface(fit, oil, config.surface, config.compare.bic_difference_min))
     together = {
         name: pd.concat([fit.table(name) for fit in fits], ignore_index=True)
-        for name in ("coefficients", "fit_quality", "refits")
+        for name in ("coefficients", "fit_quality", "refits", *OF_SURFACE)
     }
     beside = rows("fit_quality", {"oil": "4102", "law": "eyring", "n_constants": 13})
     together["fit_quality"] = pd.concat([together["fit_quality"], beside], ignore_index=True)

@@ -17,6 +17,7 @@ from oilfilm.report.explorer import Axis, explorer
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.table_needs import OF_SURFACE
 from reports import OILS, report_of
 
 Write = Callable[..., str]
@@ -84,7 +85,7 @@ def test_cards_answer_for_every_oil_at_one_point(page: Page, results: CampaignTa
         expected = FittedLaw.of_configured(results, oil).predict_at(*at)
         ends = [float(expected.obs_ci_lower), float(expected.obs_ci_upper)]
         mu, *interval = (f"{value:#.3g}" for value in (float(expected.traction_coefficient), *ends))
-        assert f"{mu} Next good run{' to '.join(interval)} (90 %)" in text
+        assert f"{mu} Next good run{' to '.join(interval)} (95 %)" in text
     assert "Fitsound" in text
     assert "Fitnot sound (law: bend; campaign: changed)" in text
     assert "4050: The campaign is not steady. From run b on (2 runs) the load reads higher" in text
@@ -109,11 +110,12 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
     assert "No fit can be explored" in text
 
 
-def test_explorer_without_refits_and_speed(results: CampaignTables, config: Settings) -> None:
+def test_explorer_without_surface_and_speed(results: CampaignTables, config: Settings) -> None:
     lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
-    content = explorer(results.replace(coefficients=table, refits=results.refits[:0]), config)
-    assert [oil["band"] for oil in content["oils"]] == [None] * 3
+    without_surface = {name: results.table(name)[:0] for name in OF_SURFACE}
+    content = explorer(results.replace(coefficients=table, **without_surface), config)
+    assert [oil["surface"] for oil in content["oils"]] == [None] * 3
     assert [axis["idle"] for axis in content["axes"]] == [False, True, False, False]
     assert [oil["known"] for oil in content["oils"]] == [[True, False, True]] * 3
 

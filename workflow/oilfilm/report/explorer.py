@@ -16,7 +16,7 @@ import pandas as pd
 
 from oilfilm.base.ties import first_smallest
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import LEAST_SIZE
+from oilfilm.fits.conditions import LEAST_SIZE, levels_by_gap
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.words import CONDITIONS, oil_colour
 from oilfilm.settings.resolved import Settings
@@ -27,10 +27,13 @@ from oilfilm.traction.expression import Form, Language, in_steps
 from oilfilm.traction.law import Law, to_internal
 
 LEVEL = 0.95  # confidence level of the intervals in the report
-# Nodes of the surface in the page along each followed condition, and along the slip.
-_NODES = {"max_hertz_pressure_gpa": 5, "load_n": 5, "entrainment_speed_m_s": 5}
-_TEMPERATURE_NODES = 7
-_SLIP_NODES = 15
+# Nodes of the surface in the page: along a condition its tested levels and their middles, or a
+# fixed number where it has more levels; and along the slip.
+_MOST_LEVELS = 6
+_NODES = 7
+_SLIP_NODES = 17
+# Neighbouring levels of a condition differ by more than this share of its range.
+_LEVEL_GAP = 0.05
 # Significant digits of the values at the nodes.
 _DIGITS = 4
 _LOAD = "load_n"
@@ -251,7 +254,8 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
     surface = fit.surface
     if surface is None:
         return None
-    axes = [*_axes_of_conditions(fit), _axis_of_slip(surface.measurements.slip)]
+    tested = surface.contact.to_law(fit.law, surface.measurements.conditions)
+    axes = [*_axes_of_conditions(fit, tested), _axis_of_slip(surface.measurements.slip)]
     meshes = np.meshgrid(*[axis["values"] for axis in axes], indexing="ij")
     conditions = np.full((meshes[0].size, len(fit.law.conditions)), np.nan)
     for axis, mesh in zip(axes[:-1], meshes[:-1], strict=True):
@@ -269,28 +273,48 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
     }
 
 
-def _axes_of_conditions(fit: FittedLaw) -> list[dict[str, Any]]:
+def _axes_of_conditions(fit: FittedLaw, tested: FloatArray) -> list[dict[str, Any]]:
     """Axes of the surface over the followed conditions.
 
     Each has its column among the conditions, its scale, values and nodes. The nodes are the values
     on the scale.
+
+    Args:
+        fit: The fit.
+        tested: Conditions of the law in each curve, shape (curves, conditions).
     """
     fixed_names = {fixed.condition for fixed in fit.coefficients.fixed}
     axes = []
     for column, name in enumerate(fit.law.conditions):
         if name in fixed_names:
             continue
+        is_linear = name in LEAST_SIZE
         low, high = fit.coefficients.box[column]
-        count = _NODES.get(name, _TEMPERATURE_NODES)
-        if name in LEAST_SIZE:
-            nodes = values = np.linspace(low, high, count)
-            scale = "linear"
+        if is_linear:
+            nodes = _nodes_of_levels(tested[:, column], low, high)
+            values = nodes
         else:
-            values = np.geomspace(low, high, count)
-            nodes = np.log(values)
-            scale = "log"
+            nodes = _nodes_of_levels(np.log(tested[:, column]), np.log(low), np.log(high))
+            values = np.exp(nodes)
+        scale = "linear" if is_linear else "log"
         axes.append({"column": column, "scale": scale, "values": values, "nodes": nodes})
     return axes
+
+
+def _nodes_of_levels(tested: FloatArray, low: float, high: float) -> FloatArray:
+    """Nodes over the tested box: where intervals are narrow, and half way between.
+
+    Args:
+        tested: Value of the condition in each curve, on the scale of the axis.
+        low: Lower end of the box.
+        high: Upper end.
+    """
+    number = levels_by_gap(tested, _LEVEL_GAP)
+    if number.max() >= _MOST_LEVELS:
+        return np.linspace(low, high, _NODES)
+    levels = np.bincount(number, tested) / np.bincount(number)
+    ends = np.concatenate([[low], levels[1:-1], [high]])
+    return np.sort(np.concatenate([ends, (ends[:-1] + ends[1:]) / 2]))
 
 
 def _axis_of_slip(tested: FloatArray) -> dict[str, Any]:
