@@ -11,6 +11,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.cli.arguments import quantity
 from oilfilm.fits.soundness import finished_fits
+from oilfilm.fits.surface_search import with_surface
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 CONFIG = ["--config", str(ROOT / "config")]
@@ -23,7 +24,11 @@ def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     about = {"campaign": "demo", "data": "simulated", "rule": "fits"}
     curated = {"points": demo.curated.points, "runs": demo.curated.runs}
     fitted = demo.fit("4102", searches=2, bootstrap=50)
-    finished = finished_fits(fitted.replace(**curated), demo.config)
+    config = demo.config
+    fitted = with_surface(
+        fitted.replace(**curated), "4102", config.surface, config.compare.bic_difference_min
+    )
+    finished = finished_fits(fitted, config)
     for name, table in {**curated, **finished}.items():
         tables.write(table, name, folder / "tables" / f"{name}.parquet", about)
     return folder
