@@ -53,6 +53,7 @@ def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
             f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
             "Run snakemake, or correct --results."
         )
+    # all tables of a campaign have the same two; every finished campaign has this table
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     return folder, {name: str(footer.get(name)) for name in ("campaign", "data")}
 
