@@ -65,6 +65,8 @@ _LONGEST_UNIT = 40
 def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
     """The conversion of a logged unit to the first of `targets` that measures the same quantity.
 
+    A unit that is one of `targets` is kept.
+
     Args:
         unit: Unit as a log writes it: N, kgf, lbf, rpm, rad/s, degC, K, degF, m/s, mm/s, GPa ...
         targets: Units that the caller can use.
