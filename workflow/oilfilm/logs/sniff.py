@@ -124,10 +124,10 @@ class Guesses(Vocabulary):
 
     symbols: bool = False
 
-    def meaning(self, name: str) -> tuple[str, str | None] | None:
+    def meaning(self, name: str) -> tuple[str, str] | None:
         """See `Vocabulary.meaning`."""
         quantity, unit, _ = self.likely(name, split_unit(name)[1])
-        return (quantity, unit or None) if quantity else None
+        return (quantity, unit) if quantity else None
 
     def likely(self, name: str, unit: str) -> tuple[str, str, int]:
         """The most likely quantity of a column name, its unit and its score.
@@ -139,7 +139,7 @@ class Guesses(Vocabulary):
         certain = super().meaning(name)
         if certain:
             quantity, unit_of_name = certain
-            return quantity, unit or unit_of_name or "", _CERTAIN_SCORE
+            return quantity, unit or unit_of_name, _CERTAIN_SCORE
         bare_name, _ = split_unit(name)
         if self.symbols:
             for quantity, words in _WORDS.items():
