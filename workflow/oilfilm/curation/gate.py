@@ -21,7 +21,7 @@ from oilfilm.base.units import BoolArray
 from oilfilm.curation.rig_kind import RigKind, Run
 from oilfilm.logs.base import Refusal
 
-# Group of rules -> rule -> its entry; a comment in `rules.yaml` says what the entries of a group are.
+# Group of rules -> rule -> its entry. Comments in `rules.yaml` say what the entries of a group are.
 # In the group `lacking`: what a gate needs -> why a log may not have it.
 RULES: Mapping[str, Any] = yaml.load(
     Path(__file__).with_name("rules.yaml").read_bytes(),

@@ -245,7 +245,9 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
     """
     if len(content) > _LARGEST_SHEET:
         raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST_SHEET // _MIB} MiB.")
-    readings = [_workbook(content, sheet)] if content.startswith(_ZIP_SIGNATURE) else _texts(content)
+    readings = (
+        [_workbook(content, sheet)] if content.startswith(_ZIP_SIGNATURE) else _texts(content)
+    )
     sheet.stop()
     lines, index_of_names = _line_of_names(readings, sheet)
     columns = {

@@ -57,8 +57,8 @@ def without_bistable(torque: pd.DataFrame) -> pd.DataFrame:
     """Rows of the table `torque` without the bistable plateaus.
 
     A plateau is bistable if the cage may both roll and skid by any of its rows, so that all laws
-    are compared at the same plateaus. Plateaus where it is not known remain, with the torque that was
-    calculated. `undecided_plateaus` counts them.
+    are compared at the same plateaus. Plateaus where it is not known remain, with the torque that
+    was calculated. `undecided_plateaus` counts them.
     """
     plateau_keys = [torque[name] for name in _PLATEAU]
     by_any_row = is_bistable(torque).groupby(plateau_keys).transform("any")
