@@ -284,7 +284,7 @@ def _comparable(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class ContinuousLog:
+class UsableLog:
     """The usable rows of a log whose header has no problem.
 
     Attributes:
@@ -351,7 +351,7 @@ class LogKind:
     vocabulary: Vocabulary
     renamed: Callable[[Campaign], Renamed]
     header_problems: Callable[[Mapping[str, str], Sequence[Column], Settings], Problems]
-    run: Callable[[ContinuousLog, Settings], base.LoggedRun]
+    run: Callable[[UsableLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
     not_needed: Callable[[Mapping[str, str], Settings], Set[str]] = _needs_all_quantities
 
