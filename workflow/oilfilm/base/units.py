@@ -47,7 +47,7 @@ class Conversion:
     scale: float = 1.0
     offset: float = 0.0
 
-    def of(self, values: FloatArray) -> FloatArray:
+    def convert(self, values: FloatArray) -> FloatArray:
         """Logged values in `unit`."""
         if self.scale == 1 and self.offset == 0:
             return values

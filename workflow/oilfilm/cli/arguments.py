@@ -85,7 +85,7 @@ def quantity(text: str, unit: str, option: str) -> float:
     number, typed_unit = match.groups()
     try:
         to_unit = conversion(typed_unit or unit, (unit,))
-        value = float(to_unit.of(np.array(float(number))))
+        value = float(to_unit.convert(np.array(float(number))))
         if not abs(value) < LARGEST_READING:
             raise ValueError(f"no quantity is {LARGEST_READING:g} {unit} or more")
         return value

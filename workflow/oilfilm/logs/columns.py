@@ -397,7 +397,7 @@ def _converted(logged: Mapping[Column, FloatArray]) -> tuple[dict[str, FloatArra
     values: dict[str, FloatArray] = {}
     for column, numbers in logged.items():
         usable = numbers if all_good else np.where(good, numbers, np.nan)
-        values[column.quantity] = column.to.of(usable)
+        values[column.quantity] = column.to.convert(usable)
     for column in logged:
         quantity = column.quantity
         numbers = values[quantity]

@@ -61,7 +61,7 @@ class Column:
         if len(numbers):
             extremes = np.array([numbers.min(), numbers.max()])
         # a conversion with a negative factor exchanges them
-        minimum, maximum = np.sort(self.to.of(extremes))
+        minimum, maximum = np.sort(self.to.convert(extremes))
         return base.LogColumn(
             name=self.name,
             logged_unit=self.logged_unit,
