@@ -37,8 +37,8 @@ class Column:
         to: Conversion of its numbers.
         name: Name in the log.
         logged_unit: Unit of its numbers, by the log or by the campaign file.
-        spare: Whether it repeats what other columns give. It is compared with them, and rows
-            without it can be used.
+        spare: Whether rows without it can be used: it repeats what other columns give and is
+            compared with them, or the format leaves its cells blank.
     """
 
     quantity: str
