@@ -389,10 +389,10 @@ def _table(
     """
     units = {row["quantity"]: row["unit"] for row in rows}
     for quantity, statement in of_paper.items():
-        place = f" ({statement.where})" if statement.where else ""
+        where_in_paper = f" ({statement.where})" if statement.where else ""
         unit = units.get(quantity, "")
         source = statement.where or "lost"
-        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{place}", source))
+        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{where_in_paper}", source))
     drawn = pd.DataFrame(rows)
     columns = list(drawn.loc[drawn["column"] != _PAPER, "column"].unique())
     cells = drawn.pivot(index="quantity", columns="column", values="text")
