@@ -24,7 +24,7 @@ def test_paper_speeds_of_ball_and_disc_spindles() -> None:
     ],
 )
 def test_frequency_of_a_spindle_is_revolutions_not_radians(unit: str, rpm: float) -> None:
-    assert conversion(unit, ("rpm", "m/s")).of(np.array([1.0])) == pytest.approx([rpm])
+    assert conversion(unit, ("rpm", "m/s")).convert(np.array([1.0])) == pytest.approx([rpm])
 
 
 @pytest.mark.parametrize("unit", ["10**10**10", "9^9^9^9", "N*1e9", "N" * 41, "(N)", "N; N"])

@@ -80,3 +80,11 @@ def test_damaged_listing_is_no_empty_one(seen: FirstSeen, tmp_path: Path) -> Non
     path.write_text(path.read_text(encoding="utf-8").replace("  data", " data", 1))
     with pytest.raises(OilfilmError, match=re.escape(f"{path}, line 1: expected a sha256")):
         FirstSeen("june", folder=tmp_path)
+
+
+def test_last_line_of_an_edited_listing_counts_without_a_line_end(
+    seen: FirstSeen, tmp_path: Path
+) -> None:
+    path = tmp_path / "june.sha256"
+    path.write_text(path.read_text(encoding="utf-8").rstrip("\n"), encoding="utf-8")
+    assert LOG.as_posix() in FirstSeen("june", folder=tmp_path).gone([OTHER.as_posix()])

@@ -147,6 +147,17 @@ def test_cut_row_is_counted_and_refused(log: bytes, rows: int, rule: str) -> Non
     assert [(r.rule, r.first_row) for r in reading.refusals] == [(rule, 2)]
 
 
+def test_row_cut_after_any_cell_is_refused_as_cut_where_names_repeat() -> None:
+    blanks = 8 * "\t"
+    table = f"SRR (%)\tTraction Coeff (-)\t{PCS_TABLE}{blanks}"
+    row = f"20.000\t0.0500\t{PCS_ROW}{blanks}"
+    cells = row.split("\t")
+    for count in range(1, len(cells)):
+        cut_row = "\t".join(cells[:count])
+        log = pcs(row, cut_row, table=table).partition(b"\n\nAll")[0]
+        assert [refusal.rule for refusal in read(log).refusals] == ["cut_row"], count
+
+
 def test_table_without_its_line_of_names_is_refused_row_by_row() -> None:
     lines = traction_export(range(2, 13)).split(b"\n")
     names = [number for number, line in enumerate(lines) if b"Step Time (s)" in line]

@@ -6,7 +6,8 @@ from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
 from oilfilm.torque.heat_balance import heat_balance_table
 from oilfilm.torque.torque_control import torque_control
 
-# the truth behind simulated torque logs is a table of the package that simulates them
+# the truth behind simulated torque logs is a table of the package that simulates them, if there is
+# one: a laboratory without it has no such logs
 studies.declare_tables([studies.simulator()])
 
 with run.job(snakemake) as job:

@@ -19,8 +19,8 @@ GATES = {
     "thin_film": "thin_film",
     "duplicate": "duplicate_condition",
 }
-# Letter of a set point in file names, and its digits before the decimal point. The pressure has two
-# decimals instead.
+# Letter of a set point in file names, and its digits before the decimal point. The pressure has 0:
+# it has two decimals or more instead.
 _IN_NAMES = {
     "max_hertz_pressure_gpa": ("P", 0),
     "entrainment_speed_m_s": ("U", 2),
@@ -49,9 +49,9 @@ class PlannedRun:
 def _in_name(set_point: str, level: float) -> str:
     """A level with leading zeros, so that names sort, and with decimals where it has any."""
     letter, digits = _IN_NAMES[set_point]
-    if digits == 0:
+    if digits == 0 and level == round(level, 2):
         return f"{letter}{level:.2f}"
-    if level == round(level):
+    if digits > 0 and level == round(level):
         return f"{letter}{level:0{digits}.0f}"
     return f"{letter}{level:g}"
 
@@ -60,6 +60,7 @@ def planned_runs(campaign: Campaign) -> list[PlannedRun]:
     """Runs of a campaign file with `matrix` and `twin`, in the order of their names."""
     levels = present(campaign.matrix, "matrix", "the campaign").model_dump()
     twin = present(campaign.twin, "twin", "the campaign")
+    # the levels of `condition` are in the order of the matrix: pressure, speed, temperature
     defects = [
         PlannedRun(defect.oil, dict(zip(levels, defect.condition, strict=True)), defect.kind)
         for defect in twin.defects
@@ -93,7 +94,7 @@ def _planned(
         for oil in oils
         for condition in product(*levels.values())
     ]
-    # of two runs with the same name the second counts
+    # different conditions have different names, so that a defect replaces the run of its condition
     run_by_name = {run.name: run for run in runs}
     for run in defects:
         # an oil may be left out of the campaign

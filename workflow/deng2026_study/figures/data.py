@@ -307,10 +307,10 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     torque = present(settings.campaign.torque, "torque", "the campaign")
     bearing = settings.bearings[torque.bearing]
     rows = []
-    # `of`: the quantity is one of the bearing's file, or of the test in the campaign file
+    # column `of`: the quantity is one of the bearing's file, or of the test in the campaign file
     quantities = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
-    for of, quantity, unit, dotted_key, factor in quantities.itertuples(index=False):
-        if of == "test":
+    for described, quantity, unit, dotted_key, factor in quantities.itertuples(index=False):
+        if described == "test":
             if torque.matrix is not None:
                 levels = [factor * level for level in getattr(torque.matrix, dotted_key)]
                 source = "campaign file, `torque`"
@@ -389,10 +389,10 @@ def _table(
     """
     units = {row["quantity"]: row["unit"] for row in rows}
     for quantity, statement in of_paper.items():
-        place = f" ({statement.where})" if statement.where else ""
+        where_in_paper = f" ({statement.where})" if statement.where else ""
         unit = units.get(quantity, "")
         source = statement.where or "lost"
-        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{place}", source))
+        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{where_in_paper}", source))
     drawn = pd.DataFrame(rows)
     columns = list(drawn.loc[drawn["column"] != _PAPER, "column"].unique())
     cells = drawn.pivot(index="quantity", columns="column", values="text")

@@ -84,7 +84,15 @@ def save_fit(fit: FitAlone, folder: Path) -> None:
             write_bytes(content, temporary / "exports" / name_of_export)
         summary = text(shown_sections, settings.campaign, _CONTENTS)
         write_text(summary, temporary / "summary.txt")
-        page = html(shown_sections, results, [], temporary, settings, provenance)
+        # no run was refused, so that the folder of their pages is not read
+        page = html(
+            shown_sections,
+            results,
+            pngs=[],
+            refused=temporary,
+            settings=settings,
+            provenance=provenance,
+        )
         write_text(page, temporary / "report.html")
 
 
@@ -111,6 +119,7 @@ def export_fit(fit: FitAlone, path: Path) -> None:
 
 def _campaign(fit: FitAlone, name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
     """The fit as a finished campaign: its tables, settings and provenance."""
+    # a fit of arrays does not know its oil: its tables have another name
     fitted_tables = {
         table: fit.tables.table(table).assign(oil=fit.oil) for table in (*OF_FIT, *OF_SURFACE)
     }
@@ -119,6 +128,7 @@ def _campaign(fit: FitAlone, name: str) -> tuple[CampaignTables, Settings, dict[
     results = results.replace(**finished_fits(results, settings))
     source = Path(fit.source)
     provenance = {
+        # a campaign has digests here; the settings of this fit are arguments of a call
         "code": f"oilfilm {oilfilm.__version__}",
         "settings": None,
         "inputs": {source.name: file_digest(source)} if source.is_file() else {},

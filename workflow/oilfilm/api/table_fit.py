@@ -333,7 +333,7 @@ def _add_points(
             sentence = f"the column {name!r} is in {unit!r}; expected {' or '.join(units)}."
             raise mu_table.error(sentence, "Correct the unit, or the name.")
         column = _column_in(quantity, to_unit.unit)
-        mu_table.points[column] = to_unit.of(numbers)
+        mu_table.points[column] = to_unit.convert(numbers)
         in_unit = "" if unit == "1" else f", in {unit}"
         mu_table.notes.append(f"{column} is {name!r}{in_unit}")
     points = mu_table.points

@@ -22,7 +22,8 @@ from oilfilm.base import studies
 # Modules that compute no number of a table:
 # - settings: their values are in the params of the rules;
 # - messages, the command line and the code around a job;
-# - reading and writing of tables: the declarations of a rule's tables have their own digest;
+# - reading and writing of tables, also in the module `tables` of a study: the declarations of a
+#   rule's tables have their own digest. `tables.failed_gates` does compute columns;
 # - the list of laws: a rule names the laws that it fits.
 _NO_NUMBERS = re.compile(
     r"oilfilm(\.(cli|run|settings|base\.(atomic_write|digests|errors|home))(\..*)?"
@@ -106,12 +107,15 @@ def modules_behind(script: Path, *modules: Path) -> set[Path]:
 
 
 class _Code(NamedTuple):
+    """Digest of what a file computes, and the files that it imports or reads."""
+
     digest: str
     imports: frozenset[Path]
 
 
 @cache
 def _code(path: Path) -> _Code:
+    """What a file computes: the syntax tree of a module, or the content of a file of data."""
     content = path.read_bytes()
     if path.suffix != ".py":
         return _Code(hashlib.sha256(_without_comments(path, content)).hexdigest(), frozenset())

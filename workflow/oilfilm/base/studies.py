@@ -85,7 +85,7 @@ def table_needs(name: str) -> Mapping[tuple[str, ...], tuple[str, ...]]:
 
 
 def declare_tables(names: Iterable[str]) -> None:
-    """Make the tables of some packages known to `oilfilm.tables`."""
+    """Make the tables of some packages known to `oilfilm.tables`; an empty name is no package."""
     for name in names:
         if (folder(name) / "tables.py").is_file():
             import_module(f"{name}.tables")

@@ -47,7 +47,7 @@ class Conversion:
     scale: float = 1.0
     offset: float = 0.0
 
-    def of(self, values: FloatArray) -> FloatArray:
+    def convert(self, values: FloatArray) -> FloatArray:
         """Logged values in `unit`."""
         if self.scale == 1 and self.offset == 0:
             return values
@@ -64,6 +64,8 @@ _LONGEST_UNIT = 40
 
 def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
     """The conversion of a logged unit to the first of `targets` that measures the same quantity.
+
+    A unit that is one of `targets` is kept.
 
     Args:
         unit: Unit as a log writes it: N, kgf, lbf, rpm, rad/s, degC, K, degF, m/s, mm/s, GPa ...

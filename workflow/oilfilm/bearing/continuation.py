@@ -1,8 +1,9 @@
 """Curves of solutions, followed through their folds: pseudo-arclength continuation.
 
 Equations with one free parameter have a curve of solutions. The curve is followed by its length
-and not by its parameter, because it may turn back. One call follows the curves of many points.
-Each curve is followed by itself: its result does not depend on the other points.
+and not by its parameter, because it may turn back. A point is a problem with equations of its own,
+such as an operating point of a bearing. One call follows the curves of many points. Each curve is
+followed by itself: its result does not depend on the other points.
 
 References: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in
     P. Rabinowitz (ed.), Applications of Bifurcation Theory (1977) 359; E. L. Allgower and K. Georg,
@@ -131,15 +132,16 @@ def trace(
             step turns by the same angle, however short it is.
         tolerance: Largest residual of a state on its curve. Crossings are only interpolated.
     """
-    count, size = start.shape
+    count, unknown_count = start.shape
+    # a state: the scaled unknowns, then the parameter
     state_scale = np.column_stack([scale, np.ones(count)])
     end_state = np.column_stack([start / scale, parameter])
 
     def residuals(state: FloatArray, which: IndexArray) -> FloatArray:
-        return equations(state[..., :size] * scale[which], state[..., size], which)
+        return equations(state[..., :-1] * scale[which], state[..., -1], which)
 
-    rising_parameter = np.zeros((count, size + 1))
-    rising_parameter[:, size] = 1.0
+    rising_parameter = np.zeros_like(end_state)
+    rising_parameter[:, -1] = 1.0
     slopes = _slopes(residuals, end_state, np.arange(count))
     curves = _Curves(
         point=np.arange(count),
@@ -151,7 +153,7 @@ def trace(
         refused=np.zeros(count, dtype=bool),
     )
     crossing_points = [np.arange(0)]
-    crossing_states = [np.empty((0, size + 1))]
+    crossing_states = [np.empty((0, unknown_count + 1))]
     ended = np.zeros(count, dtype=bool)
     returned = np.zeros(count, dtype=bool)
     for _ in range(_MAX_STEPS):
@@ -167,24 +169,24 @@ def trace(
         is_accepted = accepted[row]
         crossing_points.append(curves.point[row[is_accepted]])
         crossing_states.append(state[is_accepted])
-        level = curves.state[:, size]
-        ends = accepted & (level >= last)
-        returns = accepted & (level < first)
+        new_parameter = curves.state[:, -1]
+        ends = accepted & (new_parameter >= last)
+        returns = accepted & (new_parameter < first)
         ended[curves.point[ends]] = True
         returned[curves.point[returns]] = True
         end_state[curves.point] = curves.state
-        stalls = ~(curves.step >= _SHORTEST_STEP)
+        stalls = curves.step < _SHORTEST_STEP
         curves = curves.select(~(ends | returns | stalls))
     point = np.concatenate(crossing_points)
-    unknowns = (np.concatenate(crossing_states) * state_scale[point])[:, :size]
+    unknowns = (np.concatenate(crossing_states) * state_scale[point])[:, :-1]
     order = np.argsort(point, kind="stable")
     return Crossings(
         point=point[order],
         unknowns=unknowns[order],
         ended=ended,
         returned=returned,
-        end=(end_state * state_scale)[:, :size],
-        end_parameter=end_state[:, size],
+        end=(end_state * state_scale)[:, :-1],
+        end_parameter=end_state[:, -1],
     )
 
 
@@ -242,10 +244,10 @@ def _corrected(
     going = np.arange(len(state))
     residual = _with_zero(residuals(state, curves.point))
     for number in range(_MAX_CORRECTIONS + 1):
-        size = np.abs(residual).max(axis=1)
-        reached = size <= tolerance
+        largest_residual = np.abs(residual).max(axis=1)
+        reached = largest_residual <= tolerance
         corrections[going[reached]] = number
-        continues = ~reached & np.isfinite(size)
+        continues = ~reached & np.isfinite(largest_residual)
         going = going[continues]
         residual = residual[continues]
         inverse = inverse[continues]
@@ -254,7 +256,7 @@ def _corrected(
         change = -np.einsum("pij,pj->pi", inverse, residual)
         # a longer correction could end on another part of the curve
         length = np.linalg.norm(change, axis=1)
-        change *= np.minimum(1.0, _LONGEST_STEP / np.maximum(length, _DIFFERENCE))[:, np.newaxis]
+        change *= (_LONGEST_STEP / np.maximum(length, _LONGEST_STEP))[:, np.newaxis]
         state[going] += change
         new_residual = _with_zero(residuals(state[going], curves.point[going]))
         inverse = broyden_update(inverse, change, new_residual - residual)
@@ -293,10 +295,10 @@ def _slopes(
 
 
 def _crossings(
-    first: FloatArray,
-    last: FloatArray,
-    first_tangent: FloatArray,
-    last_tangent: FloatArray,
+    old_state: FloatArray,
+    new_state: FloatArray,
+    old_tangent: FloatArray,
+    new_tangent: FloatArray,
     length: FloatArray,
     wanted: float,
 ) -> tuple[IndexArray, FloatArray]:
@@ -305,25 +307,25 @@ def _crossings(
     Returns:
         Row of the curve of each crossing, and the interpolated states.
     """
-    first_slope = first_tangent * length[:, np.newaxis]
-    last_slope = last_tangent * length[:, np.newaxis]
-    rise = last - first
+    old_slope = old_tangent * length[:, np.newaxis]
+    new_slope = new_tangent * length[:, np.newaxis]
+    rise = new_state - old_state
     # coefficients of t^3, t^2, t and 1, for t from 0 to 1 (Hermite)
-    cubic = first_slope + last_slope - 2 * rise
-    square = 3 * rise - 2 * first_slope - last_slope
-    coefficients = np.stack([cubic, square, first_slope, first])
+    cubic = old_slope + new_slope - 2 * rise
+    square = 3 * rise - 2 * old_slope - new_slope
+    coefficients = np.stack([cubic, square, old_slope, old_state])
     # of the parameter's distance from the wanted value
     distance = coefficients[..., -1].copy()
     distance[3] -= wanted
     # a cubic is within the hull of its Bezier points: it has a root only if they enclose 0
-    first_distance = distance[3]
-    last_distance = distance.sum(axis=0)
+    old_distance = distance[3]
+    new_distance = distance.sum(axis=0)
     bezier = np.stack(
         [
-            first_distance,
-            first_distance + distance[2] / 3,
-            last_distance - last_slope[:, -1] / 3,
-            last_distance,
+            old_distance,
+            old_distance + distance[2] / 3,
+            new_distance - new_slope[:, -1] / 3,
+            new_distance,
         ]
     )
     may_cross = (bezier.min(axis=0) <= 0) & (bezier.max(axis=0) >= 0)

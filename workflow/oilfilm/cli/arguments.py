@@ -53,6 +53,7 @@ def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
             f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
             "Run snakemake, or correct --results."
         )
+    # all tables of a campaign have the same two; every finished campaign has this table
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     return folder, {name: str(footer.get(name)) for name in ("campaign", "data")}
 
@@ -84,7 +85,7 @@ def quantity(text: str, unit: str, option: str) -> float:
     number, typed_unit = match.groups()
     try:
         to_unit = conversion(typed_unit or unit, (unit,))
-        value = float(to_unit.of(np.array(float(number))))
+        value = float(to_unit.convert(np.array(float(number))))
         if not abs(value) < LARGEST_READING:
             raise ValueError(f"no quantity is {LARGEST_READING:g} {unit} or more")
         return value

@@ -57,9 +57,11 @@ WIDTH = 100
 _MOST_RUNS_LISTED = 10
 _MOST_LOGS_IN_DETAIL = 10
 _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
-Plain = dict[str, Any]
 _KINDS: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
+# A log: its path and its content.
 Log = tuple[str, bytes]
+# What was found in a log, a run or a part of it, by names, as JSON has it.
+Plain = dict[str, Any]
 
 
 def run(options: argparse.Namespace) -> int:
@@ -142,8 +144,8 @@ def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Plai
         if logs_of_kind:
             paths = [Path(file) for file, _ in logs_of_kind]
             sheet = sheet_of_paths(paths, raw, settings, kind.logs)
-            for log in judged_logs(logs_of_kind, settings, kind, sheet):
-                reports[log["file"]] = log
+            for log_report in judged_logs(logs_of_kind, settings, kind, sheet):
+                reports[log_report["file"]] = log_report
     return [reports[file] for file, _ in logs]
 
 
@@ -195,6 +197,7 @@ def judged_logs(
             "verdict": "accepted" if is_accepted else "refused",
             "rig_kind": kind.name,
             "format": log.format,
+            # encoding, delimiter and decimal mark
             **asdict(log.form),
             "rows": log.rows,
             "refused_rows": int(refusals["refused_rows"].sum()),
@@ -280,6 +283,7 @@ def _has(need: str, run: Mapping[str, Any], points: pd.DataFrame, rig: RigKind) 
 
 
 # ---------------------------------------------------------------- text
+# Below, `log` is the report on a log that `judged_logs` gives.
 
 
 def report(logs: Sequence[Plain]) -> str:

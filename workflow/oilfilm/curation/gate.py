@@ -21,7 +21,8 @@ from oilfilm.base.units import BoolArray
 from oilfilm.curation.rig_kind import RigKind, Run
 from oilfilm.logs.base import Refusal
 
-# Kind of rule -> rule -> its sentence and advice.
+# Group of rules -> rule -> its entry. Comments in `rules.yaml` say what the entries of a group are.
+# In the group `lacking`: what a gate needs -> why a log may not have it.
 RULES: Mapping[str, Any] = yaml.load(
     Path(__file__).with_name("rules.yaml").read_bytes(),
     getattr(yaml, "CSafeLoader", yaml.SafeLoader),  # noqa: S506

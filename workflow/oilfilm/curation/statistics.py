@@ -173,7 +173,7 @@ def longest_hold(values: FloatArray) -> tuple[int, int]:
 
 
 def changed(values: FloatArray) -> FloatArray:
-    """The values without those that repeat the one before."""
+    """The values that differ from the one before; the first has none before it."""
     return values[np.flatnonzero(np.diff(values)) + 1]
 
 

@@ -163,6 +163,7 @@ def _add_inputs(sheet: Any, description: Description) -> tuple[dict[str, str], s
     for condition in (*description.arguments, description.slip):
         lower, upper = condition.tested
         meaning = condition.meaning
+        # a first value that the user replaces: the middle of the range, and a small slip
         start = None if lower is None or upper is None else (lower + upper) / 2
         if condition.name == SLIP:
             largest_slip = upper or 0.0
@@ -229,7 +230,6 @@ _CSV_COLUMNS = [
     "verdict",
     "meaning",
 ]
-UNITS = {"A": "1", "B": "s/m", "C": "s/m", "D": "1", "peak_slip_velocity": "m/s", "peak_mu": "1"}
 
 
 def csv_table(description: Description) -> str:
@@ -347,16 +347,25 @@ def _fit_as_json(description: Description) -> dict[str, Any] | None:
 
 # ---------------------------------------------------------------- ADORE
 
+_ADORE_UNITS = {
+    "A": "1",
+    "B": "s/m",
+    "C": "s/m",
+    "D": "1",
+    "peak_slip_velocity": "m/s",
+    "peak_mu": "1",
+}
+
 
 def adore_csv(description: Description) -> str:
     """One row per operating point, with the units in the column names."""
     rows = pd.DataFrame(adore_rows(description))
-    rows = rows.rename(columns={name: f"{name} [{unit}]" for name, unit in UNITS.items()})
+    rows = rows.rename(columns={name: f"{name} [{unit}]" for name, unit in _ADORE_UNITS.items()})
     return csv_text(pd.DataFrame(description.identity, index=rows.index).join(rows))
 
 
 def adore_rows(description: Description) -> list[dict[str, Any]]:
-    """The constants at each requested operating point, in the units of `UNITS`.
+    """The constants at each requested operating point, in the units of `_ADORE_UNITS`.
 
     Conditions on which the fit does not depend have their tested level. Operating points that are
     then the same occur once.
@@ -383,7 +392,7 @@ def adore_obstacle(description: Description) -> str:
 
 
 def _adore_row(description: Description, requested: Mapping[str, float]) -> dict[str, Any]:
-    """The constants at one operating point, in the units of `UNITS`.
+    """The constants at one operating point, in the units of `_ADORE_UNITS`.
 
     Args:
         description: The fit.

@@ -8,14 +8,15 @@ from typing import Any
 
 from oilfilm.fits.conditions import from_text
 
-# By the code in `doubts`; in braces are columns of `fit_quality`.
+# By the code in `doubts`; in braces are columns of `fit_quality`. Where errors or constants of the
+# searches differ, searches disagree as well: that sentence comes first and says whose they are.
 _DOUBTS = {
     "searches disagree": "{searches_agreeing} of {searches} searches agree",
     "errors differ": "their SSE differ by {sse_spread:.1e}",
-    "constants differ": "their constants, in standard errors, by {constant_spread:.1e}",
+    "constants differ": "their constants differ by {constant_spread:.1e} standard errors",
     "gradient": "gradient cosine {gradient_cosine:.1e}",
     "negative traction": "mu >= {min_traction:.1e} over the tested box",
-    "flat": "flat in a direction",
+    "flat": "the SSE is flat in a direction of the constants",
     "at bounds": "bounds reached: {bounds}",
 }
 # By the code in `no_fit`.

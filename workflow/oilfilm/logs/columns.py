@@ -17,7 +17,7 @@ import numpy.typing as npt
 from oilfilm.base.errors import printable
 from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 from oilfilm.logs import base
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Vocabulary
+from oilfilm.logs.log_kind import Column, LogKind, UsableLog, Vocabulary
 from oilfilm.logs.run_sheet import Labels, RunSheet
 from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
@@ -146,7 +146,7 @@ def _read_table(
     if not good.all():
         rows = rows[good]
         values = {quantity: numbers[good] for quantity, numbers in values.items()}
-    log = ContinuousLog(
+    log = UsableLog(
         labels.run_id,
         labels.keys,
         list(logged),
@@ -397,7 +397,7 @@ def _converted(logged: Mapping[Column, FloatArray]) -> tuple[dict[str, FloatArra
     values: dict[str, FloatArray] = {}
     for column, numbers in logged.items():
         usable = numbers if all_good else np.where(good, numbers, np.nan)
-        values[column.quantity] = column.to.of(usable)
+        values[column.quantity] = column.to.convert(usable)
     for column in logged:
         quantity = column.quantity
         numbers = values[quantity]

@@ -36,7 +36,9 @@ class FirstSeen:
         self._digests: dict[str, str] = {}
         # a campaign that has not run has no listing
         text = self._path.read_text(encoding="utf-8") if self._path.is_file() else ""
-        for number, line in enumerate(text.split("\n")[:-1], start=1):
+        # not `splitlines`, which also splits at rare marks that a path may have
+        lines = text.removesuffix("\n").split("\n") if text else []
+        for number, line in enumerate(lines, start=1):
             match = _LINE.fullmatch(line)
             if match is None:
                 raise OilfilmError(

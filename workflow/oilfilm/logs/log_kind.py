@@ -23,6 +23,7 @@ from oilfilm.settings.resolved import Settings
 
 # Quantity -> the columns that the campaign file lists for it.
 Renamed = Mapping[str, campaign_file.Column]
+# Problems of a header, one per check; None where the check finds none.
 Problems = Iterator[base.Refusal | None]
 
 
@@ -35,9 +36,9 @@ class Column:
         index: Its index among the columns of the log.
         to: Conversion of its numbers.
         name: Name in the log.
-        logged_unit: Unit in the log.
-        spare: Whether it repeats what other columns give. It is compared with them, and rows
-            without it can be used.
+        logged_unit: Unit of its numbers, by the log or by the campaign file.
+        spare: Whether rows without it can be used: it repeats what other columns give and is
+            compared with them, or the format leaves its cells blank.
     """
 
     quantity: str
@@ -60,7 +61,7 @@ class Column:
         if len(numbers):
             extremes = np.array([numbers.min(), numbers.max()])
         # a conversion with a negative factor exchanges them
-        minimum, maximum = np.sort(self.to.of(extremes))
+        minimum, maximum = np.sort(self.to.convert(extremes))
         return base.LogColumn(
             name=self.name,
             logged_unit=self.logged_unit,
@@ -117,10 +118,10 @@ class Vocabulary:
         """True where a quantity can be given in that unit."""
         return possible_conversion(unit, self.quantities[quantity]) is not None
 
-    def meaning(self, name: str) -> tuple[str, str | None] | None:
+    def meaning(self, name: str) -> tuple[str, str] | None:
         """Quantity and unit of a column by its name; None for a name without meaning.
 
-        The unit is empty or None where something else must give it.
+        The unit is empty where something else must give it.
         """
         bare_name, unit = split_unit(name)
         for quantity, listed in self.renamed.items():
@@ -144,7 +145,7 @@ class Vocabulary:
             names: All column names, in the order of the columns.
             units: Unit that the log gives beside each name; empty where there is none.
         """
-        by_index: dict[int, tuple[str, str | None]] = {}
+        by_index: dict[int, tuple[str, str]] = {}
         for index, name in enumerate(names):
             meaning = self.meaning(name)
             if meaning is not None:
@@ -245,14 +246,14 @@ class Vocabulary:
             to = conversion(unit, self.quantities[quantity])
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
-        logged_unit = unit_beside_name or split_unit(name)[1] or unit
-        logged_conversion = possible_conversion(logged_unit, self.quantities[quantity])
-        if logged_conversion not in (None, to):
+        unit_by_log = unit_beside_name or split_unit(name)[1] or unit
+        conversion_by_log = possible_conversion(unit_by_log, self.quantities[quantity])
+        if conversion_by_log not in (None, to):
             raise ValueError(
-                f"the column {name[:60]!r} is in {logged_unit!r} by the log itself and in {unit!r} "
+                f"the column {name[:60]!r} is in {unit_by_log!r} by the log itself and in {unit!r} "
                 f"by `{self.columns_key}` of the campaign file; take out the one that is wrong"
             )
-        return Column(quantity, index, to, name, unit)
+        return Column(quantity, index, to, name, logged_unit=unit)
 
     def _lacking(self, missing: Sequence[str], names: Sequence[str]) -> str:
         """The sentence about missing quantities, with what a log may have in their place."""
@@ -260,6 +261,7 @@ class Vocabulary:
         of_alternatives = {
             quantity for alternative in self.alternatives for quantity in alternative
         }
+        # alternatives are pairs of speeds that give both surface speeds
         or_else = ""
         if others and of_alternatives & set(missing):
             or_else = f" (or {others}: without both speeds nothing rolls)"
@@ -282,7 +284,7 @@ def _comparable(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class ContinuousLog:
+class UsableLog:
     """The usable rows of a log whose header has no problem.
 
     Attributes:
@@ -333,6 +335,9 @@ def _needs_all_quantities(keys: Mapping[str, str], settings: Settings) -> Set[st
 class LogKind:
     """A kind of log: it makes a run of the names, units, keys and numbers that a format finds.
 
+    The kind is that of the rig, traction or torque. The header key `log_kind` is something else: it
+    says whether rows are a signal against time (`continuous`) or settled readings (`steps`).
+
     Attributes:
         vocabulary: What such logs may hold.
         renamed: The columns that a campaign file lists.
@@ -346,7 +351,7 @@ class LogKind:
     vocabulary: Vocabulary
     renamed: Callable[[Campaign], Renamed]
     header_problems: Callable[[Mapping[str, str], Sequence[Column], Settings], Problems]
-    run: Callable[[ContinuousLog, Settings], base.LoggedRun]
+    run: Callable[[UsableLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
     not_needed: Callable[[Mapping[str, str], Settings], Set[str]] = _needs_all_quantities
 

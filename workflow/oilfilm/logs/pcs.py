@@ -37,7 +37,8 @@ _COLUMNS: dict[str, dict[str, Any]] = yaml.safe_load(
 )
 _REQUIRED = tuple(name for name, column in _COLUMNS.items() if "needed" in column)
 _SAMPLED = {name: column for name, column in _COLUMNS.items() if "sampled" in column}
-# The first so many sampled columns are needed; rigs leave some of the others blank.
+# Number of sampled columns without which a row cannot be used: time, load and both speeds. Rigs
+# leave some of the others blank, so that those are spare.
 _NEVER_BLANK = 4
 # Added to each tolerance: an identity may hold to exactly half a printed digit.
 _FLOATING_POINT_ERROR = 1e-9
@@ -140,7 +141,9 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
     ]
     other_names = list(dict.fromkeys(name for name in step.names if name not in sampled_names))
     names = [*sampled_names, *other_names]
+    # only compared with the number of names; 0 would say that the last row has a line end
     missing_cells = len(step.names) - len(cells[-1])
+    cut_row_cells = max(len(names) - missing_cells, 1) if is_cut else 0
     missing = [_COLUMNS[name]["names"][0] for name in _REQUIRED if name not in indices]
     return LoggedTable(
         {"log_kind": "steps"},
@@ -151,7 +154,7 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
         run_name,
         columns=columns,
         problem=_problem(step, missing),
-        cut_row_cells=len(names) - missing_cells if is_cut else 0,
+        cut_row_cells=cut_row_cells,
         show=step.rows.__getitem__,
         contradictory=_contradictory(values),
     )
@@ -216,14 +219,15 @@ def _contradictory(values: Mapping[str, FloatArray]) -> BoolArray:
 
     TF = (TF1 - TF2)/2; coefficient = |TF|/W; rolling = mean surface speed; sliding = disc minus
     ball, directions averaged; SRR = 100 sliding/rolling. Identities with a blank cell are not
-    judged.
+    judged. Exports round forces to 1e-4 N, the coefficient to 1e-4, speeds to 0.01 mm/s and SRR to
+    0.001 %; the error of a cell is half of that at most.
     """
     ball, disc = values["ball_speed"], values["disc_speed"]
     rolling, sliding, srr = values["rolling"], values["sliding"], values["srr"]
     force, load = values["traction_force"], values["load"]
     with np.errstate(divide="ignore", invalid="ignore"):
         half_difference = (values["traction_force_1"] - values["traction_force_2"]) / 2
-        # both speeds rounded to 0.01 mm/s, SRR to 0.001 %
+        # errors of sliding, of rolling and of SRR itself
         srr_rounding = (0.5 + 0.005 * np.abs(srr)) / np.abs(rolling) + 0.0005
         # each identity with the largest error from the rounding of its cells
         differences = (

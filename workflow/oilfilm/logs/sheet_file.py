@@ -38,6 +38,10 @@ _LINES_SEARCHED = 20
 _MIB = 1 << 20
 _LARGEST_SHEET = 16 * _MIB
 _LARGEST_UNPACKED = 64 * _MIB
+# An Excel workbook is a zip archive, which begins with these bytes.
+_ZIP_SIGNATURE = b"PK"
+# The cell with which the unit of a column is tried: 1 is a possible set point in every usual unit.
+_TRIAL_CELL = "1"
 _SET_POINT_OF_QUANTITY = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
 
 Cells = list[list[str]]
@@ -118,7 +122,7 @@ class _Sheet:
     def column(self, name: str) -> _Column:
         """A column by its name."""
         header_key = plain_key(name)
-        key, _ = self.meaning(header_key, "1")
+        key, _ = self.meaning(header_key, _TRIAL_CELL)
         if key not in self.keys:
             # a set point without a unit is known by its quantity
             bare_key, _ = split_unit(key)
@@ -200,6 +204,8 @@ def is_run_sheet(path: Path, raw: Path) -> bool:
 def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: LogKind) -> RunSheet:
     """One run sheet for logs of several campaigns' folders, by the paths as given.
 
+    Messages name it by the file of the last campaign that has a run sheet.
+
     Args:
         paths: The logs, in any folder.
         raw: The parent of the campaigns' folders, `data/raw`.
@@ -239,7 +245,9 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
     """
     if len(content) > _LARGEST_SHEET:
         raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST_SHEET // _MIB} MiB.")
-    readings = [_workbook(content, sheet)] if content.startswith(b"PK") else _texts(content)
+    readings = (
+        [_workbook(content, sheet)] if content.startswith(_ZIP_SIGNATURE) else _texts(content)
+    )
     sheet.stop()
     lines, index_of_names = _line_of_names(readings, sheet)
     columns = {
@@ -377,12 +385,14 @@ def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
             "that is not to be read: list it under `header: remarks` of the campaign file.",
         )
     elif column.key in base.SET_POINTS:
-        key, text_of_one = sheet.meaning(column.header_key, "1")
-        if key in base.SET_POINTS and base.parse_set_point(key, text_of_one) is not None:
+        # without a unit the key is none of a set point; an unknown unit is left in the text
+        key, converted_text = sheet.meaning(column.header_key, _TRIAL_CELL)
+        if key in base.SET_POINTS and base.parse_set_point(key, converted_text) is not None:
             return
         _, unit = split_unit(column.header_key)
         found = f"found the unit {unit!r}" if unit else "has no unit"
         _, expected = base.SET_POINT_UNITS[column.key]
+        # a load may also be given as maximum Hertz pressure
         if column.key == "load_n":
             expected = "N or GPa"
         where = f"{row}, column {column.name!r}"
@@ -436,6 +446,7 @@ def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     settings = sheet.settings
     if key in base.SET_POINTS:
         set_point = base.parse_set_point(*sheet.meaning(column.header_key, text))
+        # 12 digits, as `header.meaning` gives them: 80 N and 0.08 kN become the same text
         value = None if set_point is None else f"{set_point:.12g}"
         return value, base.expected_set_point(key)
     torque = settings.campaign.torque
@@ -443,6 +454,7 @@ def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
         "oil": list(settings.oils),
         "rig": list(settings.rigs),
         "bearing": [torque.bearing] if torque else [],
+        # a signal against time, or settled readings
         "log_kind": ["continuous", "steps"],
     }[key]
     name = settings.oil_ids.get(plain_key(text), text) if key == "oil" else text

@@ -26,7 +26,7 @@ from oilfilm.logs.base import NamesAndUnits
 from oilfilm.logs.header import UNITS, meaning, number_and_unit, oil_key, split_unit
 from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
 from oilfilm.logs.log_kind import Column as LoggedColumn
-from oilfilm.logs.log_kind import ContinuousLog, LogKind, Problems, Renamed, Vocabulary
+from oilfilm.logs.log_kind import LogKind, Problems, Renamed, UsableLog, Vocabulary
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.campaign import Campaign, Column
 from oilfilm.settings.resolve import resolve
@@ -124,10 +124,10 @@ class Guesses(Vocabulary):
 
     symbols: bool = False
 
-    def meaning(self, name: str) -> tuple[str, str | None] | None:
+    def meaning(self, name: str) -> tuple[str, str] | None:
         """See `Vocabulary.meaning`."""
         quantity, unit, _ = self.likely(name, split_unit(name)[1])
-        return (quantity, unit or None) if quantity else None
+        return (quantity, unit) if quantity else None
 
     def likely(self, name: str, unit: str) -> tuple[str, str, int]:
         """The most likely quantity of a column name, its unit and its score.
@@ -139,7 +139,7 @@ class Guesses(Vocabulary):
         certain = super().meaning(name)
         if certain:
             quantity, unit_of_name = certain
-            return quantity, unit or unit_of_name or "", _CERTAIN_SCORE
+            return quantity, unit or unit_of_name, _CERTAIN_SCORE
         bare_name, _ = split_unit(name)
         if self.symbols:
             for quantity, words in _WORDS.items():
@@ -289,7 +289,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     missing = _missing(columns)
     runs: list[Run] = []
 
-    def collect_run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
+    def collect_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
         runs.append(_run(log.run_id[len(file) + 1 :], log, unitless, zero))
         return log.run("", {"row": log.rows}, {}, None)
 
@@ -316,7 +316,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
 def _probe(
     renamed: Renamed,
     not_needed: Set[str],
-    collect_run: Callable[[ContinuousLog, Settings], base.LoggedRun],
+    collect_run: Callable[[UsableLog, Settings], base.LoggedRun],
 ) -> LogKind:
     """A kind of log that reads what is there, without demands on header and columns."""
 
@@ -379,7 +379,7 @@ def _missing(columns: Mapping[str, base.NamesAndUnits]) -> list[str]:
     return [quantity for quantity in required if quantity not in certain]
 
 
-def _run(part: str, log: ContinuousLog, unitless: Set[str], zero: ZeroSource) -> Run:
+def _run(part: str, log: UsableLog, unitless: Set[str], zero: ZeroSource) -> Run:
     """What columns and header lines of a run show.
 
     Args:
@@ -418,7 +418,7 @@ def _run(part: str, log: ContinuousLog, unitless: Set[str], zero: ZeroSource) ->
 
 
 def _measured_levels(
-    log: ContinuousLog, entrainment: FloatArray, unitless: Set[str]
+    log: UsableLog, entrainment: FloatArray, unitless: Set[str]
 ) -> dict[str, float]:
     """Set point -> its measured level; NaN where the signal is not held.
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.base import Columns, LoggedRun, Refusal
 from oilfilm.logs.header import simulation_problem, unknown_name
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Renamed, Vocabulary
+from oilfilm.logs.log_kind import Column, LogKind, Problems, Renamed, UsableLog, Vocabulary
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
@@ -37,7 +37,7 @@ def _header_problems(
     yield simulation_problem(keys, settings)
 
 
-def _run(log: ContinuousLog, settings: Settings) -> LoggedRun:
+def _run(log: UsableLog, settings: Settings) -> LoggedRun:
     """The run of a log. Samples have `row` and the columns of the project; `rig` is the bearing."""
     samples: Columns = {"row": log.rows}
     for name, (quantity, _) in _PROJECT_NAMES.items():

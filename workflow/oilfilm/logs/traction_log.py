@@ -11,7 +11,7 @@ import numpy as np
 from oilfilm import tables
 from oilfilm.base.units import FloatArray, rpm_to_surface_speed
 from oilfilm.logs import base, header
-from oilfilm.logs.log_kind import Column, ContinuousLog, LogKind, Problems, Renamed, Vocabulary
+from oilfilm.logs.log_kind import Column, LogKind, Problems, Renamed, UsableLog, Vocabulary
 from oilfilm.settings.campaign import Campaign, Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
@@ -102,7 +102,7 @@ def _missing_rig_values(
     )
 
 
-def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
+def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     """The run of a log, its loads as forces and its speeds as surface speeds."""
     rig_name = log.keys["rig"]
     rig = settings.rigs[rig_name]
@@ -137,9 +137,7 @@ def _run(log: ContinuousLog, settings: Settings) -> base.LoggedRun:
     return log.run(rig_name, samples, set_points, flaw)
 
 
-def _fraction_in_percent(
-    log: ContinuousLog, values: Mapping[str, FloatArray]
-) -> base.Refusal | None:
+def _fraction_in_percent(log: UsableLog, values: Mapping[str, FloatArray]) -> base.Refusal | None:
     """A flaw where the only slip of a log, in %, is so small that it may be a fraction."""
     column = next((column for column in log.columns if column.quantity == "slide_roll_ratio"), None)
     if column is None or column.spare or column.logged_unit != "%" or len(log.rows) == 0:

@@ -68,7 +68,8 @@ class Settings(ConfigKeys):
         campaign_keys = {"name", "data", *campaign}
         written = self.campaign.model_dump(mode="json", exclude_unset=True, include=campaign_keys)
         with_defaults = self.campaign.model_dump(mode="json", include=campaign_keys)
-        # nested groups are kept as they are written, without their defaults
+        # a listed key needs a value, or `of` gives it no attribute; in nested groups `of` adds the
+        # defaults, so that these groups are kept as they are written
         campaign_values = with_defaults | written
         values = self.model_dump(mode="json", exclude_unset=True, include=set(keys))
         part = {"campaign": {name: campaign_values[name] for name in sorted(campaign_keys)}}

@@ -1,6 +1,7 @@
-"""Meaning of a comparison with SIMULATED torque: table `torque_control`.
+"""Meaning of a comparison with SIMULATED torque (table `torque_control`), and bistable plateaus.
 
-Decides: what a comparison with simulated torque shows.
+Decides: what a comparison with simulated torque shows; which plateaus are left out of it because
+the cage may roll or skid.
 """
 
 import pandas as pd
@@ -10,6 +11,8 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import PAPER_LAW
 
+# Columns that name a plateau. The table `torque` has one row per plateau and load variable; a load
+# variable is the law on pressure evaluated in one way, or another law.
 _PLATEAU = ["run_id", "first_row"]
 
 
@@ -17,7 +20,9 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
     """One row per oil with simulated torque logs; no rows where the torque was measured.
 
     Args:
-        results: Table `fit_quality`, and `torque_truth` of the package that simulates logs.
+        results: Table `fit_quality`, and `torque_truth` of the package that simulates logs. Its
+            `law_misfit` is the relative difference of mu between the traction behind the torque
+            logs and that behind the traction logs; 0 where one law is behind both.
         settings: Section `torque_logs`, and `oils`, `torque` and `twin` of the campaign.
     """
     torque_logs = settings.campaign.torque
@@ -31,10 +36,13 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
             continue
         misfit = misfit_of_oil[oil]
         if misfit > settings.torque_logs.twin_misfit_max:
+            # different traction is behind the two kinds of logs: the comparison shows nothing
             verdict = "two truths"
         elif settings.campaign.truth_is_law and law_of_oil.get(oil) == PAPER_LAW.name:
+            # the fitted law itself made the logs of both rigs: the comparison checks the code
             verdict = "positive control"
         else:
+            # other physics made the logs of both rigs: the comparison checks the law
             verdict = "one truth"
         rows.append({"oil": oil, "verdict": verdict, "law_misfit": misfit})
     return tables.from_rows(rows, "torque_control")
@@ -48,17 +56,17 @@ def is_bistable(torque: pd.DataFrame) -> "pd.Series[bool]":
 def without_bistable(torque: pd.DataFrame) -> pd.DataFrame:
     """Rows of the table `torque` without the bistable plateaus.
 
-    A plateau is bistable if the cage may both roll and skid by any law, so that all laws are
-    compared at the same plateaus. Plateaus where it is not known remain, with the torque that was
-    calculated. `undecided_plateaus` counts them.
+    A plateau is bistable if the cage may both roll and skid by any of its rows, so that all laws
+    are compared at the same plateaus. Plateaus where it is not known remain, with the torque that
+    was calculated. `undecided_plateaus` counts them.
     """
     plateau_keys = [torque[name] for name in _PLATEAU]
-    by_any_law = is_bistable(torque).groupby(plateau_keys).transform("any")
-    return torque[~by_any_law]
+    by_any_row = is_bistable(torque).groupby(plateau_keys).transform("any")
+    return torque[~by_any_row]
 
 
 def undecided_plateaus(torque: pd.DataFrame) -> int:
-    """Number of plateaus of which it is not known, by some law, whether they are bistable."""
+    """Number of plateaus of which it is not known, by some row, whether they are bistable."""
     remaining = without_bistable(torque)
     return len(remaining[remaining["bistable"].isna()].drop_duplicates(_PLATEAU))
 

@@ -116,7 +116,15 @@ class Panel:
 
 
 class Sheet:
-    """A figure with its panels in reading order."""
+    """A figure with its panels in reading order.
+
+    Attributes:
+        figure: Matplotlib's figure.
+        axes: Axes of the panels.
+        heights: Height of the panels of each row, in inches.
+        parts: Columns of the table `drawn` for each call of `Panel.keep`; empty where nothing has
+            been drawn.
+    """
 
     def __init__(
         self,
