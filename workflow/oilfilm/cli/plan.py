@@ -15,7 +15,8 @@ from oilfilm.fits.measured_curves import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.next_tests import BEARING_TARGETS, NextTests, Request, plan_oil, request_of
+from oilfilm.torque.next_tests import NextTests, Request, plan_oil, request_of
+from oilfilm.torque.wanted_quantities import BEARING_TARGETS
 from oilfilm.traction.law import CONDITIONS
 
 _DUTY_UNITS = ("N", "rpm", "degC")
@@ -105,7 +106,7 @@ def _lines(plan: NextTests, count: int, settings: Settings) -> Iterator[str]:
         worst = int(at_points.argmax())
         return f"{printed(at_points[worst])} at {plan.wanted.labels[worst]}"
 
-    bearing = f" in {plan.where}" if plan.where else ""
+    bearing = f" in {plan.bearing}" if plan.bearing else ""
     yield (
         f"{plan.oil}{bearing}: standard uncertainty of the {name} from the law, root mean square "
         f"over {len(plan.wanted.labels)} operating points: {printed(plan.design.before)}; largest "
