@@ -1,4 +1,4 @@
-"""What the runs of `oilfilm plan` bring: the smallest drift that is seen, and the error of mu.
+"""Runs of `oilfilm plan`: their effect on the smallest drift that is seen, and on the error of mu.
 
 Campaigns are simulated as points, for oils that no law describes and for one of Deng's law (`own`).
 
@@ -6,8 +6,8 @@ The first table has the smallest trend that a surface sees (five standard deviat
 the force in per cent and a temperature in K over all runs, by the order of 24 runs.
 
 The second table has the smallest step of the force, in per cent, that is seen between the old runs
-and those of the plan, where the reference run is at a tested condition and where it is at the
-middle of the box, which was not tested.
+and those of the plan. The reference run is at a tested condition, as planned, or at the untested
+middle of the box, or there is none.
 
 The third table has designs with two levels of a condition: as tested, with the runs of the plan,
 and with as many repeats in their place.

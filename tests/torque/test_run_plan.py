@@ -310,6 +310,28 @@ def test_the_seed_decides_the_order_and_nothing_else() -> None:
     pd.testing.assert_frame_equal(by_value[0], by_value[2])
 
 
+def test_an_oil_without_runs_gets_a_first_plan_beside_an_oil_with_runs() -> None:
+    plain = PLAIN.plain()
+    settings = Settings.of({**plain, "oils": {OIL: plain["oils"][OIL], "new": plain["oils"][OIL]}})
+    results = campaign_tables(shuffled(grid(*BOX)), [f"run{number}" for number in range(8)], OIL)
+    table, told = run_plan_table(results, settings)
+    assert not told
+    of_new = table[table["oil"] == "new"]
+    assert (of_new["run_reason"] == "first_plan").sum() == 24
+    assert "first_plan" not in set(table.loc[table["oil"] == OIL, "run_reason"])
+
+
+def test_a_corner_that_the_rig_cannot_run_keeps_no_campaign_from_its_repeats() -> None:
+    """1.5 GPa at 25 degC needs more than 10 N of force where the nearest mu is 0.08."""
+    is_lost = (CUBE[:, 0] == 1.5) & (CUBE[:, 2] == 25) & (CUBE[:, 1] == 25)
+    tested = shuffled(CUBE[~is_lost])
+    near_the_corner = (tested[:, 0] > 1.2) & (tested[:, 2] < 80)
+    runs = replace(measured(tested), largest_mu=np.where(near_the_corner, 0.08, 0.03))
+    made = plan_runs(runs, PLAIN, OIL)
+    assert made.left_out["the force sensor's full scale"] == 1
+    assert reasons(made) == {"reference", "repeat"}
+
+
 def test_oil_of_unknown_properties_is_planned_without_a_film() -> None:
     plain = PLAIN.plain()
     settings = Settings.of({**plain, "oils": {OIL: None}})

@@ -2,7 +2,7 @@
 
 Two levels of a condition do not show whether a law bends between them. The same 24 runs give an
 error of mu of 0.050 on three pressures, four speeds and six temperatures, and of 0.158 on eight
-conditions three times. Corners that are missing make predictions there extrapolations.
+conditions three times. Near a missing corner of the tested box a surface extrapolates.
 
 Distances are those of the scaled conditions (`oilfilm.surface.measurements`): ln P, ln U and T.
 
@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oilfilm.base.ties import first_largest, first_smallest
+from oilfilm.base.ties import exceeds, first_largest, first_smallest
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.surface.measurements import LEVEL_WIDTH, levels, scaled_conditions, unscaled_conditions
 from oilfilm.traction.law import CONDITIONS
@@ -32,8 +32,8 @@ _DIGITS = 3
 
 
 @dataclass(frozen=True)
-class LackingRun:
-    """A run that a campaign lacks.
+class PlannedRun:
+    """A run of a plan.
 
     Attributes:
         conditions: P in GPa, U in m/s and T in degC, shape (3,).
@@ -72,7 +72,7 @@ class Levels:
     def is_constant(self) -> BoolArray:
         """Which of P, U and T were not varied, or too little for a level between, shape (3,)."""
         span = np.ptp(scaled_conditions(np.stack([self.lowest, self.highest])), axis=0)
-        return np.asarray(span <= 2 * LEVEL_WIDTH)
+        return ~_is_wider(span, 2 * LEVEL_WIDTH)
 
     @property
     def has_two_levels(self) -> BoolArray:
@@ -119,7 +119,13 @@ class Levels:
         target = self.conditions.copy()
         target[:, dimension] = value
         away = scaled_conditions(self.conditions) - scaled_conditions(target)
-        return np.asarray(np.abs(away[:, dimension]) <= LEVEL_WIDTH)
+        return ~_is_wider(away[:, dimension], LEVEL_WIDTH)
+
+
+def _is_wider(away: FloatArray, width: float) -> BoolArray:
+    """Whether scaled distances are larger than a width, by more than rounding."""
+    # scaled conditions are of the size of 1
+    return exceeds(np.abs(away), width, size=1.0)
 
 
 def distinct(conditions: FloatArray) -> FloatArray:
@@ -136,7 +142,7 @@ def distinct(conditions: FloatArray) -> FloatArray:
 def is_among(conditions: FloatArray, others: FloatArray) -> BoolArray:
     """Which conditions are the same as one of the others, shape (conditions,)."""
     away = scaled_conditions(conditions)[:, np.newaxis] - scaled_conditions(others)
-    is_same = np.all(np.abs(away) <= LEVEL_WIDTH, axis=2)
+    is_same = np.all(~_is_wider(away, LEVEL_WIDTH), axis=2)
     return np.asarray(np.any(is_same, axis=1))
 
 
@@ -160,7 +166,7 @@ def spaced(lowest: float, highest: float, count: int, dimension: int) -> FloatAr
 
 def lacking_runs(
     conditions: FloatArray, levels_to_choose: Sequence[Sequence[float]], runnable: Runnable
-) -> list[LackingRun]:
+) -> list[PlannedRun]:
     """The runs that a campaign lacks: levels of a condition, then corners of the box.
 
     Some of them may be beyond the limits of the rig.
@@ -183,7 +189,7 @@ def lacking_runs(
     return _different(runs, tested.conditions)
 
 
-def _different(runs: list[LackingRun], tested: FloatArray) -> list[LackingRun]:
+def _different(runs: list[PlannedRun], tested: FloatArray) -> list[PlannedRun]:
     """The runs at conditions that neither were tested nor occur before in the list."""
     different = []
     seen = tested
@@ -195,7 +201,7 @@ def _different(runs: list[LackingRun], tested: FloatArray) -> list[LackingRun]:
     return different
 
 
-def _third_levels(tested: Levels) -> list[LackingRun]:
+def _third_levels(tested: Levels) -> list[PlannedRun]:
     """Runs at the level between two levels: the centre of the box, and the centre of each face.
 
     Conditions with two levels are at the middle of their scale. The others are as in a tested
@@ -222,13 +228,13 @@ def _third_levels(tested: Levels) -> list[LackingRun]:
 
 def _at_middle(
     tested: Levels, target: FloatArray, is_between: BoolArray, among: BoolArray
-) -> LackingRun:
+) -> PlannedRun:
     """A run with some conditions as in the target, and the others as in the nearest tested one."""
     conditions = target
     if not is_between.all():
         nearest = tested.nearest(target, among, ~is_between)
         conditions = np.where(is_between, target, nearest)
-    return LackingRun(conditions, "third_level", _names(is_between))
+    return PlannedRun(conditions, "third_level", _names(is_between))
 
 
 def _names(is_chosen: BoolArray) -> tuple[str, ...]:
@@ -238,7 +244,7 @@ def _names(is_chosen: BoolArray) -> tuple[str, ...]:
 
 def _levels_of_constant_conditions(
     tested: Levels, levels_to_choose: Sequence[Sequence[float]], runnable: Runnable
-) -> list[LackingRun]:
+) -> list[PlannedRun]:
     """Runs at two more levels of each condition that was not varied.
 
     They are at tested values of the other conditions: in the middle and at their ends.
@@ -250,7 +256,7 @@ def _levels_of_constant_conditions(
         for value in _two_levels(tested, dimension, levels_to_choose[dimension], runnable):
             for site in sites:
                 conditions = np.where(is_new, value, site)
-                runs.append(LackingRun(conditions, "not_varied", _names(is_new)))
+                runs.append(PlannedRun(conditions, "not_varied", _names(is_new)))
     return runs
 
 
@@ -297,9 +303,9 @@ def _two_levels(
     return [value for value in chosen if not tested.has_level(dimension, value).any()]
 
 
-def _corners(box: Levels) -> list[LackingRun]:
+def _corners(box: Levels) -> list[PlannedRun]:
     """Runs at the corners of the box."""
-    return [LackingRun(corner, "corner") for corner in corners_of(box.lowest, box.highest)]
+    return [PlannedRun(corner, "corner") for corner in corners_of(box.lowest, box.highest)]
 
 
 def corners_of(lowest: FloatArray, highest: FloatArray) -> FloatArray:
@@ -307,7 +313,7 @@ def corners_of(lowest: FloatArray, highest: FloatArray) -> FloatArray:
     return np.array(list(itertools.product(*np.stack([lowest, highest], axis=1))))
 
 
-def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) -> list[LackingRun]:
+def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) -> list[PlannedRun]:
     """24 runs for a campaign without data: at three pressures, four speeds and six temperatures.
 
     The levels are equally spaced in the scale of the conditions, over the largest box among the
@@ -334,7 +340,7 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) 
             for number in range(_TEMPERATURES_PER_PAIR):
                 k = (i + j + number * half) % len(temperatures)
                 rows.append((pressure, speed, temperatures[k]))
-    return [LackingRun(row, "first_plan") for row in distinct(np.array(rows))]
+    return [PlannedRun(row, "first_plan") for row in distinct(np.array(rows))]
 
 
 def _largest_box(
@@ -342,7 +348,7 @@ def _largest_box(
 ) -> list[tuple[float, float]] | None:
     """The largest box among levels whose corners can be run; None where nothing can be run.
 
-    What a rig cannot run is beyond a limit. It can run what is between corners that it can run.
+    A condition that cannot be run is beyond a limit. All conditions between such corners can be run.
 
     Returns:
         Lowest and highest P, U and T.

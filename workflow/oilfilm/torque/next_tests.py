@@ -1,8 +1,9 @@
 """Planner: tests at rig conditions that most reduce the uncertainty of a bearing's torque.
 
 The form of the law may be wrong by a few per cent, which change over the conditions. Hence tests
-near the conditions of the bearing's contacts are better than a power law far from them. What a
-campaign lacks before its law can be judged is in `oilfilm.torque.run_plan`.
+near the conditions of the bearing's contacts are better than a power law far from them.
+
+`oilfilm.torque.run_plan` plans the runs without which no law can be judged.
 
 Decides: which tests make the torque of a bearing, or mu, most certain.
 """

@@ -1,8 +1,9 @@
 """The runs that a campaign lacks, in the order in which to make them; no law is needed.
 
-First come what the campaign lacks (`oilfilm.torque.lacking_runs`), then repeats, both in random
-order. Before every fifth of them there is a reference run, always at the same condition. It shows
-whether the rig has changed, and joins the new runs to the old ones.
+A plan has the runs that the campaign lacks (`oilfilm.torque.lacking_runs`). It has repeats where
+the order of the measured runs hides a drift, or where nothing else is lacking. All are in random
+order. Every sixth run is a reference run, always at the same condition. It shows whether the rig
+has changed, and joins the new runs to the old ones.
 
 Decides: the runs to make next, their reasons and their order; the condition of reference runs.
 """
@@ -25,8 +26,8 @@ from oilfilm.tables.set_points import with_levels, with_measured
 from oilfilm.torque.bearing_torque import joined
 from oilfilm.torque.feasible_tests import JudgedTests, PlannedRig, judge_tests
 from oilfilm.torque.lacking_runs import (
-    LackingRun,
     Levels,
+    PlannedRun,
     distinct,
     first_runs,
     is_among,
@@ -36,8 +37,8 @@ from oilfilm.torque.operating_grid import Film
 from oilfilm.torque.run_order import ordered_by, random_order
 from oilfilm.traction.law import CONDITIONS
 
-# Conditions that are repeated. Five repeats of runs in the order of a condition, made afterwards,
-# bring the smallest trend that is seen from 26 and 35 % to 3 % (`make bench NAME=run_plan`).
+# Conditions that are repeated. After 24 runs in the order of pressure the plan lowers the smallest
+# trend of the force that is seen from 35 to 70 % to 3 % (`make bench NAME=run_plan`).
 _REPEATS = 5
 # A reference run is followed by so many other runs.
 RUNS_BETWEEN_REFERENCES = 5
@@ -149,7 +150,7 @@ class RunPlan:
 
     oil: str
     rig: str
-    runs: list[LackingRun]
+    runs: list[PlannedRun]
     judged: JudgedTests
     ordered_by: str
     left_out: dict[str, int]
@@ -173,7 +174,7 @@ class RunPlan:
         )
 
 
-def _conditions_of(runs: Sequence[LackingRun]) -> FloatArray:
+def _conditions_of(runs: Sequence[PlannedRun]) -> FloatArray:
     """P, U and T of runs, shape (runs, 3)."""
     return np.array([run.conditions for run in runs]).reshape(-1, len(CONDITIONS))
 
@@ -197,11 +198,13 @@ def plan_runs(measured: MeasuredRuns, settings: Settings, oil: str) -> RunPlan:
     plan = settings.plan
     limits = RunLimits(rig, film, settings.gates.lambda_limit, measured, plan.largest_traction)
     wanted = _wanted_runs(measured, _matrix(settings), plan, limits)
+    judged_wanted = limits.judge(_conditions_of(wanted))
+    runs = [wanted[row] for row in np.flatnonzero(judged_wanted.is_feasible)]
     order_of_measured = ordered_by(measured.conditions)
-    if order_of_measured or not wanted:
-        wanted += _repeats(measured, is_ordered=order_of_measured != "")
-    wanted_judged = limits.judge(_conditions_of(wanted))
-    runs = [run for run, can in zip(wanted, wanted_judged.is_feasible, strict=True) if can]
+    if order_of_measured or not runs:
+        repeats = _repeats(measured, is_ordered=order_of_measured != "")
+        can_repeat = limits.runnable(_conditions_of(repeats))
+        runs += [repeats[row] for row in np.flatnonzero(can_repeat)]
     runs = _in_order(runs, measured.conditions, limits, settings.seed)
     return RunPlan(
         oil=oil,
@@ -209,7 +212,7 @@ def plan_runs(measured: MeasuredRuns, settings: Settings, oil: str) -> RunPlan:
         runs=runs,
         judged=limits.judge(_conditions_of(runs)),
         ordered_by=order_of_measured,
-        left_out=wanted_judged.left_out,
+        left_out=judged_wanted.left_out,
         film_is_judged=film is not None,
     )
 
@@ -225,11 +228,11 @@ def _matrix(settings: Settings) -> FloatArray:
 
 def _wanted_runs(
     measured: MeasuredRuns, matrix: FloatArray, plan: PlanSettings, limits: RunLimits
-) -> list[LackingRun]:
+) -> list[PlannedRun]:
     """The runs that the campaign lacks: those of its matrix, then levels and corners."""
     levels = [getattr(plan.levels, name) for name in CONDITIONS]
     is_missing = ~is_among(matrix, measured.conditions)
-    runs = [LackingRun(row, "planned") for row in matrix[is_missing]]
+    runs = [PlannedRun(row, "planned") for row in matrix[is_missing]]
     planned = matrix[is_missing]
     planned = planned[limits.runnable(planned)]
     conditions = np.concatenate([measured.conditions, planned])
@@ -238,7 +241,7 @@ def _wanted_runs(
     return runs + lacking_runs(conditions, levels, limits.runnable)
 
 
-def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[LackingRun]:
+def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
     """Repeats of measured conditions.
 
     Runs in the order of a condition are repeated from the first to the last. Other runs are
@@ -256,17 +259,17 @@ def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[LackingRun]:
     if count <= 0 or not len(candidates):
         return []
     rows = np.linspace(0, len(candidates) - 1, min(count, len(candidates))).round().astype(int)
-    return [LackingRun(row, "repeat") for row in distinct(candidates[rows])]
+    return [PlannedRun(row, "repeat") for row in distinct(candidates[rows])]
 
 
 def _in_order(
-    runs: list[LackingRun], measured: FloatArray, limits: RunLimits, seed: int
-) -> list[LackingRun]:
+    runs: list[PlannedRun], measured: FloatArray, limits: RunLimits, seed: int
+) -> list[PlannedRun]:
     """The runs in random order, with the reference runs between them."""
     if not runs:
         return []
     by_value = sorted(runs, key=lambda run: tuple(run.conditions))
-    reference = LackingRun(_reference(by_value, measured, limits), "reference")
+    reference = PlannedRun(_reference(by_value, measured, limits), "reference")
     ordered = []
     for number, row in enumerate(random_order(_conditions_of(by_value), seed)):
         if number % RUNS_BETWEEN_REFERENCES == 0:
@@ -275,7 +278,7 @@ def _in_order(
     return ordered
 
 
-def _reference(runs: list[LackingRun], measured: FloatArray, limits: RunLimits) -> FloatArray:
+def _reference(runs: list[PlannedRun], measured: FloatArray, limits: RunLimits) -> FloatArray:
     """The condition of reference runs: of measured ones that nearest to the middle of the box.
 
     A measured condition joins the new runs to the old ones. Without data it is one of the plan.
