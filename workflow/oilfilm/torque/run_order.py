@@ -16,8 +16,8 @@ from oilfilm.surface.measurements import LEVEL_WIDTH, levels, scaled_conditions
 from oilfilm.traction.law import CONDITIONS
 
 # Runs in random order have a ratio of successive differences near 1. Below this limit the smallest
-# trend that is seen is twice as large or larger. Of 1 000 random orders 1 is below it with 24 runs, 6
-# with 12 and 67 with 8; runs in the order of a condition always are.
+# trend that is seen is twice as large or larger. Of 1 000 random orders 1 is below it with 24 runs,
+# 6 with 12 runs and 67 with 8 runs.
 _ORDERED_BELOW = 0.3
 # Few runs are in the order of a condition by chance.
 _FEWEST_ORDERED = 6
