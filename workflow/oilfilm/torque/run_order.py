@@ -39,8 +39,8 @@ def ordered_by(conditions: FloatArray) -> str:
         conditions: P in GPa, U in m/s and T in degC of each run, in order of time, shape (runs, 3).
 
     Examples:
-        >>> rising = np.array([(1.0, 30, 50), (1.0, 30, 90), (1.2, 30, 50)] + 4 * [(1.5, 30, 90)])
-        >>> ordered_by(rising), ordered_by(rising[[3, 0, 6, 1, 5, 2, 4]])
+        >>> rising = np.array([(p, 30, t) for p in (1.0, 1.2, 1.5, 1.8) for t in (50, 90)])
+        >>> ordered_by(rising), ordered_by(rising[[5, 0, 3, 6, 1, 4, 7, 2]])
         ('max_hertz_pressure_gpa', '')
     """
     if len(conditions) < _FEWEST_ORDERED:
