@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from campaigns import ROOT, Campaign, printed
+from campaigns import LABORATORY, ROOT, Campaign, printed
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
@@ -101,6 +101,30 @@ def test_plan_for_other_bearing_and_duty(results: Path, capsys: pytest.CaptureFi
     assert "from campaign demo, simulated data" in text
 
 
+def test_plan_lists_the_runs_that_a_campaign_lacks(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert plan(results, "--for", "campaign") == 0
+    text = capsys.readouterr().out
+    # two logs of this oil have a planted defect: 30 m/s at 70 degC, 25 m/s at 50 degC
+    assert re.search(r"(?m)^ *\d+ +1.25 +30 +70 .* planned$", text)
+    assert re.search(r"(?m)^ *\d+ +1 +25 +50 .* planned$", text)
+    assert re.search(r"(?m)^ *1 .* reference$", text)
+    # the names of the demonstration are in the order of pressure
+    assert "in the order of pressure" in text
+    assert "friction torque" not in text
+
+
+def test_campaign_without_results_gets_a_first_plan(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["plan", "--campaign", "laboratory", "--config", str(LABORATORY), "--oil", "4102"]
+    assert main(arguments) == 0
+    text = capsys.readouterr().out
+    # a matrix of 72 conditions, and a reference run before every fifth of them
+    assert "4102: 87 runs to make next on ball-on-disc-20mm" in text
+    assert main([*arguments, "--for", "torque"]) == 2
+    assert "has no results yet" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
@@ -109,7 +133,9 @@ def test_plan_for_other_bearing_and_duty(results: Path, capsys: pytest.CaptureFi
         (["--duty", "20kN,5000rpm,100bar"], "--duty: found '100bar'"),
         (["--duty=-20kN,5000rpm,100degC"], "three numbers above 0"),
         (["--count", "0"], "--count: found 0; expected 1 to 50"),
-        (["--oil", "water"], "no fit of oil 'water'"),
+        (["--oil", "water"], "no oil 'water'; there are 4102"),
+        (["--oil", "4050", "--for", "torque"], "no fit of oil '4050'; there are fits of 4102"),
+        (["--campaign", "demo"], "--campaign: found beside --results"),
     ],
 )
 def test_mistakes_in_a_plan_are_told(

@@ -24,16 +24,10 @@ from oilfilm.fits.measured_curves import (
 )
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.next_tests import (
-    Request,
-    candidates,
-    plan_oil,
-    plan_table,
-    request_of,
-    wanted_in_bearing,
-    wanted_traction,
-)
+from oilfilm.torque.feasible_tests import PlannedRig
+from oilfilm.torque.next_tests import Request, candidates, plan_oil, plan_table, request_of
 from oilfilm.torque.operating_grid import Film
+from oilfilm.torque.wanted_quantities import wanted_in_bearing, wanted_traction
 from oilfilm.traction.law import CONDITIONS, to_constants
 from pictures import draw, nothing_is_cut_off
 from planned_tests import (
@@ -80,15 +74,14 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
 ) -> None:
     """Standard deviations of 150 simulated campaigns, within the 99.9 % range of chi-square."""
     film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
-    plan, rig = SETTINGS.plan, SETTINGS.rigs[RIG_NAME]
-    feasible = candidates(
-        plan.levels, rig, RIG_NAME, film, SETTINGS.gates.lambda_limit, information
-    )
+    rig = PlannedRig.of_campaign(SETTINGS)
+    lambda_limit = SETTINGS.gates.lambda_limit
+    feasible = candidates(SETTINGS.plan.levels, rig, film, lambda_limit, information)
     wanted = wanted_in_bearing(
         oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, information, CONTACT
     )
     of_torque = wanted["torque"]
-    gradients = information.gradients(of_torque.gradients, of_torque.lever, of_torque.places)
+    gradients = information.gradients(of_torque.gradients, of_torque.lever, of_torque.coordinates)
     design = choose(information.precision, information.of_curves(feasible.curves), gradients, 4)
     added = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen]]
     promised = uncertainties(design.end, gradients)
@@ -132,7 +125,7 @@ def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Reque
         (plan, _) = plan_oil(results, settings, OIL, request_for)
         places = plan.information.form_coordinates(plan.candidates.curves)
         span = np.ptp(places, axis=0)
-        contacts = plan.wanted.places.reshape(-1, 3)
+        contacts = plan.wanted.coordinates.reshape(-1, 3)
         far = (places[plan.design.chosen][:, np.newaxis] - contacts) / span
         away.append(np.linalg.norm(far, axis=-1).min(axis=1).mean())
     assert away[1] < 0.7 * away[0]

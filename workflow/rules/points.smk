@@ -70,3 +70,23 @@ checkpoint collect:
         ),
     script:
         "../scripts/collect.py"
+
+
+rule run_plan:
+    "Runs that the campaign lacks, in the order in which to make them."
+    input:
+        **finished("points", "runs"),
+    output:
+        **written("run_plan"),
+        made=made("run-plan"),
+    log:
+        "<logs>/run-plan.log",
+    localrule: True
+    params:
+        code=lambda wildcards: code("run_plan.py", tables=rules.run_plan.output.keys()),
+        config=part(
+            *("film", "gates", "oils", "plan", "rigs", "same_set_point", "seed"),
+            campaign=("matrix",),
+        ),
+    script:
+        "../scripts/run_plan.py"

@@ -174,23 +174,28 @@ def compare(command: Command) -> None:
 
 
 def plan(command: Command) -> None:
-    """Rig conditions to test next.
+    """Runs that a campaign lacks, and rig conditions to test next.
 
-    They are those whose measurement most reduces the uncertainty of a bearing's friction torque or
-    cage slip, or of mu where there is no bearing.
+    Runs that are lacking: levels of a condition, corners of the box, repeats, with reference runs
+    between them, in random order. A campaign without results gets a first plan. Then come the tests
+    that most reduce the uncertainty of a bearing's friction torque or cage slip, or of mu where
+    there is no bearing.
 
     Example: oilfilm plan --results results/june --for traction --count 3
     """
     command.results()
     command.config()
+    command.text("--campaign", "campaign of config/campaigns that need not have results")
     command.text("--oil", "oil to plan for (default: every oil of the campaign)")
-    command.text("--count", "number of tests (default: plan.tests)", type=int)
+    command.text("--count", "number of tests for the bearing or mu (default: plan.tests)", type=int)
     command.text("--bearing", "file of config/bearings (default: the campaign's)")
     meaning = "operating point of the bearing: axial load, speed, oil temperature; may be repeated "
     meaning += "(default: plan.duty_points, else those of the campaign)"
     command.text("--duty", meaning, action="append", metavar=DUTY_EXAMPLE)
-    meaning = "what shall become more certain (default: torque, or traction without a bearing)"
-    command.text("--for", meaning, dest="target", choices=("torque", "cage-slip", "traction"))
+    meaning = "what is planned for; campaign: the runs that it lacks (default: these, and torque, "
+    meaning += "or traction without a bearing)"
+    targets = ("campaign", "torque", "cage-slip", "traction")
+    command.text("--for", meaning, dest="target", choices=targets)
 
 
 def verify(command: Command) -> None:

@@ -1,4 +1,4 @@
-"""The command `oilfilm plan`: the rig conditions to test next."""
+"""The command `oilfilm plan`: the runs that a campaign lacks, and the tests to run next."""
 
 import argparse
 from collections.abc import Iterator
@@ -6,18 +6,24 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
-from oilfilm.cli.arguments import campaign_folder, config_folder, quantity
+from oilfilm.cli.arguments import campaign_folder, config_folder, project_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.fits.measured_curves import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.next_tests import BEARING_TARGETS, NextTests, Request, plan_oil, request_of
-from oilfilm.traction.law import CONDITIONS
+from oilfilm.torque.feasible_tests import counted
+from oilfilm.torque.next_tests import NextTests, Request, plan_oil, request_of
+from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs
+from oilfilm.torque.wanted_quantities import BEARING_TARGETS
+from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
+# The target of a plan of runs; the others are those of `oilfilm.torque.wanted_quantities`.
+_CAMPAIGN = "campaign"
 _DUTY_UNITS = ("N", "rpm", "degC")
 # How the uncertainty of each target is printed: name, factor, unit.
 _PRINTED = {
@@ -25,7 +31,25 @@ _PRINTED = {
     "cage_slip": ("cage slip", 1.0, ""),
     "traction": ("mu", 100.0, " %"),
 }
-_TEST_COLUMNS = ["test_order", *CONDITIONS, "load_n", "slide_roll_ratio", "lambda_ratio"]
+_RUN_COLUMNS = [*CONDITIONS, "load_n", "slide_roll_ratio", "lambda_ratio"]
+# Why a run is made, by the codes of the column `run_reason`.
+_REASONS = {
+    "reference": (
+        "every sixth run, always at the same condition. It shows whether the rig has changed, and "
+        "joins the new runs to the old ones"
+    ),
+    "planned": "the campaign's matrix has the condition, and no accepted run does",
+    "third_level": "a law cannot be checked between two levels of a condition",
+    "not_varied": "the effect of a condition is not known where it has one level",
+    "corner": "outside the tested corners of the box there is no support",
+    "repeat": "a condition that was measured, to know how runs scatter and drift",
+    "first_plan": "nothing was measured yet: three pressures, four speeds, six temperatures",
+}
+_NAMES = {
+    "max_hertz_pressure_gpa": "pressure",
+    "entrainment_speed_m_s": "speed",
+    "inlet_temperature_c": "temperature",
+}
 ASSUMPTION = (
     "The plan allows for an error of the law's form (plan.form_error). Only the uncertainty from "
     "the law is planned for; the other terms of the torque have their own "
@@ -35,25 +59,107 @@ ASSUMPTION = (
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    folder, footer = campaign_folder(options.results)
     config = config_folder(options.config)
+    if options.campaign is not None:
+        if options.results is not None:
+            raise OilfilmError(
+                "--campaign: found beside --results; expected one of the two: --results names a "
+                "campaign that has results, --campaign one that need not have any."
+            )
+        folder = project_folder(options.config) / "results" / options.campaign
+        if not (folder / "tables").is_dir():
+            return _first_plan(options, resolve(config, {"campaign": options.campaign}))
+        options.results = folder
+    folder, footer = campaign_folder(options.results)
     settings = resolve(config, {"campaign": footer["campaign"]})
     results = CampaignTables.in_folder(folder)
-    fitted = [oil for oil in settings.oils if oil in set(results.configured.coefficients["oil"])]
-    oils = fitted if options.oil is None else [options.oil]
-    if not set(oils) <= set(fitted):
+    texts, reasons = _texts_of_runs(options, results, settings, str(folder))
+    if options.target != _CAMPAIGN:
+        request = _request(options, settings, config)
+        more_texts, more_reasons = _texts_of_tests(options, results, settings, request, str(folder))
+        texts += more_texts
+        reasons += more_reasons
+    if not texts:
+        raise OilfilmError(" ".join(dict.fromkeys(reasons)))
+    texts += [f"not planned: {reason}" for reason in dict.fromkeys(reasons)]
+    print("\n\n".join(texts))
+    print(f"from campaign {footer['campaign']}, {footer['data']} data")
+    return 0
+
+
+def _texts_of_runs(
+    options: argparse.Namespace, results: CampaignTables, settings: Settings, folder: str
+) -> tuple[list[str], list[str]]:
+    """Plans of runs as texts, unless only tests are wanted, and the reasons for missing plans."""
+    texts: list[str] = []
+    reasons: list[str] = []
+    if options.target not in (None, _CAMPAIGN):
+        return texts, reasons
+    for oil in _chosen_oils(options, list(settings.oils), f"{folder}: no oil"):
+        try:
+            plan = plan_runs(MeasuredRuns.of_oil(results, settings, oil), settings, oil)
+            texts.append("\n".join(_lines_of_runs(plan)))
+        except OilfilmError as reason:
+            reasons.append(str(reason))
+    return texts, reasons
+
+
+def _texts_of_tests(
+    options: argparse.Namespace,
+    results: CampaignTables,
+    settings: Settings,
+    request: Request,
+    folder: str,
+) -> tuple[list[str], list[str]]:
+    """Plans of tests as texts, and the reasons for missing plans."""
+    texts: list[str] = []
+    reasons: list[str] = []
+    fitted_oils = set(results.configured.coefficients["oil"])
+    fitted = [oil for oil in settings.oils if oil in fitted_oils]
+    for oil in _chosen_oils(options, fitted, f"{folder}: no fit of oil"):
+        try:
+            for tests in plan_oil(results, settings, oil, request):
+                texts.append("\n".join(_lines_of_tests(tests, request.count, settings)))
+        except OilfilmError as reason:
+            reasons.append(str(reason))
+    if texts:
+        texts.append(ASSUMPTION)
+    return texts, reasons
+
+
+def _first_plan(options: argparse.Namespace, settings: Settings) -> int:
+    """Print the runs to make first in a campaign without results."""
+    name = settings.campaign.name
+    if options.target not in (None, _CAMPAIGN):
         raise OilfilmError(
-            f"{folder}: no fit of oil {options.oil!r}; there are fits of "
-            f"{', '.join(fitted) or 'none'}. Name one of these with --oil."
+            f"--for {options.target}: needs a fit, and the campaign {name} has no results yet. "
+            "Leave out --for: then the first runs are planned."
         )
-    request = _request(options, settings, config)
+    oils = _chosen_oils(options, list(settings.oils), f"config/campaigns/{name}.yaml: no oil")
     texts = []
     for oil in oils:
-        for plan in plan_oil(results, settings, oil, request):
-            texts.append("\n".join(_lines(plan, request.count, settings)))
+        plan = plan_runs(MeasuredRuns.none(), settings, oil)
+        texts.append("\n".join(_lines_of_runs(plan)))
     print("\n\n".join(texts))
-    print(f"\n{ASSUMPTION}\nfrom campaign {footer['campaign']}, {footer['data']} data")
+    print(f"from campaign {name}, which has no results yet")
     return 0
+
+
+def _chosen_oils(options: argparse.Namespace, oils: list[str], lacking: str) -> list[str]:
+    """The typed oil, else all oils.
+
+    Raises:
+        OilfilmError: The typed oil is not among them; the sentence begins with `lacking`.
+    """
+    if options.oil is None:
+        return oils
+    if options.oil not in oils:
+        names = ", ".join(oils) or "none"
+        what = "fits of " if lacking.endswith("fit of oil") else ""
+        raise OilfilmError(
+            f"{lacking} {options.oil!r}; there are {what}{names}. Name one of these with --oil."
+        )
+    return [options.oil]
 
 
 def _request(options: argparse.Namespace, settings: Settings, config: Path) -> Request:
@@ -90,49 +196,92 @@ def _duty(text: str) -> list[float]:
     return values
 
 
-def _lines(plan: NextTests, count: int, settings: Settings) -> Iterator[str]:
-    """The plan in sentences and a table."""
-    name, factor, unit = _PRINTED[plan.wanted.target]
+def _as_text(table: pd.DataFrame) -> str:
+    """A table of a plan."""
+    return table.to_string(index=False, float_format="{:.4g}".format)
+
+
+def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
+    """The runs that a campaign lacks, as a table, with their reasons in sentences."""
+    if plan.runs:
+        yield f"{plan.oil}: {len(plan.runs)} runs to make next on {plan.rig}, in this order."
+        table = plan.table()
+        reasons = []
+        for reason, new_levels in zip(table["run_reason"], table["new_levels"], strict=True):
+            symbols = ", ".join(QUANTITIES[name].symbol for name in new_levels)
+            reasons.append(f"{reason} of {symbols}" if symbols else reason)
+        yield _as_text(table[["run_order", *_RUN_COLUMNS]].assign(reason=reasons))
+        for reason, sentence in _REASONS.items():
+            if reason in set(table["run_reason"]):
+                yield f"{reason}: {sentence}."
+    else:
+        yield f"{plan.oil}: the campaign lacks no run that {plan.rig} can make."
+    not_planned = counted(plan.left_out)
+    if not_planned:
+        yield f"Lacking runs that are not planned, because they are beyond {not_planned}."
+    if not plan.film_is_judged:
+        yield "The film of these runs is not judged: the properties of the oil are not known."
+    if plan.ordered_by:
+        name = _NAMES[plan.ordered_by]
+        yield (
+            f"The names of the accepted runs are in the order of {name}. If the runs were made in "
+            f"this order, a drift of the rig looks like an effect of the {name}. In simulated "
+            "campaigns of 24 such runs five reference runs raised the share of faults that are "
+            "named from 46 to 82 % where the law is true, and from 12 to 62 % where it is wrong."
+        )
+
+
+def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator[str]:
+    """The tests that make a target more certain, in sentences and a table."""
+    target = plan.wanted.target
+    name, _, _ = _PRINTED[target]
     measured = plan.information
-
-    def printed(standard_uncertainty: float) -> str:
-        if np.isnan(standard_uncertainty):
-            return "unknown"
-        return f"{factor * standard_uncertainty:.3g}{unit}"
-
-    def largest(precision: FloatArray) -> str:
-        at_points = np.nan_to_num(uncertainties(precision, plan.gradients))
-        worst = int(at_points.argmax())
-        return f"{printed(at_points[worst])} at {plan.wanted.labels[worst]}"
-
-    bearing = f" in {plan.where}" if plan.where else ""
+    bearing = f" in {plan.bearing}" if plan.bearing else ""
     yield (
         f"{plan.oil}{bearing}: standard uncertainty of the {name} from the law, root mean square "
-        f"over {len(plan.wanted.labels)} operating points: {printed(plan.design.before)}; largest "
-        f"{largest(measured.precision)}."
+        f"over {len(plan.wanted.labels)} operating points: {_printed(target, plan.design.before)}; "
+        f"largest {_largest(plan, measured.precision)}."
     )
     if measured.calibration.any():
         precision, gradients = measured.without_calibration(measured.precision, plan.gradients)
-        exact = printed(float(uncertainty(precision, gradients)))
+        exact = _printed(target, float(uncertainty(precision, gradients)))
         rest = "the rest is their calibration, which all tests on this rig share"
         yield f"With exact sensors it would be {exact}: {rest}."
     else:
         yield "The calibration of the rig's sensors is not stated, so it is not included."
     for reason in plan.wanted.left_out:
         yield f"left out: {reason}"
-    excluded = plan.candidates.left_out.items()
-    reasons = ", ".join(f"{reason} ({number})" for reason, number in excluded if number)
-    beyond = f"; the others are beyond {reasons}" if reasons else ""
+    not_possible = counted(plan.candidates.left_out)
+    beyond = f"; the others are beyond {not_possible}" if not_possible else ""
     yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{beyond}."
     tests = plan.table().query("test_order > 0").sort_values("test_order")
     if len(tests):
-        after = tests["uncertainty_with_plan"].map(printed)
-        table = tests[_TEST_COLUMNS].assign(uncertainty_then=after)
-        yield table.to_string(index=False, float_format="{:.4g}".format)
-        yield f"Largest after the plan: {largest(plan.design.end)}."
+        after = [_printed(target, value) for value in tests["uncertainty_with_plan"]]
+        yield _as_text(tests[["test_order", *_RUN_COLUMNS]].assign(uncertainty_then=after))
+        yield f"Largest after the plan: {_largest(plan, plan.design.end)}."
     if len(tests) < count:
         more = "more " if len(tests) else ""
         yield (
             f"No {more}test is worth measuring: each makes the {name} more certain by less "
             f"than {settings.plan.smallest_gain:.2g} of its uncertainty (plan.smallest_gain)."
         )
+
+
+def _printed(target: str, standard_uncertainty: float) -> str:
+    """An uncertainty of a target with its unit."""
+    if np.isnan(standard_uncertainty):
+        return "unknown"
+    _, factor, unit = _PRINTED[target]
+    return f"{factor * standard_uncertainty:.3g}{unit}"
+
+
+def _largest(plan: NextTests, precision: FloatArray) -> str:
+    """The largest uncertainty of the wanted quantities, and its operating point.
+
+    Args:
+        plan: The plan.
+        precision: Precision of the parameters, shape (n, n).
+    """
+    at_points = np.nan_to_num(uncertainties(precision, plan.gradients))
+    worst = int(at_points.argmax())
+    return f"{_printed(plan.wanted.target, at_points[worst])} at {plan.wanted.labels[worst]}"

@@ -423,6 +423,9 @@ class PlanSettings(Group):
 
     tests: int = key("Tests of a plan, chosen one after the other.", ge=1, le=50)
     levels: PlanLevels = key("Levels of the tests to choose from.")
+    largest_traction: float = key(
+        "Largest traction coefficient to expect where nothing was measured.", unit="1", gt=0, le=1
+    )
     form_error: FormErrorSettings = key("Error of the law's form.")
     smallest_gain: q.Share = key("Relative fall of the uncertainty that is worth a test.")
     duty_points: list[DutyPoint] = key(

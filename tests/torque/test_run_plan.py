@@ -1,0 +1,364 @@
+"""Runs that a campaign lacks: levels, corners, repeats and references, in an order by chance."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from campaigns import rows, without
+from lawless_truths import TRUTHS
+from oilfilm.base.units import FloatArray
+from oilfilm.settings.resolved import Settings
+from oilfilm.surface.measurements import levels, scaled_conditions
+from oilfilm.surface.steadiness import smallest_seen
+from oilfilm.surface.surface import fit_surface
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.operating_grid import Film, Grid
+from oilfilm.torque.run_order import ordered_by
+from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs, run_plan_table
+from oilfilm.traction.law import CONDITIONS
+from planned_tests import CONTACT, OIL, SETTINGS
+from surface_campaigns import (
+    PRESSURES,
+    SPEEDS,
+    TEMPERATURES,
+    ends,
+    fitted_law,
+    grid,
+    latin,
+    random_conditions,
+    simulated,
+)
+
+# A campaign without a matrix, so that nothing is planned but what its runs lack.
+PLAIN = without(SETTINGS, "matrix")
+NO_DATA = MeasuredRuns.none()
+CUBE = grid(PRESSURES, (25.0, 32.0, 40.0), (25.0, 72.0, 120.0))
+BOX = (ends(PRESSURES), ends(SPEEDS), ends(TEMPERATURES))
+
+
+def measured(conditions: FloatArray) -> MeasuredRuns:
+    """Runs in this order of time, with the traction of an oil and slips up to 0.3."""
+    count = len(conditions)
+    return MeasuredRuns(conditions, np.full(count, 0.03), np.full(count, 0.3))
+
+
+def shuffled(conditions: FloatArray, seed: int = 3) -> FloatArray:
+    return np.random.default_rng(seed).permutation(conditions)
+
+
+def plan(conditions: FloatArray, settings: Settings = PLAIN) -> RunPlan:
+    return plan_runs(measured(conditions), settings, OIL)
+
+
+def of_reason(made: RunPlan, reason: str) -> FloatArray:
+    chosen = [run.conditions for run in made.runs if run.reason == reason]
+    return np.array(chosen).reshape(-1, 3)
+
+
+def reasons(made: RunPlan) -> set[str]:
+    return {run.reason for run in made.runs}
+
+
+def added(conditions: FloatArray, made: RunPlan) -> FloatArray:
+    """The campaign after the runs of its plan."""
+    return np.concatenate([conditions, [run.conditions for run in made.runs]])
+
+
+def level_counts(conditions: FloatArray) -> list[int]:
+    """Number of levels of P, U and T, as a surface counts them."""
+    return [int(levels(column).max()) + 1 for column in scaled_conditions(conditions).T]
+
+
+def test_two_temperatures_get_the_one_between_where_pressure_and_speed_were_tested() -> None:
+    tested = shuffled(grid(PRESSURES, SPEEDS, ends(TEMPERATURES)))
+    made = plan(tested)
+    assert reasons(made) == {"reference", "third_level"}
+    third = of_reason(made, "third_level")
+    assert (third[:, 2] == (25 + 120) / 2).all()
+    # the centre of the box, and one run on each face of pressure and speed
+    pressures_and_speeds = {(p, u) for p, u, _ in third}
+    assert pressures_and_speeds == {(1.25, 30), (1, 30), (1.5, 30), (1.25, 25), (1.25, 40)}
+    assert pressures_and_speeds <= {(p, u) for p, u, _ in tested}
+    new_levels = {run.new_levels for run in made.runs if run.reason == "third_level"}
+    assert new_levels == {("inlet_temperature_c",)}
+    assert level_counts(tested) == [3, 4, 2]
+    assert level_counts(added(tested, made)) == [3, 4, 3]
+
+
+def test_level_between_pressures_and_speeds_is_in_the_middle_of_the_logarithm() -> None:
+    made = plan(shuffled(grid(*BOX)))
+    third = of_reason(made, "third_level")
+    # sqrt(1.0 * 1.5) GPa, sqrt(25 * 40) m/s
+    middle = np.array([1.22, 31.6, 72.5])
+    faces = []
+    for dimension, ends_of_condition in enumerate(BOX):
+        for end in ends_of_condition:
+            face = middle.copy()
+            face[dimension] = end
+            faces.append(tuple(face))
+    assert {tuple(row) for row in third} == {tuple(middle), *faces}
+
+
+def test_a_condition_that_was_not_varied_gets_two_levels() -> None:
+    tested = shuffled(grid(PRESSURES, (30.0,), (25.0, 72.0, 120.0)))
+    made = plan(tested)
+    assert level_counts(added(tested, made)) == [3, 3, 3]
+    assert {run.new_levels for run in made.runs if run.reason == "not_varied"} == {
+        ("entrainment_speed_m_s",)
+    }
+    # plan.levels has 10 to 50 m/s; at 50 m/s both surfaces would reach the full scale of 50 m/s
+    # without any slip
+    assert set(of_reason(made, "not_varied")[:, 1]) == {10.0, 45.0}
+    assert len(of_reason(made, "corner")) > 0
+
+
+def test_missing_corners_come_before_repeats_and_then_nothing_is_lacking() -> None:
+    corner = np.array([1.5, 40.0, 120.0])
+    is_corner = (corner == CUBE).all(axis=1)
+    tested = shuffled(CUBE[~is_corner])
+    made = plan(tested)
+    assert [run.reason for run in made.runs] == ["reference", "corner"]
+    assert of_reason(made, "corner").tolist() == [corner.tolist()]
+    complete = added(tested, made)
+    repeats = plan(complete)
+    assert reasons(repeats) == {"reference", "repeat"}
+    # the reference run was one repeat: four are lacking
+    assert len(of_reason(repeats, "repeat")) == 4
+    assert not plan(added(complete, repeats)).runs
+
+
+def test_campaign_in_the_order_of_a_condition_gets_references_and_repeats() -> None:
+    tested = grid(*BOX)
+    made = plan(tested)
+    assert made.ordered_by == "max_hertz_pressure_gpa"
+    order = made.table().set_index("run_order")["run_reason"]
+    # seven runs at levels between, five repeats
+    assert order.index[order == "reference"].tolist() == [1, 7, 13]
+    assert len(order) == 7 + 5 + 3
+    references = np.unique(of_reason(made, "reference"), axis=0)
+    assert len(references) == 1
+    # at a tested condition: else a change of the rig between old and new runs would look like
+    # the effect of the new level
+    assert (tested == references).all(axis=1).any()
+    repeats = of_reason(made, "repeat")
+    assert {tuple(row) for row in repeats} <= {tuple(row) for row in tested}
+    # from the first to the last run
+    assert {tuple(tested[0]), tuple(tested[-1])} <= {tuple(row) for row in repeats}
+    after = added(tested, made)
+    assert ordered_by(after) == ""
+    again = plan(after)
+    assert not again.ordered_by
+    assert "repeat" not in reasons(again)
+
+
+def test_reference_is_nearest_to_the_middle_of_the_box() -> None:
+    made = plan(shuffled(CUBE[:-1]))
+    # the middle is 1.22 GPa, 31.6 m/s, 72.5 degC
+    assert of_reason(made, "reference").tolist() == [[1.25, 32.0, 72.0]]
+
+
+def test_the_plan_of_an_ordered_campaign_shows_a_trend_that_the_order_hid() -> None:
+    """The smallest trend of the force, five standard deviations, of an oil without a law."""
+    runs = latin()
+    tested = runs[np.lexsort((runs[:, 0], runs[:, 1], runs[:, 2]))]
+    smallest = []
+    for conditions in (tested, added(tested, plan(tested))):
+        random = np.random.default_rng(8)
+        points = simulated(TRUTHS["jt"], conditions, random, slips=np.geomspace(0.002, 0.3, 9))
+        curves, _ = points.canonical_order()
+        surface = fit_surface(points, fitted_law(points))
+        trend = np.linspace(-0.5, 0.5, len(conditions))[curves]
+        smallest.append(smallest_seen(surface.misfit_covariance, "gain", trend))
+    hidden, shown = smallest
+    assert hidden > 0.2
+    assert shown < 0.05
+
+
+@pytest.mark.parametrize(
+    ("conditions", "name"),
+    [
+        (grid(PRESSURES, SPEEDS, TEMPERATURES), "max_hertz_pressure_gpa"),
+        (latin()[np.argsort(latin()[:, 2], kind="stable")], "inlet_temperature_c"),
+        (CUBE[np.argsort(CUBE[:, 1], kind="stable")], "entrainment_speed_m_s"),
+        (shuffled(latin()), ""),
+        (shuffled(grid(*BOX)), ""),
+        # each condition twice in a row: no run is repeated later
+        (np.repeat(CUBE, 2, axis=0), "max_hertz_pressure_gpa"),
+        # the first run again at the end
+        (np.concatenate([CUBE, CUBE[:1]]), ""),
+        (CUBE[:5], ""),
+    ],
+)
+def test_order_of_a_condition_is_found(conditions: FloatArray, name: str) -> None:
+    assert ordered_by(conditions) == name
+
+
+def test_first_plan_has_24_runs_at_three_or_more_levels_of_each_condition() -> None:
+    made = plan_runs(NO_DATA, PLAIN, OIL)
+    first = of_reason(made, "first_plan")
+    assert len(first) == 24
+    assert level_counts(first) == [3, 4, 6]
+    order = made.table().set_index("run_order")["run_reason"]
+    assert order.index[order == "reference"].tolist() == [1, 7, 13, 19, 25]
+    conditions = made.table()[list(CONDITIONS)].to_numpy()
+    assert ordered_by(conditions) == ""
+
+
+def lies_within_the_rig(made: RunPlan, mu: float) -> None:
+    """Against limits, sensors and film of the rig, from its file; the film as in the maps."""
+    rig = SETTINGS.rigs[made.rig]
+    assert rig.limits is not None
+    assert rig.full_scale is not None
+    table = made.table()
+    load = CONTACT.load_n(table["max_hertz_pressure_gpa"].to_numpy())
+    np.testing.assert_allclose(table["load_n"], load)
+    assert load.max() <= rig.full_scale.load_n
+    assert (load * mu).max() <= rig.full_scale.traction_force_n
+    assert table["max_hertz_pressure_gpa"].max() <= rig.limits.max_hertz_pressure_gpa
+    assert table["inlet_temperature_c"].max() <= rig.limits.inlet_temperature_c
+    assert table["slide_roll_ratio"].max() <= rig.limits.slide_roll_ratio
+    faster = table["entrainment_speed_m_s"] * (1 + table["slide_roll_ratio"] / 2)
+    assert faster.max() <= rig.full_scale.surface_speed_m_s
+    film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
+    for row in table.to_dict("records"):
+        point = Grid(*(np.array([row[name]]) for name in (*CONDITIONS, "slide_roll_ratio")))
+        _, lambda_ratio = film.over(point)
+        assert lambda_ratio.item() == pytest.approx(row["lambda_ratio"])
+        assert lambda_ratio.item() > SETTINGS.gates.lambda_limit
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_run_is_beyond_the_rig(seed: int) -> None:
+    """Campaigns at the edge of the rig: loads near 200 N, 50 m/s, 150 degC, thin films."""
+    random = np.random.default_rng(seed)
+    possible = ([1.0, 1.3, 1.65], [3.0, 10.0, 48.0], [25.0, 90.0, 148.0])
+    pairs = [tuple(np.sort(random.choice(values, 2, False)).tolist()) for values in possible]
+    tested = shuffled(grid(*pairs), seed)
+    made = plan(tested)
+    lies_within_the_rig(made, 0.03)
+    lies_within_the_rig(plan_runs(NO_DATA, PLAIN, OIL), PLAIN.plan.largest_traction)
+
+
+def test_what_the_rig_cannot_run_is_counted_and_named() -> None:
+    beyond = {"max_hertz_pressure_gpa": [1.0, 1.25, 2.0], "inlet_temperature_c": [25, 70, 120]}
+    settings = SETTINGS.with_changes({"campaign": {"matrix": beyond}})
+    made = plan_runs(NO_DATA, settings, OIL)
+    # 12 conditions of 2 GPa, 337 N, on a load cell of 200 N; 24 conditions remain
+    assert made.left_out["the load sensor's full scale"] == 12
+    planned = of_reason(made, "planned")
+    assert len(planned) == 24
+    # two pressures remain
+    assert len(of_reason(made, "third_level")) > 0
+    assert set(planned[:, 0]) == {1.0, 1.25}
+
+
+def test_conditions_of_the_matrix_without_an_accepted_run_are_planned() -> None:
+    matrix = grid(PRESSURES, SPEEDS, TEMPERATURES)
+    lost = matrix[[5, 40]]
+    made = plan(shuffled(np.delete(matrix, [5, 40], axis=0)), SETTINGS)
+    assert sorted(of_reason(made, "planned").tolist()) == sorted(lost.tolist())
+    assert reasons(made) == {"reference", "planned"}
+
+
+def campaign_tables(conditions: FloatArray, names: list[str], oil: str) -> CampaignTables:
+    """Accepted runs, whose set points are in the table of runs."""
+    runs = []
+    points = []
+    set_points = [f"nominal_{name}" for name in CONDITIONS]
+    for name, row in zip(names, conditions.tolist(), strict=True):
+        run = {"run_id": name, "oil": oil, "rig": "ball-on-disc-20mm", "verdict": "accepted"}
+        runs.append(run | dict(zip(set_points, row, strict=True)))
+        for slip in (0.01, 0.3):
+            point = {"run_id": name, "oil": oil, "accepted": True, "slide_roll_ratio": slip}
+            points.append(point | {"traction_coefficient": 0.01 + row[0] / 100})
+    return CampaignTables.in_memory(runs=rows("runs", *runs), points=rows("points", *points))
+
+
+def test_order_does_not_depend_on_names_of_runs_and_oils_or_on_the_order_of_rows() -> None:
+    random = np.random.default_rng(5)
+    conditions = random_conditions(12, random).round(2)
+    names = [f"run{number}" for number in range(12)]
+    oil_file = PLAIN.plain()["oils"][OIL]
+    renamed_oil = Settings.of({**PLAIN.plain(), "oils": {"another": oil_file}})
+    tables = []
+    for oil, settings in ((OIL, PLAIN), ("another", renamed_oil)):
+        for _ in range(3):
+            rows_in_order = random.permutation(12)
+            named = random.permutation(names).tolist()
+            results = campaign_tables(conditions[rows_in_order], named, oil)
+            assert MeasuredRuns.of_oil(results, settings, oil).conditions.shape == (12, 3)
+            table, told = run_plan_table(results, settings)
+            assert not told
+            tables.append(table.drop(columns=["oil"]))
+    for table in tables[1:]:
+        pd.testing.assert_frame_equal(table, tables[0])
+
+
+def test_the_seed_decides_the_order_and_nothing_else() -> None:
+    tested = shuffled(grid(*BOX))
+    tables = []
+    for seed in (1, 1, 2):
+        table = plan(tested, PLAIN.with_changes({"seed": seed})).table()
+        tables.append(table[[*CONDITIONS, "run_reason"]])
+    pd.testing.assert_frame_equal(tables[0], tables[1])
+    assert not tables[0].equals(tables[2])
+    by_value = [
+        table.sort_values([*CONDITIONS, "run_reason"], ignore_index=True) for table in tables
+    ]
+    pd.testing.assert_frame_equal(by_value[0], by_value[2])
+
+
+def test_an_oil_without_runs_gets_a_first_plan_beside_an_oil_with_runs() -> None:
+    plain = PLAIN.plain()
+    settings = Settings.of({**plain, "oils": {OIL: plain["oils"][OIL], "new": plain["oils"][OIL]}})
+    results = campaign_tables(shuffled(grid(*BOX)), [f"run{number}" for number in range(8)], OIL)
+    table, told = run_plan_table(results, settings)
+    assert not told
+    of_new = table[table["oil"] == "new"]
+    assert (of_new["run_reason"] == "first_plan").sum() == 24
+    assert "first_plan" not in set(table.loc[table["oil"] == OIL, "run_reason"])
+
+
+def test_a_corner_that_the_rig_cannot_run_keeps_no_campaign_from_its_repeats() -> None:
+    """1.5 GPa at 25 degC needs more than 10 N of force where the nearest mu is 0.08."""
+    is_lost = (CUBE[:, 0] == 1.5) & (CUBE[:, 2] == 25) & (CUBE[:, 1] == 25)
+    tested = shuffled(CUBE[~is_lost])
+    near_the_corner = (tested[:, 0] > 1.2) & (tested[:, 2] < 80)
+    runs = replace(measured(tested), largest_mu=np.where(near_the_corner, 0.08, 0.03))
+    made = plan_runs(runs, PLAIN, OIL)
+    assert made.left_out["the force sensor's full scale"] == 1
+    assert reasons(made) == {"reference", "repeat"}
+
+
+def test_oil_of_unknown_properties_is_planned_without_a_film() -> None:
+    plain = PLAIN.plain()
+    settings = Settings.of({**plain, "oils": {OIL: None}})
+    made = plan(shuffled(grid(*BOX)), settings)
+    assert not made.film_is_judged
+    assert made.table()["lambda_ratio"].isna().all()
+
+
+def test_rig_without_limits_has_no_plan_and_the_reason_is_told() -> None:
+    plain = PLAIN.plain()
+    (name,) = plain["rigs"]
+    rig = {key: value for key, value in plain["rigs"][name].items() if key != "limits"}
+    settings = Settings.of({**plain, "rigs": {name: rig}})
+    results = campaign_tables(grid(*BOX), [f"run{number}" for number in range(8)], OIL)
+    table, told = run_plan_table(results, settings)
+    assert table.empty
+    assert "lacks the key `limits`" in told[0]
+
+
+def test_the_force_of_a_run_is_that_of_the_nearest_measured_run() -> None:
+    """A force sensor of 10 N: 142 N at 1.5 GPa, so that mu of 0.08 is too much there."""
+    tested = shuffled(grid(PRESSURES, (25.0, 32.0, 40.0), ends(TEMPERATURES)))
+    cold = tested[:, 2] == 25
+    largest_mu = np.where(cold & (tested[:, 0] == 1.5), 0.08, 0.03)
+    runs = replace(measured(tested), largest_mu=largest_mu)
+    made = plan_runs(runs, PLAIN, OIL)
+    third = of_reason(made, "third_level")
+    # 72.5 degC is as near to 25 degC as to 120 degC: the larger mu counts
+    assert 1.5 not in third[:, 0]
+    assert made.left_out["the force sensor's full scale"] == 1

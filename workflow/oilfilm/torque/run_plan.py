@@ -1,0 +1,303 @@
+"""The runs that a campaign lacks, in the order in which to make them; no law is needed.
+
+A plan has the runs that the campaign lacks (`oilfilm.torque.lacking_runs`). It has repeats where
+the order of the measured runs hides a drift, or where nothing else is lacking. All are in random
+order. Every sixth run is a reference run, always at the same condition. It shows whether the rig
+has changed, and joins the new runs to the old ones.
+
+Decides: the runs to make next, their reasons and their order; the condition of reference runs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.ties import exceeds
+from oilfilm.base.units import BoolArray, FloatArray
+from oilfilm.fits.patterns import natural_key
+from oilfilm.settings.config import PlanSettings
+from oilfilm.settings.resolved import Settings
+from oilfilm.surface.measurements import scaled_conditions
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.set_points import with_levels, with_measured
+from oilfilm.torque.bearing_torque import joined
+from oilfilm.torque.feasible_tests import JudgedTests, PlannedRig, judge_tests
+from oilfilm.torque.lacking_runs import (
+    Levels,
+    PlannedRun,
+    distinct,
+    first_runs,
+    is_among,
+    lacking_runs,
+)
+from oilfilm.torque.operating_grid import Film
+from oilfilm.torque.run_order import ordered_by, random_order
+from oilfilm.traction.law import CONDITIONS
+
+# Conditions that are repeated. After 24 runs in the order of pressure the plan lowers the smallest
+# trend of the force that is seen from 35 to 70 % to 3 % (`make bench NAME=run_plan`).
+_REPEATS = 5
+# A reference run is followed by so many other runs.
+RUNS_BETWEEN_REFERENCES = 5
+# Slips of a planned run, equally spaced in the logarithm, as a share of the largest one.
+_SLIP_SHARES = np.geomspace(0.005, 1, 15)
+
+
+@dataclass(frozen=True)
+class MeasuredRuns:
+    """Accepted runs of one oil.
+
+    Attributes:
+        conditions: P in GPa, U in m/s and T in degC of each run, in the order of the numbers in
+            their names, shape (runs, 3).
+        largest_mu: Largest traction coefficient of each run, shape (runs,).
+        largest_slip: Largest slip of each run, shape (runs,).
+    """
+
+    conditions: FloatArray
+    largest_mu: FloatArray
+    largest_slip: FloatArray
+
+    @classmethod
+    def of_oil(cls, results: CampaignTables, settings: Settings, oil: str) -> "MeasuredRuns":
+        """The accepted runs of an oil, at the levels that their set points mean.
+
+        Runs without a set point have their measured mean. Runs of unknown conditions are left out.
+        """
+        points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+        by_run = points.groupby("run_id")
+        runs = results.runs[results.runs["run_id"].isin(list(by_run.groups))]
+        noted = with_levels(with_measured(runs, points), settings).set_index("run_id")
+        noted = noted.loc[sorted(noted.index, key=natural_key)]
+        conditions = noted[[f"nominal_{name}" for name in CONDITIONS]].to_numpy(dtype=float)
+        # pressure and speed have a logarithmic scale
+        is_known = np.isfinite(conditions).all(axis=1) & (conditions[:, :2] > 0).all(axis=1)
+        largest = by_run[["traction_coefficient", "slide_roll_ratio"]].max().loc[noted.index]
+        return cls(
+            conditions=conditions[is_known],
+            largest_mu=largest["traction_coefficient"].to_numpy(dtype=float)[is_known],
+            largest_slip=largest["slide_roll_ratio"].to_numpy(dtype=float)[is_known],
+        )
+
+    @classmethod
+    def none(cls) -> "MeasuredRuns":
+        """No runs, of a campaign without data."""
+        return cls(np.empty((0, len(CONDITIONS))), np.empty(0), np.empty(0))
+
+
+@dataclass(frozen=True)
+class RunLimits:
+    """What limits the runs of one oil on a rig.
+
+    Attributes:
+        rig: The rig.
+        film: Film of the oil; None where its properties are not known.
+        lambda_limit: A film is full above this ratio.
+        runs: The measured runs.
+        largest_traction: Expected largest traction coefficient where no run was measured.
+    """
+
+    rig: PlannedRig
+    film: Film | None
+    lambda_limit: float
+    runs: MeasuredRuns
+    largest_traction: float
+
+    def judge(self, conditions: FloatArray) -> JudgedTests:
+        """Judge runs at some conditions, shape (runs, 3)."""
+        mu = self._expected_mu(conditions)[:, np.newaxis]
+        return judge_tests(self.rig, self.film, self.lambda_limit, conditions, self.slips, mu)
+
+    def runnable(self, conditions: FloatArray) -> BoolArray:
+        """Which runs the rig can make, shape (runs,)."""
+        return self.judge(conditions).is_feasible
+
+    @property
+    def slips(self) -> FloatArray:
+        """Slips of a planned run, shape (slips,)."""
+        largest = self.rig.limits.slide_roll_ratio
+        if len(self.runs.largest_slip):
+            largest = min(largest, float(np.median(self.runs.largest_slip)))
+        return largest * _SLIP_SHARES
+
+    def _expected_mu(self, conditions: FloatArray) -> FloatArray:
+        """Largest mu of the nearest measured run, shape (runs,)."""
+        if not len(self.runs.conditions):
+            return np.full(len(conditions), self.largest_traction)
+        measured = scaled_conditions(self.runs.conditions)
+        away = scaled_conditions(conditions)[:, np.newaxis] - measured
+        distance = np.sum(away**2, axis=2)
+        is_nearest = ~exceeds(distance, distance.min(axis=1, keepdims=True))
+        return np.max(np.where(is_nearest, self.runs.largest_mu, -np.inf), axis=1)
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """The runs to make next for one oil.
+
+    Attributes:
+        oil: Name of the oil.
+        rig: Name of the rig.
+        runs: The runs, in the order in which to make them.
+        judged: Their load, largest slip and film, in the same order.
+        ordered_by: The condition in whose order the measured runs were made; empty if none.
+        left_out: Number of lacking runs that the rig cannot make, by the limit.
+        film_is_judged: Whether the film of the runs is known.
+    """
+
+    oil: str
+    rig: str
+    runs: list[PlannedRun]
+    judged: JudgedTests
+    ordered_by: str
+    left_out: dict[str, int]
+    film_is_judged: bool
+
+    def table(self) -> pd.DataFrame:
+        """Rows of the table `run_plan`."""
+        conditions = _conditions_of(self.runs)
+        frame = pd.DataFrame(conditions, columns=list(CONDITIONS))
+        new_levels = pd.Series([run.new_levels for run in self.runs], dtype=object)
+        return frame.assign(
+            oil=self.oil,
+            rig=self.rig,
+            run_order=np.arange(1, len(self.runs) + 1),
+            run_reason=[run.reason for run in self.runs],
+            new_levels=new_levels,
+            load_n=self.judged.load_n,
+            slide_roll_ratio=self.judged.largest_slip,
+            lambda_ratio=self.judged.smallest_lambda,
+            ordered_by=self.ordered_by,
+        )
+
+
+def _conditions_of(runs: Sequence[PlannedRun]) -> FloatArray:
+    """P, U and T of runs, shape (runs, 3)."""
+    return np.array([run.conditions for run in runs]).reshape(-1, len(CONDITIONS))
+
+
+def plan_runs(measured: MeasuredRuns, settings: Settings, oil: str) -> RunPlan:
+    """The runs to make next for an oil.
+
+    Args:
+        measured: Its runs; none for a campaign without data.
+        settings: The settings.
+        oil: Name of the oil.
+
+    Raises:
+        OilfilmError: The rig is not known well enough.
+    """
+    rig = PlannedRig.of_campaign(settings)
+    properties = settings.properties_of(oil)
+    film = None
+    if properties is not None:
+        film = Film(rig.contact, properties, settings.film.thickness)
+    plan = settings.plan
+    limits = RunLimits(rig, film, settings.gates.lambda_limit, measured, plan.largest_traction)
+    wanted = _wanted_runs(measured, _matrix(settings), plan, limits)
+    judged_wanted = limits.judge(_conditions_of(wanted))
+    runs = [wanted[row] for row in np.flatnonzero(judged_wanted.is_feasible)]
+    order_of_measured = ordered_by(measured.conditions)
+    if order_of_measured or not runs:
+        repeats = _repeats(measured, is_ordered=order_of_measured != "")
+        can_repeat = limits.runnable(_conditions_of(repeats))
+        runs += [repeats[row] for row in np.flatnonzero(can_repeat)]
+    runs = _in_order(runs, measured.conditions, limits, settings.seed)
+    return RunPlan(
+        oil=oil,
+        rig=rig.name,
+        runs=runs,
+        judged=limits.judge(_conditions_of(runs)),
+        ordered_by=order_of_measured,
+        left_out=judged_wanted.left_out,
+        film_is_judged=film is not None,
+    )
+
+
+def _matrix(settings: Settings) -> FloatArray:
+    """P, U and T of the campaign's matrix, shape (conditions, 3); none without a matrix."""
+    matrix = settings.campaign.matrix
+    if matrix is None:
+        return np.empty((0, len(CONDITIONS)))
+    mesh = np.meshgrid(*(getattr(matrix, name) for name in CONDITIONS), indexing="ij")
+    return np.stack(mesh, axis=-1).reshape(-1, len(CONDITIONS)).astype(float)
+
+
+def _wanted_runs(
+    measured: MeasuredRuns, matrix: FloatArray, plan: PlanSettings, limits: RunLimits
+) -> list[PlannedRun]:
+    """The runs that the campaign lacks: those of its matrix, then levels and corners."""
+    levels = [getattr(plan.levels, name) for name in CONDITIONS]
+    is_missing = ~is_among(matrix, measured.conditions)
+    runs = [PlannedRun(row, "planned") for row in matrix[is_missing]]
+    planned = matrix[is_missing]
+    planned = planned[limits.runnable(planned)]
+    conditions = np.concatenate([measured.conditions, planned])
+    if not len(conditions):
+        return runs + first_runs(levels, limits.runnable)
+    return runs + lacking_runs(conditions, levels, limits.runnable)
+
+
+def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
+    """Repeats of measured conditions.
+
+    Runs in the order of a condition are repeated from the first to the last. Other runs are
+    repeated, over the range of their conditions, where fewer are repeats yet.
+    """
+    conditions = measured.conditions
+    different = distinct(conditions)
+    if is_ordered:
+        count = _REPEATS
+        # in the order in which they were made
+        candidates = conditions
+    else:
+        count = _REPEATS - (len(conditions) - len(different))
+        candidates = different
+    if count <= 0 or not len(candidates):
+        return []
+    rows = np.linspace(0, len(candidates) - 1, min(count, len(candidates))).round().astype(int)
+    return [PlannedRun(row, "repeat") for row in distinct(candidates[rows])]
+
+
+def _in_order(
+    runs: list[PlannedRun], measured: FloatArray, limits: RunLimits, seed: int
+) -> list[PlannedRun]:
+    """The runs in random order, with the reference runs between them."""
+    if not runs:
+        return []
+    by_value = sorted(runs, key=lambda run: tuple(run.conditions))
+    reference = PlannedRun(_reference(by_value, measured, limits), "reference")
+    ordered = []
+    for number, row in enumerate(random_order(_conditions_of(by_value), seed)):
+        if number % RUNS_BETWEEN_REFERENCES == 0:
+            ordered.append(reference)
+        ordered.append(by_value[row])
+    return ordered
+
+
+def _reference(runs: list[PlannedRun], measured: FloatArray, limits: RunLimits) -> FloatArray:
+    """The condition of reference runs: of measured ones that nearest to the middle of the box.
+
+    A measured condition joins the new runs to the old ones. Without data it is one of the plan.
+    """
+    planned = _conditions_of(runs)
+    box = Levels.of_conditions(np.concatenate([measured, planned]))
+    possible = measured[limits.runnable(measured)]
+    among = is_among(box.conditions, possible if len(possible) else planned)
+    return box.nearest(box.middle, among, np.ones(len(CONDITIONS), dtype=bool))
+
+
+def run_plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:
+    """The table `run_plan` of a campaign, and the reasons why oils have no rows in it."""
+    plans = []
+    reasons = []
+    for oil in settings.oils:
+        try:
+            measured = MeasuredRuns.of_oil(results, settings, oil)
+            plans.append(plan_runs(measured, settings, oil).table())
+        except OilfilmError as reason:
+            reasons.append(str(reason))
+    return joined(plans, "run_plan"), reasons

@@ -1,0 +1,237 @@
+"""Quantities that a plan of tests makes more certain: torque and cage slip of a bearing, or mu.
+
+Each has a gradient by the constants of the law, and the conditions of the contacts that matter to
+it.
+
+Decides: at which operating points a quantity depends smoothly on the constants of a law.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.units import BoolArray, FloatArray
+from oilfilm.bearing.geometry import Bearing
+from oilfilm.fits.measured_curves import Information, form_coordinates
+from oilfilm.fits.problem import Curves
+from oilfilm.physics.contact import Contact
+from oilfilm.settings.config import PointOfTraction
+from oilfilm.torque.bearing_torque import OilInBearing
+from oilfilm.traction.law import CONDITIONS, to_constants
+
+BEARING_TARGETS = ("torque", "cage_slip")
+# Columns of the calculated results with the maximum pressure at both races.
+_PRESSURES = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
+# Step of the internal constants in finite differences.
+_STEP = 1e-3
+# Largest second difference over first difference of a smooth quantity. It is of the size of the
+# step for a smooth quantity, and 1 for a jump.
+_LARGEST_CURVATURE = 0.5
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Quantities whose uncertainty is to be reduced.
+
+    Attributes:
+        target: `torque`, `cage_slip` or `traction`.
+        labels: Operating point of each quantity, as text.
+        gradients: Gradients by the free internal constants, shape (quantities, free). Those of
+            torque and traction are relative to the value.
+        lever: Change of each quantity per relative change of all traction, in the unit of
+            `gradients`.
+        coordinates: Conditions of the contacts that matter, as `form_coordinates` gives them,
+            shape (quantities, contacts, 3).
+        left_out: Operating points without such a gradient, with the reason.
+    """
+
+    target: str
+    labels: list[str]
+    gradients: FloatArray
+    lever: FloatArray
+    coordinates: FloatArray
+    left_out: list[str]
+
+
+def wanted_in_bearing(
+    oil: OilInBearing,
+    bearing: Bearing,
+    duty: FloatArray,
+    information: Information,
+    contact: Contact,
+) -> dict[str, Wanted]:
+    """Torque and cage slip at operating points, with their gradients by the free constants.
+
+    The gradients include the friction equilibrium, which is solved again with each moved constant.
+
+    Args:
+        oil: The oil with its law.
+        bearing: The bearing.
+        duty: Rows of axial load in N, inner speed in rpm, oil temperature in degC.
+        information: Information of the measured curves: the law and its constants.
+        contact: Contact of the traction rig.
+
+    Raises:
+        OilfilmError: No operating point has a gradient.
+    """
+    moves = _moves_of_constants(information)
+    terms = _run_with_moves(oil, bearing, duty, information, moves)
+    # one axis for the moves, one for the operating points
+    shape = (len(moves), len(duty))
+    values = {
+        "torque": terms["torque_n_m"].to_numpy(dtype=float).reshape(shape),
+        "cage_slip": terms["cage_slip"].to_numpy(dtype=float).reshape(shape),
+    }
+    converged = terms["converged"].to_numpy(dtype=bool).reshape(shape)
+    is_solved: BoolArray = np.asarray(converged.all(axis=0))
+    is_smooth: BoolArray = is_solved.copy()
+    for value in values.values():
+        is_smooth &= _is_smooth(value)
+    labels, left_out = _labels(duty, is_solved, is_smooth)
+    if not labels:
+        raise OilfilmError(
+            f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
+            f"law's constants ({left_out[0]}). Choose other duty points."
+        )
+    unmoved = terms.iloc[: len(duty)]
+    coordinates = _coordinates_of_contacts(unmoved, duty, contact)[is_smooth]
+    wanted = {}
+    for target in BEARING_TARGETS:
+        smooth_values = values[target][:, is_smooth]
+        forward, backward = np.split(smooth_values[1:], 2)
+        gradient = (forward - backward).T / (2 * _STEP)
+        if target == "torque":
+            gradient = gradient / smooth_values[0][:, np.newaxis]
+        wanted[target] = Wanted(
+            target=target,
+            labels=labels,
+            gradients=gradient[:, :-1],
+            lever=gradient[:, -1],
+            coordinates=coordinates,
+            left_out=left_out,
+        )
+    return wanted
+
+
+def _moves_of_constants(information: Information) -> FloatArray:
+    """Moves of the internal constants and of the logarithm of all traction.
+
+    Returns:
+        Rows of shape (constants + 1,). The first row moves nothing. Then each row moves one free
+        constant, or the traction, forward. The same rows follow with backward moves.
+    """
+    count = len(information.internal)
+    moved_columns = np.append(np.flatnonzero(information.free), count)
+    forward = _STEP * np.eye(count + 1)[moved_columns]
+    return np.concatenate([np.zeros((1, count + 1)), forward, -forward])
+
+
+def _run_with_moves(
+    oil: OilInBearing,
+    bearing: Bearing,
+    duty: FloatArray,
+    information: Information,
+    moves: FloatArray,
+) -> pd.DataFrame:
+    """The calculated motion of the bearing, one row per move and operating point.
+
+    Args:
+        oil: The oil with its law.
+        bearing: The bearing.
+        duty: As in `wanted_in_bearing`.
+        information: Information of the measured curves: the law and its constants.
+        moves: As `_moves_of_constants` returns them.
+    """
+    constants = to_constants(information.law, information.internal + moves[:, :-1])
+    load, speed, temperature = np.tile(duty.T, len(moves))
+    moved_oil = oil.with_constants(np.repeat(constants, len(duty), axis=0))
+    traction_factor = np.exp(np.repeat(moves[:, -1], len(duty)))
+    return moved_oil.run(bearing, load, speed, temperature, traction_factor=traction_factor)
+
+
+def _labels(
+    duty: FloatArray, is_solved: BoolArray, is_smooth: BoolArray
+) -> tuple[list[str], list[str]]:
+    """Operating points with a gradient, and those without one with the reason."""
+    labels = []
+    left_out = []
+    for row, (load_n, speed_rpm, temperature_c) in enumerate(duty):
+        label = f"{load_n:g} N, {speed_rpm:g} rpm, {temperature_c:g} degC"
+        if is_smooth[row]:
+            labels.append(label)
+        elif is_solved[row]:
+            left_out.append(f"{label}: it jumps with the constants")
+        else:
+            left_out.append(f"{label}: no equilibrium")
+    return labels, left_out
+
+
+def _coordinates_of_contacts(terms: pd.DataFrame, duty: FloatArray, contact: Contact) -> FloatArray:
+    """Conditions of both contacts at each operating point, shape (operating points, 2, 3)."""
+    load = contact.load_n(terms[_PRESSURES].to_numpy())
+    speed = terms[["entrainment_speed_m_s"]].to_numpy()
+    temperature = duty[:, [2]]
+    return form_coordinates(
+        load, np.broadcast_to(speed, load.shape), np.broadcast_to(temperature, load.shape)
+    )
+
+
+def _is_smooth(values: FloatArray) -> BoolArray:
+    """Whether forward and backward differences agree, over all constants together.
+
+    Args:
+        values: A quantity by moves (`_moves_of_constants`) and operating points.
+    """
+    forward, backward = np.split(values[1:], 2)
+    first = np.linalg.norm(forward - backward, axis=0) / 2
+    second = np.linalg.norm(forward + backward - 2 * values[0], axis=0)
+    # rounding of the equilibrium, for a quantity that does not depend on the law
+    rounding = 1e-9 * np.maximum(np.abs(values[0]), 1e-3)
+    return np.asarray(second <= _LARGEST_CURVATURE * first + rounding)
+
+
+def wanted_traction(
+    points: list[PointOfTraction], information: Information, contact: Contact
+) -> Wanted:
+    """mu at some conditions, with its relative gradients by the free constants.
+
+    Args:
+        points: The conditions and slips.
+        information: Information of the measured curves: the law and its constants.
+        contact: Contact of the traction rig.
+
+    Raises:
+        OilfilmError: The law depends on a condition that the points do not have.
+    """
+    levels = pd.DataFrame([point.model_dump() for point in points])
+    law = information.law
+    missing = sorted(set(law.conditions) - set(levels))
+    if missing:
+        raise OilfilmError(
+            f"plan.traction_at: the law {law.name} needs {', '.join(missing)}; plan for torque or "
+            "cage slip."
+        )
+    slip = levels["slide_roll_ratio"].to_numpy(dtype=float)
+    conditions = levels[list(law.conditions)].to_numpy(dtype=float)
+    # the law takes no load here, so that any load will do
+    curves = Curves(conditions, np.ones(len(slip)), np.arange(len(slip)), slip)
+    observations = curves.observations(law)
+    mu = law.traction(information.internal, observations)
+    slopes = law.jacobian(information.internal, observations)[:, information.free]
+    labels = [
+        f"{point.max_hertz_pressure_gpa:g} GPa, {point.entrainment_speed_m_s:g} m/s, "
+        f"{point.inlet_temperature_c:g} degC, S {point.slide_roll_ratio:g}"
+        for point in points
+    ]
+    pressure, speed, temperature = levels[list(CONDITIONS)].to_numpy(dtype=float).T
+    coordinates = form_coordinates(contact.load_n(pressure), speed, temperature)
+    return Wanted(
+        target="traction",
+        labels=labels,
+        gradients=slopes / mu[:, np.newaxis],
+        lever=np.ones(len(mu)),
+        coordinates=coordinates[:, np.newaxis],
+        left_out=[],
+    )
