@@ -23,8 +23,12 @@ from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled
 
 # With fewer coordinates, kinks of a curve count as noise.
 _COORDINATES = 9
+# Weights with a larger share of values that are not 0 are multiplied faster as a dense array.
+_DENSE_SHARE = 0.25
 # mu is near zero if it is within so many errors of the zero.
 _NEAR_ZERO = 10.0
+
+SlipWeights = FloatArray | scipy.sparse.csr_array
 
 
 def is_near_zero(mu: FloatArray, zero_sd: float) -> BoolArray:
@@ -52,7 +56,7 @@ class Coordinates:
     conditions: FloatArray
     row: IndexArray
     slips: FloatArray
-    weights: scipy.sparse.csr_array
+    weights: SlipWeights
     law_slopes: FloatArray
 
 
@@ -67,9 +71,10 @@ def at_points(
         conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
         slip: Slide-roll ratio, above 0, shape (points,).
     """
+    different, row = np.unique(scaled_conditions(conditions), axis=0, return_inverse=True)
     return Coordinates(
-        conditions=box.centred(scaled_conditions(conditions)),
-        row=np.arange(len(slip)),
+        conditions=box.centred(different),
+        row=row.ravel(),
         slips=scaled_slip(slip),
         weights=scipy.sparse.csr_array(scipy.sparse.eye_array(len(slip))),
         law_slopes=slopes_of_law(law, box, conditions, slip),
@@ -107,7 +112,7 @@ class ReducedCurves:
     curve: IndexArray
     conditions: FloatArray
     slips: FloatArray
-    to_slips: scipy.sparse.csr_array
+    to_slips: SlipWeights
     departure: FloatArray
     law_slopes: FloatArray
     effects: FloatArray
@@ -120,6 +125,33 @@ class ReducedCurves:
         shape = (count, len(self.conditions))
         return scipy.sparse.csr_array((np.ones(count), (np.arange(count), self.curve)), shape)
 
+    @cached_property
+    def starts(self) -> IndexArray:
+        """First coordinate of each curve, shape (curves,)."""
+        return np.searchsorted(self.curve, np.arange(len(self.conditions)))
+
+    def coordinates_of(self, curve: int) -> IndexArray:
+        """Indices of the coordinates of one curve."""
+        ends = np.append(self.starts[1:], len(self.curve))
+        return np.arange(self.starts[curve], ends[curve])
+
+    @cached_property
+    def pairs(self) -> tuple[IndexArray, IndexArray]:
+        """Both coordinates of each pair that belongs to one curve, shape (pairs,) each."""
+        counts = np.bincount(self.curve)
+        left = np.repeat(np.arange(len(self.curve)), counts[self.curve])
+        # position of each pair among those of its left coordinate
+        position = np.arange(len(left)) - np.repeat(
+            np.cumsum(counts[self.curve]) - counts[self.curve], counts[self.curve]
+        )
+        return left, self.starts[self.curve[left]] + position
+
+    @cached_property
+    def effect_products(self) -> FloatArray:
+        """Products of the effects of both coordinates of each pair, shape (pairs, effects)."""
+        left, right = self.pairs
+        return self.effects[left] * self.effects[right]
+
     @property
     def degrees_left(self) -> int:
         """Number of points less the number of coordinates."""
@@ -130,13 +162,12 @@ class ReducedCurves:
         """Some coordinates, with what they need only."""
         rows, row = np.unique(self.curve[coordinates], return_inverse=True)
         weights = self.to_slips[coordinates]
-        used, column = np.unique(weights.indices, return_inverse=True)
-        shape = (len(coordinates), len(used))
+        used = np.unique(weights.nonzero()[1])
         return Coordinates(
             conditions=self.conditions[rows],
             row=row,
             slips=self.slips[used],
-            weights=scipy.sparse.csr_array((weights.data, column, weights.indptr), shape),
+            weights=weights[:, used],
             law_slopes=self.law_slopes[coordinates],
         )
 
@@ -156,6 +187,19 @@ class ReducedCurves:
     def over_slip(self, correlations: FloatArray) -> FloatArray:
         """Covariance of the coordinates from that of `slips`, shape (coordinates, coordinates)."""
         return np.asarray((self.to_slips @ (self.to_slips @ correlations).T).T)
+
+    def onto_slips(self, of_coordinates: FloatArray) -> FloatArray:
+        """Sums of a symmetric matrix of coordinates by weights of `slips`, shape (slips, slips)."""
+        from_slips = self.to_slips.T
+        return np.asarray(from_slips @ (from_slips @ of_coordinates).T)
+
+    def expanded(self, of_curves: FloatArray) -> FloatArray:
+        """A matrix of curves as one of their coordinates."""
+        return of_curves[:, self.curve][self.curve]
+
+    def summed(self, of_coordinates: FloatArray) -> FloatArray:
+        """Rows of coordinates summed over those of each curve, shape (curves, columns)."""
+        return np.add.reduceat(of_coordinates, self.starts, axis=0)
 
 
 def box_of(measurements: Measurements) -> ConditionBox:
@@ -215,12 +259,18 @@ def reduced(
         curve=curve,
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
-        to_slips=scipy.sparse.csr_array(vectors.T @ selector),
+        to_slips=_in_faster_form(scipy.sparse.csr_array(vectors.T @ selector)),
         departure=coordinates,
         law_slopes=vectors.T @ slopes_of_law(law, box, conditions, slip),
         effects=vectors.T @ effect_design(log_mu, conditions, slip),
         remainder=departure - vectors @ coordinates,
     )
+
+
+def _in_faster_form(weights: scipy.sparse.csr_array) -> SlipWeights:
+    """Weights as a dense array if curves share their slips, else sparse."""
+    coordinates, slips = weights.shape
+    return weights.toarray() if weights.nnz > _DENSE_SHARE * coordinates * slips else weights
 
 
 def _leading_vectors(scaled: FloatArray) -> FloatArray:

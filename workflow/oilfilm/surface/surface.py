@@ -134,7 +134,7 @@ class Surface:
             places = at_points(self.law, box, conditions[rows], slip[rows])
             variance.append(self.posterior.variance(places))
             of_bounds.append(self._spread_of_bounds(places.law_slopes))
-            single.append(box.leaves_single_level(places.conditions))
+            single.append(box.leaves_single_level(places.conditions)[places.row])
         surface_variance = np.concatenate(variance)
         effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
         next_run = surface_variance + np.sum(effects**2, axis=1) + sizes.noise**2
