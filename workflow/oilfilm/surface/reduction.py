@@ -23,11 +23,13 @@ from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled
 
 # With fewer coordinates, kinks of a curve count as noise.
 _COORDINATES = 9
-# Weights with a larger share of values that are not 0 are multiplied faster as a dense array.
-_DENSE_SHARE = 0.25
+# Spacing of the nodes that replace many different slips. Cubic interpolation over it changes a
+# correlation of the usual length by less than 1e-6.
+_NODE_SPACING = 0.05
 # mu is near zero if it is within so many errors of the zero.
 _NEAR_ZERO = 10.0
 
+# Each place may have a slip of its own, so that most weights are 0; coordinates share their slips.
 SlipWeights = FloatArray | scipy.sparse.csr_array
 
 
@@ -100,7 +102,7 @@ class ReducedCurves:
         vectors: V of all curves on its diagonal, shape (points, coordinates).
         curve: Curve of each coordinate, shape (coordinates,).
         conditions: Centred conditions of each curve, shape (curves, 3).
-        slips: Scaled slips without repeats, shape (slips,).
+        slips: Scaled slips that stand for those of all points (`slip_nodes`), shape (slips,).
         to_slips: V' as weights of `slips`, shape (coordinates, slips).
         departure: V' of ln mu less that of the law, shape (coordinates,).
         law_slopes: V' of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
@@ -112,7 +114,7 @@ class ReducedCurves:
     curve: IndexArray
     conditions: FloatArray
     slips: FloatArray
-    to_slips: SlipWeights
+    to_slips: FloatArray
     departure: FloatArray
     law_slopes: FloatArray
     effects: FloatArray
@@ -162,7 +164,7 @@ class ReducedCurves:
         """Some coordinates, with what they need only."""
         rows, row = np.unique(self.curve[coordinates], return_inverse=True)
         weights = self.to_slips[coordinates]
-        used = np.unique(weights.nonzero()[1])
+        used = np.flatnonzero(np.any(weights != 0, axis=0))
         return Coordinates(
             conditions=self.conditions[rows],
             row=row,
@@ -186,12 +188,11 @@ class ReducedCurves:
 
     def over_slip(self, correlations: FloatArray) -> FloatArray:
         """Covariance of the coordinates from that of `slips`, shape (coordinates, coordinates)."""
-        return np.asarray((self.to_slips @ (self.to_slips @ correlations).T).T)
+        return self.to_slips @ correlations @ self.to_slips.T
 
     def onto_slips(self, of_coordinates: FloatArray) -> FloatArray:
-        """Sums of a symmetric matrix of coordinates by weights of `slips`, shape (slips, slips)."""
-        from_slips = self.to_slips.T
-        return np.asarray(from_slips @ (from_slips @ of_coordinates).T)
+        """Sums of a matrix of coordinates by `to_slips`, shape (slips, slips)."""
+        return self.to_slips.T @ of_coordinates @ self.to_slips
 
     def expanded(self, of_curves: FloatArray) -> FloatArray:
         """A matrix of curves as one of their coordinates."""
@@ -243,15 +244,11 @@ def reduced(
     """
     conditions, slip = measurements.point_conditions, measurements.slip
     departure = response(measurements, log_mu, zero_sd) - law.log_mu(conditions, slip)
-    slips, slip_number = np.unique(scaled_slip(slip), return_inverse=True)
+    scaled = scaled_slip(slip)
+    slips, weights = slip_nodes(scaled)
     ends = np.cumsum(np.bincount(measurements.curve))[:-1]
-    slips_of_curves = np.split(slips[slip_number], ends)
-    blocks = [_leading_vectors(of_curve) for of_curve in slips_of_curves]
+    blocks = [_leading_vectors(of_curve) for of_curve in np.split(scaled, ends)]
     vectors = scipy.sparse.csr_array(scipy.sparse.block_diag(blocks))
-    points = len(slip)
-    selector = scipy.sparse.csr_array(
-        (np.ones(points), (np.arange(points), slip_number)), (points, len(slips))
-    )
     coordinates = vectors.T @ departure
     curve = np.repeat(np.arange(len(blocks)), [block.shape[1] for block in blocks])
     return ReducedCurves(
@@ -259,7 +256,7 @@ def reduced(
         curve=curve,
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
-        to_slips=_in_faster_form(scipy.sparse.csr_array(vectors.T @ selector)),
+        to_slips=(vectors.T @ weights).toarray(),
         departure=coordinates,
         law_slopes=vectors.T @ slopes_of_law(law, box, conditions, slip),
         effects=vectors.T @ effect_design(log_mu, conditions, slip),
@@ -267,10 +264,43 @@ def reduced(
     )
 
 
-def _in_faster_form(weights: scipy.sparse.csr_array) -> SlipWeights:
-    """Weights as a dense array if curves share their slips, else sparse."""
-    coordinates, slips = weights.shape
-    return weights.toarray() if weights.nnz > _DENSE_SHARE * coordinates * slips else weights
+def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
+    """Scaled slips that stand for those of all points, and their weights at each point.
+
+    Where runs share their slips, these are the slips themselves. Where each point has a slip of its
+    own, they are a regular grid with cubic interpolation, so that the cost does not grow with the
+    square of the number of points.
+
+    Args:
+        scaled: Scaled slips of the points, shape (points,).
+
+    Returns:
+        Shapes (slips,) and (points, slips).
+
+    Reference: A. G. Wilson, H. Nickisch, ICML 2015 (interpolation of a covariance from a grid).
+    """
+    slips, number = np.unique(scaled, return_inverse=True)
+    rows = np.arange(len(scaled))
+    # two nodes beyond each end: a point has two neighbours on either side
+    first = slips[0] - _NODE_SPACING
+    count = int(np.ceil((slips[-1] - first) / _NODE_SPACING)) + 2
+    if len(slips) <= count:
+        shape = (len(scaled), len(slips))
+        return slips, scipy.sparse.csr_array((np.ones(len(scaled)), (rows, number)), shape)
+    nodes = first + _NODE_SPACING * np.arange(count)
+    position = (scaled - first) / _NODE_SPACING
+    below = np.floor(position).astype(np.int64).clip(1, count - 3)
+    share = position - below
+    # Lagrange's polynomials of the nodes at -1, 0, 1 and 2
+    weights = [
+        -share * (share - 1) * (share - 2) / 6,
+        (share + 1) * (share - 1) * (share - 2) / 2,
+        -(share + 1) * share * (share - 2) / 2,
+        (share + 1) * share * (share - 1) / 6,
+    ]
+    columns = [below - 1, below, below + 1, below + 2]
+    entries = (np.concatenate(weights), (np.tile(rows, 4), np.concatenate(columns)))
+    return nodes, scipy.sparse.csr_array(entries, (len(scaled), count))
 
 
 def _leading_vectors(scaled: FloatArray) -> FloatArray:

@@ -25,7 +25,7 @@ from oilfilm.surface.threads import with_one_blas_thread
 # Above this number of curves, conditions that are far from each other stand for all.
 LARGEST_DENSE = 150
 _INDUCING_CONDITIONS = 60
-# The sizes of a large campaign come from so many curves.
+# The sizes of a larger campaign come from so many curves: the search grows with their third power.
 _CURVES_FOR_SIZES = 90
 # Points that are predicted at once.
 _AT_ONCE = 2000
@@ -187,7 +187,26 @@ def _interval_factors(surface: Surface) -> IntervalFactors:
     )
 
 
-@with_one_blas_thread
+@dataclass(frozen=True)
+class SurfaceSizes:
+    """The sizes of a surface, as logarithms in the order of `oilfilm.surface.reml.size_names`.
+
+    With the points and the law they give the whole surface, without a search.
+
+    Attributes:
+        first: Of the first surface, which takes the points whose logarithm is safe.
+        misfit: With an open mind on the misfit of the law.
+        interval: With the caution that intervals need.
+        converged: Whether `misfit` and `interval` are most likely. If not, they are the last step
+            of a search that found no maximum.
+    """
+
+    first: FloatArray
+    misfit: FloatArray
+    interval: FloatArray
+    converged: bool
+
+
 def fit_surface(
     measurements: Measurements,
     law: FreeLaw,
@@ -195,9 +214,6 @@ def fit_surface(
     limits: SurfaceLimits | None = None,
 ) -> Surface:
     """The surface of measured points about a fitted law.
-
-    The first pass takes the points whose logarithm is safe and the slopes of the law. The second
-    pass takes all points, and the slopes of the first surface.
 
     Args:
         measurements: The points, in any order.
@@ -209,18 +225,71 @@ def fit_surface(
         ValueError: No point is clear of zero traction.
     """
     errors = errors or RunErrorSizes()
+    sizes = most_likely_surface(measurements, law, errors)
+    return surface_of_sizes(measurements, law, errors, sizes, limits)
+
+
+@with_one_blas_thread
+def most_likely_surface(
+    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes
+) -> SurfaceSizes:
+    """The most likely sizes of a surface.
+
+    The first pass takes the points whose logarithm is safe and the slopes of the law. The second
+    pass takes all points, and the slopes of the first surface.
+
+    Args:
+        measurements: The points, in any order.
+        law: The best fitted law.
+        errors: Sizes of the errors of the rig, before the data.
+
+    Raises:
+        ValueError: No point is clear of zero traction.
+    """
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
     sample = _sample(ordered)
-    log_mu, zero_sd, start = _first_pass(sample, law, errors, box)
-
+    first_curves = _clear_curves(sample, law, errors, box)
+    first = most_likely_sizes(first_curves, box, priors(errors, CAUTIOUS))
+    log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first.sizes)
     curves = reduced(sample, law, log_mu, zero_sd, box)
-    of_misfit = most_likely_sizes(curves, box, priors(errors, MISFIT), start)
-    cautious = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), start)
-    if len(sample.conditions) < len(ordered.conditions):
-        curves = reduced(ordered, law, log_mu, zero_sd, box)
-    posterior, covariance = _posterior(curves, box, cautious.sizes)
-    misfit_posterior, misfit_covariance = _posterior(curves, box, of_misfit.sizes)
+    of_misfit = most_likely_sizes(curves, box, priors(errors, MISFIT), first.logarithms)
+    cautious = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), first.logarithms)
+    return SurfaceSizes(
+        first=first.logarithms,
+        misfit=of_misfit.logarithms,
+        interval=cautious.logarithms,
+        converged=of_misfit.converged and cautious.converged,
+    )
+
+
+@with_one_blas_thread
+def surface_of_sizes(
+    measurements: Measurements,
+    law: FreeLaw,
+    errors: RunErrorSizes,
+    sizes: SurfaceSizes,
+    limits: SurfaceLimits | None = None,
+) -> Surface:
+    """The surface of measured points, a law and known sizes.
+
+    Args:
+        measurements: The points, in any order.
+        law: The law of the search.
+        errors: Sizes of the errors of the rig, as in the search.
+        sizes: The sizes.
+        limits: What is asked of an answer.
+    """
+    ordered = measurements.in_canonical_order()
+    box = box_of(ordered)
+    first_curves = _clear_curves(_sample(ordered), law, errors, box)
+    first_sizes = Sizes.from_logarithms(sizes.first)
+    log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first_sizes)
+    curves = reduced(ordered, law, log_mu, zero_sd, box)
+    posterior, covariance = _posterior(curves, box, Sizes.from_logarithms(sizes.interval))
+    misfit_posterior, misfit_covariance = _posterior(
+        curves, box, Sizes.from_logarithms(sizes.misfit)
+    )
     return Surface(
         law=law,
         posterior=posterior,
@@ -230,14 +299,18 @@ def fit_surface(
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
         limits=limits or SurfaceLimits(),
-        converged=of_misfit.converged and cautious.converged,
+        converged=sizes.converged,
     )
 
 
-def _first_pass(
+def _clear_curves(
     sample: Measurements, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox
-) -> tuple[LogMu, float, FloatArray]:
-    """ln mu of the first surface, the error of the zero, and the logarithms of the sizes."""
+) -> ReducedCurves:
+    """The curves of the points whose logarithm is safe.
+
+    Raises:
+        ValueError: No point is clear of zero traction.
+    """
     zero_sd = errors.zero.median
     is_clear = ~is_near_zero(sample.mu, zero_sd)
     if not is_clear.any():
@@ -245,9 +318,14 @@ def _first_pass(
             f"no mu is above ten times the error of the zero, {zero_sd:g}; check the unit of mu "
             "and the zero of the rig"
         )
-    curves = reduced(sample.of_points(is_clear), law, law.log_mu, zero_sd, box)
-    found = most_likely_sizes(curves, box, priors(errors, CAUTIOUS))
-    covariance = CurveCovariance(curves, box, found.sizes)
+    return reduced(sample.of_points(is_clear), law, law.log_mu, zero_sd, box)
+
+
+def _first_surface(
+    curves: ReducedCurves, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox, sizes: Sizes
+) -> tuple[LogMu, float]:
+    """ln mu of the first surface, and the error of the zero."""
+    covariance = CurveCovariance(curves, box, sizes)
     posterior = DensePosterior(covariance)
 
     def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -255,7 +333,7 @@ def _first_pass(
         return log_mu_of(law, posterior, box, conditions, slip)
 
     # a rig may have a larger zero than it states: more points are then near zero
-    return log_mu, max(zero_sd, float(covariance.sizes.effects[_ZERO])), found.logarithms
+    return log_mu, max(errors.zero.median, float(sizes.effects[_ZERO]))
 
 
 def log_mu_of(
@@ -306,7 +384,7 @@ def _sample(ordered: Measurements) -> Measurements:
     canonical order, so that repeated runs show the effects of runs.
     """
     curves = len(ordered.conditions)
-    if curves <= LARGEST_DENSE:
+    if curves <= _CURVES_FOR_SIZES:
         return ordered
     chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
     next_ones = np.minimum(chosen + 1, curves - 1)
