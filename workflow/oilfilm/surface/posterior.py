@@ -111,8 +111,8 @@ def weighted_covariance(
     of_condition = scipy.sparse.csr_array(
         (weights, (right.row, np.arange(len(weights)))), (count, len(weights))
     )
-    by_level = level_factor @ (of_condition @ _level(covariance, right))
-    by_slip = slip_factor @ (of_condition @ right.weights)
+    by_level = np.asarray(level_factor @ (of_condition @ _level(covariance, right)))
+    by_slip = np.asarray(slip_factor @ (of_condition @ right.weights))
     over_slip = left.weights @ _slip_covariance(covariance, left, right)
     departure = np.sum(over_slip * by_slip[left.row], axis=1)
     departure += _level(covariance, left) * by_level[left.row]
