@@ -90,6 +90,7 @@ DESIGNS = {
     "72": Design(lambda _: grid(PRESSURES, SPEEDS, TEMPERATURES), PlantedErrors()),
     "24 latin": Design(lambda _: latin(), PlantedErrors(kind="logn")),
     "20 random": Design(lambda random: random_conditions(20, random), PlantedErrors(kind="slip0")),
+    # each rig runs one temperature, and new runs are those of three other rigs: a hard case
     "27, 3 rigs": Design(lambda _: CUBE, PlantedErrors(rig_gain=0.01)),
     "19, no corners": Design(lambda _: without_corners(), PlantedErrors(kind="heavy")),
     "36 = 3x2x3 x2": Design(

@@ -299,7 +299,7 @@ class NystromPosterior:
             rows: Rows of the curves.
         """
         curves, sizes = self.covariance.curves, self.covariance.sizes
-        coordinates = np.concatenate([curves.coordinates_of(row) for row in rows])
+        coordinates = np.flatnonzero(np.isin(curves.curve, rows))
         part = curves.part(coordinates)
         features = self._features(part)
         own = smooth_covariance(self.covariance, part, part) - features @ features.T

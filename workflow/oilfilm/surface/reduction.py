@@ -132,21 +132,11 @@ class ReducedCurves:
         """First coordinate of each curve, shape (curves,)."""
         return np.searchsorted(self.curve, np.arange(len(self.conditions)))
 
-    def coordinates_of(self, curve: int) -> IndexArray:
-        """Indices of the coordinates of one curve."""
-        ends = np.append(self.starts[1:], len(self.curve))
-        return np.arange(self.starts[curve], ends[curve])
-
     @cached_property
     def pairs(self) -> tuple[IndexArray, IndexArray]:
         """Both coordinates of each pair that belongs to one curve, shape (pairs,) each."""
-        counts = np.bincount(self.curve)
-        left = np.repeat(np.arange(len(self.curve)), counts[self.curve])
-        # position of each pair among those of its left coordinate
-        position = np.arange(len(left)) - np.repeat(
-            np.cumsum(counts[self.curve]) - counts[self.curve], counts[self.curve]
-        )
-        return left, self.starts[self.curve[left]] + position
+        left, right = np.nonzero(np.equal.outer(self.curve, self.curve))
+        return left, right
 
     @cached_property
     def effect_products(self) -> FloatArray:
