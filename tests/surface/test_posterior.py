@@ -185,6 +185,23 @@ def test_blocks_of_curves_change_nothing(monkeypatch):
         np.testing.assert_allclose(one.error, other.error, atol=1e-7)
 
 
+def test_factor_of_a_curve_is_that_of_what_only_its_points_share(measured):
+    covariance = covariance_of(measured)
+    basis = covariance.curves.part(np.flatnonzero(covariance.curves.curve < 6))
+    posterior = NystromPosterior(covariance, np.flatnonzero(covariance.curves.curve < 6))
+    every = list(posterior.of_curves())
+    assert len(every) == len(measured.conditions)
+    coordinates, features, factor = every[8]
+    part = covariance.curves.part(coordinates)
+    # what the basis explains, and what it leaves over beside the errors of the run
+    across = smooth_covariance(covariance, part, basis)
+    among = smooth_covariance(covariance, basis, basis)
+    explained = across @ scipy.linalg.solve(among, across.T, assume_a="pos")
+    np.testing.assert_allclose(features @ features.T, explained, atol=1e-6)
+    total = covariance.matrix()[np.ix_(coordinates, coordinates)]
+    np.testing.assert_allclose(factor @ factor.T, total - explained, atol=1e-6)
+
+
 def test_weighted_covariance_is_that_of_all_coordinates(measured):
     # places that share conditions, and slips of their own
     conditions, slip = np.repeat(NEW, 4, axis=0), np.geomspace(0.004, 0.25, 12)

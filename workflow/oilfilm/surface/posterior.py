@@ -290,6 +290,14 @@ class NystromPosterior:
         left_over = np.eye(slopes.shape[1]) - features.T @ features + half.T @ half
         return features.T @ mean, left_over
 
+    def of_curves(self) -> Iterator[tuple[IndexArray, FloatArray, FloatArray]]:
+        """Coordinates of each curve, their features, and the factor of what only they share."""
+        every_curve = np.arange(len(self.covariance.curves.conditions))
+        for rows in _in_blocks(every_curve, every_curve):
+            coordinates, features, own_factor = self._curves(rows)
+            for own in _rows_by_group(self.covariance.curves.curve[coordinates]):
+                yield coordinates[own], features[own], own_factor[np.ix_(own, own)]
+
     def _curves(self, rows: IndexArray) -> tuple[IndexArray, FloatArray, FloatArray]:
         """Coordinates of some curves, their features, and the factor of what curves do not share.
 
