@@ -7,11 +7,18 @@ import pytest
 import scipy.linalg
 
 from lawless_truths import DENG_CONSTANTS, TRUTHS
+from oilfilm.surface import posterior as posterior_module
 from oilfilm.surface.effects import effect_design
 from oilfilm.surface.kernels import DepartureSizes
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import scaled_conditions, scaled_slip
-from oilfilm.surface.posterior import DensePosterior, NystromPosterior, spread_out
+from oilfilm.surface.posterior import (
+    DensePosterior,
+    NystromPosterior,
+    smooth_covariance,
+    spread_out,
+    weighted_covariance,
+)
 from oilfilm.surface.reduction import at_points, box_of, reduced
 from oilfilm.surface.reml import CurveCovariance, Sizes
 from oilfilm.traction import PAPER_LAW
@@ -156,6 +163,55 @@ def test_nystrom_with_all_curves_is_the_dense_posterior(measured):
     change, spread = nystrom.freedom_of_law()
     np.testing.assert_allclose(change, dense.freedom_of_law()[0], atol=3e-3)
     np.testing.assert_allclose(np.diag(spread), np.diag(dense.freedom_of_law()[1]), rtol=1e-3)
+
+
+def test_blocks_of_curves_change_nothing(monkeypatch):
+    # repeated runs: three curves per condition, which one block must hold together
+    random = np.random.default_rng(14)
+    conditions = np.repeat(CONDITIONS[:7], 3, axis=0)
+    measured = simulated(TRUTHS["sol"], conditions, random, slips=FEW_SLIPS).in_canonical_order()
+    covariance, group = covariance_of(measured), measured.condition_numbers()
+    places = at_points(LAW, covariance.box, NEW, NEW_SLIP)
+    # inducing coordinates of few curves, so that a remainder is left
+    inducing = np.flatnonzero(covariance.curves.curve < 6)
+    whole = NystromPosterior(covariance, inducing)
+    expected = [whole.mean(places), whole.variance(places)]
+    expected_left_out = list(whole.left_out(group))
+    monkeypatch.setattr(posterior_module, "_CURVES_AT_ONCE", 4)
+    parts = NystromPosterior(covariance, inducing)
+    np.testing.assert_allclose([parts.mean(places), parts.variance(places)], expected, rtol=1e-6)
+    for one, other in zip(parts.left_out(group), expected_left_out, strict=True):
+        np.testing.assert_array_equal(one.coordinates, other.coordinates)
+        np.testing.assert_allclose(one.error, other.error, atol=1e-7)
+
+
+def test_factor_of_a_curve_is_that_of_what_only_its_points_share(measured):
+    covariance = covariance_of(measured)
+    basis = covariance.curves.part(np.flatnonzero(covariance.curves.curve < 6))
+    posterior = NystromPosterior(covariance, np.flatnonzero(covariance.curves.curve < 6))
+    every = list(posterior.of_curves())
+    assert len(every) == len(measured.conditions)
+    coordinates, features, factor = every[8]
+    part = covariance.curves.part(coordinates)
+    # what the basis explains, and what it leaves over beside the errors of the run
+    across = smooth_covariance(covariance, part, basis)
+    among = smooth_covariance(covariance, basis, basis)
+    explained = across @ scipy.linalg.solve(among, across.T, assume_a="pos")
+    np.testing.assert_allclose(features @ features.T, explained, atol=1e-6)
+    total = covariance.matrix()[np.ix_(coordinates, coordinates)]
+    np.testing.assert_allclose(factor @ factor.T, total - explained, atol=1e-6)
+
+
+def test_weighted_covariance_is_that_of_all_coordinates(measured):
+    # places that share conditions, and slips of their own
+    conditions, slip = np.repeat(NEW, 4, axis=0), np.geomspace(0.004, 0.25, 12)
+    covariance = covariance_of(measured)
+    everything = covariance.curves.part(np.arange(len(covariance.curves.curve)))
+    weights = np.random.default_rng(15).standard_normal(len(covariance.curves.curve))
+    places = at_points(LAW, covariance.box, conditions, slip)
+    expected = smooth_covariance(covariance, places, everything) @ weights
+    found = weighted_covariance(covariance, places, everything, weights)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
 def test_fewer_inducing_conditions_never_promise_more_than_the_dense_posterior(measured):

@@ -172,6 +172,16 @@ def test_a_large_campaign_agrees_with_the_dense_surface(measured, law, fitted, m
     assert large.interval_factors.point == pytest.approx(fitted.interval_factors.point, rel=0.01)
 
 
+def test_sizes_of_some_curves_stand_for_those_of_all(measured, law, fitted, monkeypatch):
+    monkeypatch.setattr(surface_module, "_CURVES_FOR_SIZES", 16)
+    sampled = fit_surface(measured, law)
+    assert 8 <= len(surface_module._sample(sampled.measurements).conditions) <= 16
+    one, other = sampled.predict(NEW, NEW_SLIP), fitted.predict(NEW, NEW_SLIP)
+    # all curves give the answer; only the sizes come from fewer
+    assert np.all(np.abs(np.log(one.mu / other.mu)) < other.surface_sd)
+    np.testing.assert_allclose(one.next_run_sd, other.next_run_sd, rtol=0.5)
+
+
 def test_a_temperature_that_was_not_varied_has_no_answer_elsewhere():
     conditions = grid((1.0, 1.25, 1.5), (25.0, 32.0, 40.0), (70.0,))
     measured = simulated(TRUTHS["own"], conditions, np.random.default_rng(27), slips=SLIPS)

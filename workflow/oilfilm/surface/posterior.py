@@ -15,6 +15,7 @@ from typing import Protocol
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse
 
 from oilfilm.base.ties import first_largest, first_smallest
 from oilfilm.base.units import FloatArray, IndexArray
@@ -24,6 +25,8 @@ from oilfilm.surface.reml import CurveCovariance
 
 # Added to the variance of each inducing coordinate, in units of the mean variance.
 _JITTER = 1e-10
+# Curves whose blocks are found at once: few calls, and little work on what is 0 between curves.
+_CURVES_AT_ONCE = 20
 
 
 @dataclass(frozen=True)
@@ -84,23 +87,60 @@ def smooth_covariance(
 ) -> FloatArray:
     """Covariance of the smooth part, shape (coordinates of left, coordinates of right)."""
     level_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
+    over_slip = (right.weights @ (left.weights @ _slip_covariance(covariance, left, right)).T).T
+    total = slip_factor[:, right.row][left.row]
+    total *= over_slip
+    of_level = level_factor[:, right.row][left.row]
+    of_level *= _level(covariance, left)[:, np.newaxis]
+    of_level *= _level(covariance, right)
+    total += of_level
+    total += left.law_slopes @ right.law_slopes.T
+    return total
+
+
+def weighted_covariance(
+    covariance: CurveCovariance, left: Coordinates, right: Coordinates, weights: FloatArray
+) -> FloatArray:
+    """`smooth_covariance` times weights of the right coordinates, shape (coordinates of left,).
+
+    The weights are first summed over the coordinates of each condition, so that the covariance of
+    all coordinates is never made.
+    """
+    level_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
+    count = len(right.conditions)
+    of_condition = scipy.sparse.csr_array(
+        (weights, (right.row, np.arange(len(weights)))), (count, len(weights))
+    )
+    by_level = np.asarray(level_factor @ (of_condition @ _level(covariance, right)))
+    by_slip = np.asarray(slip_factor @ (of_condition @ right.weights))
+    over_slip = left.weights @ _slip_covariance(covariance, left, right)
+    departure = np.sum(over_slip * by_slip[left.row], axis=1)
+    departure += _level(covariance, left) * by_level[left.row]
+    return departure + left.law_slopes @ (right.law_slopes.T @ weights)
+
+
+def _level(covariance: CurveCovariance, places: Coordinates) -> FloatArray:
+    """Coordinates of w, the size of the departure over slip, shape (coordinates,)."""
+    return np.asarray(places.weights @ covariance.sizes.departure.over_slip(places.slips))
+
+
+def _slip_covariance(
+    covariance: CurveCovariance, left: Coordinates, right: Coordinates
+) -> FloatArray:
+    """w M w' between the slips, shape (slips of left, slips of right)."""
+    departure = covariance.sizes.departure
     distance = np.subtract.outer(left.slips, right.slips)
-    correlation = matern(distance / covariance.sizes.departure.slip_length)
-    left_size = covariance.sizes.departure.over_slip(left.slips)
-    right_size = covariance.sizes.departure.over_slip(right.slips)
-    correlation *= np.outer(left_size, right_size)
-    over_slip = (right.weights @ (left.weights @ correlation).T).T
-    expanded = np.ix_(left.row, right.row)
-    level = np.outer(left.weights @ left_size, right.weights @ right_size)
-    departure = level_factor[expanded] * level + slip_factor[expanded] * over_slip
-    return departure + left.law_slopes @ right.law_slopes.T
+    correlation = matern(distance / departure.slip_length)
+    correlation *= departure.over_slip(left.slips)[:, np.newaxis]
+    correlation *= departure.over_slip(right.slips)
+    return correlation
 
 
 def smooth_variance(covariance: CurveCovariance, places: Coordinates) -> FloatArray:
     """Variance of the smooth part at points before the data, shape (points,)."""
     of_law = np.sum(places.law_slopes**2, axis=1)
     size = covariance.sizes.departure.over_slip(places.slips)
-    return size**2 * covariance.kernel.variances(places.conditions) + of_law
+    return size**2 * covariance.kernel.variances(places.conditions)[places.row] + of_law
 
 
 def coordinates_by_group(curves_of_coordinates: IndexArray, group: IndexArray) -> list[IndexArray]:
@@ -133,7 +173,7 @@ class DensePosterior:
 
     def mean(self, places: Coordinates) -> FloatArray:
         """See `Posterior`."""
-        return smooth_covariance(self.covariance, places, self.everything) @ self.weights
+        return weighted_covariance(self.covariance, places, self.everything, self.weights)
 
     def variance(self, places: Coordinates) -> FloatArray:
         """See `Posterior`."""
@@ -196,8 +236,9 @@ class NystromPosterior:
         """Cholesky factor of the precision of u, and the mean of u."""
         precision = np.eye(len(self.inducing))
         pull = np.zeros(len(self.inducing))
-        for coordinates in self._of_curves():
-            features, own_factor = self._curve(coordinates)
+        every_curve = np.arange(len(self.covariance.curves.conditions))
+        for rows in _in_blocks(every_curve, every_curve):
+            coordinates, features, own_factor = self._curves(rows)
             whitened = scipy.linalg.solve_triangular(own_factor, features, lower=True)
             departure = self.covariance.curves.departure[coordinates]
             precision += whitened.T @ whitened
@@ -205,10 +246,15 @@ class NystromPosterior:
         factor = scipy.linalg.cholesky(precision, lower=True)
         return factor, np.asarray(scipy.linalg.cho_solve((factor, True), pull))
 
+    @cached_property
+    def weights(self) -> FloatArray:
+        """Weights of the inducing coordinates in the mean, shape (inducing,)."""
+        _, mean = self.solved
+        return np.asarray(scipy.linalg.solve_triangular(self.factor, mean, lower=True, trans="T"))
+
     def mean(self, places: Coordinates) -> FloatArray:
         """See `Posterior`."""
-        _, mean = self.solved
-        return self._features(places) @ mean
+        return weighted_covariance(self.covariance, places, self.basis, self.weights)
 
     def variance(self, places: Coordinates) -> FloatArray:
         """See `Posterior`."""
@@ -221,21 +267,19 @@ class NystromPosterior:
     def left_out(self, group: IndexArray) -> Iterator[LeftOut]:
         """See `Posterior`."""
         precision_factor, mean = self.solved
-        by_curve = self._of_curves()
-        for rows in _rows_by_group(group):
-            features, blocks = [], []
-            for row in rows:
-                of_curve, own_factor = self._curve(by_curve[row])
-                features.append(of_curve)
-                blocks.append(scipy.linalg.cho_solve((own_factor, True), np.eye(len(own_factor))))
-            coordinates = np.concatenate([by_curve[row] for row in rows])
-            own_inverse = scipy.linalg.block_diag(*blocks)
-            stacked = np.vstack(features)
-            weighted = own_inverse @ stacked
+        order = np.argsort(group, kind="stable")
+        for block in _in_blocks(order, group[order]):
+            coordinates, features, own_factor = self._curves(block)
+            own_inverse = scipy.linalg.cho_solve((own_factor, True), np.eye(len(own_factor)))
+            weighted = own_inverse @ features
             half = scipy.linalg.solve_triangular(precision_factor, weighted.T, lower=True)
             departure = self.covariance.curves.departure[coordinates]
-            weights = own_inverse @ (departure - stacked @ mean)
-            yield LeftOut(coordinates, own_inverse - half.T @ half, weights)
+            weights = own_inverse @ (departure - features @ mean)
+            group_of_coordinates = group[self.covariance.curves.curve[coordinates]]
+            for rows in _rows_by_group(group_of_coordinates):
+                own = own_inverse[np.ix_(rows, rows)]
+                precision = own - half[:, rows].T @ half[:, rows]
+                yield LeftOut(coordinates[rows], precision, weights[rows])
 
     def freedom_of_law(self) -> tuple[FloatArray, FloatArray]:
         """See `Posterior`."""
@@ -246,20 +290,32 @@ class NystromPosterior:
         left_over = np.eye(slopes.shape[1]) - features.T @ features + half.T @ half
         return features.T @ mean, left_over
 
-    def _of_curves(self) -> list[IndexArray]:
-        """Indices of the coordinates of each curve."""
-        curves = self.covariance.curves
-        return coordinates_by_group(curves.curve, np.arange(len(curves.conditions)))
+    def of_curves(self) -> Iterator[tuple[IndexArray, FloatArray, FloatArray]]:
+        """Coordinates of each curve, their features, and the factor of what only they share."""
+        every_curve = np.arange(len(self.covariance.curves.conditions))
+        for rows in _in_blocks(every_curve, every_curve):
+            coordinates, features, own_factor = self._curves(rows)
+            for own in _rows_by_group(self.covariance.curves.curve[coordinates]):
+                yield coordinates[own], features[own], own_factor[np.ix_(own, own)]
 
-    def _curve(self, coordinates: IndexArray) -> tuple[FloatArray, FloatArray]:
-        """Features of a curve, and the Cholesky factor of what only its points share."""
+    def _curves(self, rows: IndexArray) -> tuple[IndexArray, FloatArray, FloatArray]:
+        """Coordinates of some curves, their features, and the factor of what curves do not share.
+
+        The last is the Cholesky factor of a matrix with a block for each curve on its diagonal.
+
+        Args:
+            rows: Rows of the curves.
+        """
         curves, sizes = self.covariance.curves, self.covariance.sizes
+        coordinates = np.flatnonzero(np.isin(curves.curve, rows))
         part = curves.part(coordinates)
         features = self._features(part)
         own = smooth_covariance(self.covariance, part, part) - features @ features.T
         scaled = curves.effects[coordinates] * sizes.effects
-        own += scaled @ scaled.T + sizes.noise**2 * np.eye(len(own))
-        return features, np.asarray(scipy.linalg.cholesky(own, lower=True))
+        own += scaled @ scaled.T
+        own *= np.equal.outer(curves.curve[coordinates], curves.curve[coordinates])
+        own[np.diag_indices_from(own)] += sizes.noise**2
+        return coordinates, features, np.asarray(scipy.linalg.cholesky(own, lower=True))
 
     def _features(self, coordinates: Coordinates) -> FloatArray:
         """Features of coordinates, shape (coordinates, inducing)."""
@@ -288,7 +344,22 @@ def spread_out(conditions: FloatArray, count: int) -> IndexArray:
     return np.sort(np.array(chosen, dtype=np.int64))
 
 
+def _in_blocks(rows: IndexArray, group: IndexArray) -> list[IndexArray]:
+    """Rows in blocks of some curves; a group is in one block.
+
+    Args:
+        rows: Rows of curves, shape (curves,).
+        group: Number of the group of each of them, in ascending order, shape (curves,).
+    """
+    is_first = np.diff(group, prepend=-1) > 0
+    starts = np.flatnonzero(is_first)
+    block_of_group = starts // _CURVES_AT_ONCE
+    begins = starts[np.diff(block_of_group, prepend=-1) > 0]
+    return np.split(rows, begins[1:])
+
+
 def _rows_by_group(group: IndexArray) -> list[IndexArray]:
-    """Rows of each group."""
+    """Rows of each group that has some, in the order of their numbers."""
     order = np.argsort(group, kind="stable")
-    return np.split(order, np.cumsum(np.bincount(group))[:-1])
+    begins = np.flatnonzero(np.diff(group[order])) + 1
+    return np.split(order, begins)

@@ -29,6 +29,9 @@ _NODE_SPACING = 0.05
 # mu is near zero if it is within so many errors of the zero.
 _NEAR_ZERO = 10.0
 
+# Each place may have a slip of its own, so that most weights are 0; coordinates share their slips.
+SlipWeights = FloatArray | scipy.sparse.csr_array
+
 
 def is_near_zero(mu: FloatArray, zero_sd: float) -> BoolArray:
     """Whether the logarithm of each mu is too far from linear in the error of the zero.
@@ -55,7 +58,7 @@ class Coordinates:
     conditions: FloatArray
     row: IndexArray
     slips: FloatArray
-    weights: scipy.sparse.csr_array
+    weights: SlipWeights
     law_slopes: FloatArray
 
 
@@ -70,9 +73,10 @@ def at_points(
         conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
         slip: Slide-roll ratio, above 0, shape (points,).
     """
+    different, row = np.unique(scaled_conditions(conditions), axis=0, return_inverse=True)
     return Coordinates(
-        conditions=box.centred(scaled_conditions(conditions)),
-        row=np.arange(len(slip)),
+        conditions=box.centred(different),
+        row=row.ravel(),
         slips=scaled_slip(slip),
         weights=scipy.sparse.csr_array(scipy.sparse.eye_array(len(slip))),
         law_slopes=slopes_of_law(law, box, conditions, slip),
@@ -110,7 +114,7 @@ class ReducedCurves:
     curve: IndexArray
     conditions: FloatArray
     slips: FloatArray
-    to_slips: scipy.sparse.csr_array
+    to_slips: FloatArray
     departure: FloatArray
     law_slopes: FloatArray
     effects: FloatArray
@@ -123,6 +127,23 @@ class ReducedCurves:
         shape = (count, len(self.conditions))
         return scipy.sparse.csr_array((np.ones(count), (np.arange(count), self.curve)), shape)
 
+    @cached_property
+    def starts(self) -> IndexArray:
+        """First coordinate of each curve, shape (curves,)."""
+        return np.searchsorted(self.curve, np.arange(len(self.conditions)))
+
+    @cached_property
+    def pairs(self) -> tuple[IndexArray, IndexArray]:
+        """Both coordinates of each pair that belongs to one curve, shape (pairs,) each."""
+        left, right = np.nonzero(np.equal.outer(self.curve, self.curve))
+        return left, right
+
+    @cached_property
+    def effect_products(self) -> FloatArray:
+        """Products of the effects of both coordinates of each pair, shape (pairs, effects)."""
+        left, right = self.pairs
+        return self.effects[left] * self.effects[right]
+
     @property
     def degrees_left(self) -> int:
         """Number of points less the number of coordinates."""
@@ -133,13 +154,12 @@ class ReducedCurves:
         """Some coordinates, with what they need only."""
         rows, row = np.unique(self.curve[coordinates], return_inverse=True)
         weights = self.to_slips[coordinates]
-        used, column = np.unique(weights.indices, return_inverse=True)
-        shape = (len(coordinates), len(used))
+        used = np.flatnonzero(np.any(weights != 0, axis=0))
         return Coordinates(
             conditions=self.conditions[rows],
             row=row,
             slips=self.slips[used],
-            weights=scipy.sparse.csr_array((weights.data, column, weights.indptr), shape),
+            weights=weights[:, used],
             law_slopes=self.law_slopes[coordinates],
         )
 
@@ -158,13 +178,19 @@ class ReducedCurves:
 
     def over_slip(self, correlations: FloatArray) -> FloatArray:
         """Covariance of the coordinates from that of `slips`, shape (coordinates, coordinates)."""
-        to_slips = self._dense_to_slips
-        return to_slips @ correlations @ to_slips.T
+        return self.to_slips @ correlations @ self.to_slips.T
 
-    @cached_property
-    def _dense_to_slips(self) -> FloatArray:
-        """`to_slips` without its zeros left out: a product with few slips is faster so."""
-        return self.to_slips.toarray()
+    def onto_slips(self, of_coordinates: FloatArray) -> FloatArray:
+        """Sums of a matrix of coordinates by `to_slips`, shape (slips, slips)."""
+        return self.to_slips.T @ of_coordinates @ self.to_slips
+
+    def expanded(self, of_curves: FloatArray) -> FloatArray:
+        """A matrix of curves as one of their coordinates."""
+        return of_curves[:, self.curve][self.curve]
+
+    def summed(self, of_coordinates: FloatArray) -> FloatArray:
+        """Rows of coordinates summed over those of each curve, shape (curves, columns)."""
+        return np.add.reduceat(of_coordinates, self.starts, axis=0)
 
 
 def box_of(measurements: Measurements) -> ConditionBox:
@@ -220,7 +246,7 @@ def reduced(
         curve=curve,
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
-        to_slips=scipy.sparse.csr_array(vectors.T @ weights),
+        to_slips=(vectors.T @ weights).toarray(),
         departure=coordinates,
         law_slopes=vectors.T @ slopes_of_law(law, box, conditions, slip),
         effects=vectors.T @ effect_design(log_mu, conditions, slip),

@@ -9,6 +9,7 @@ Decides: what is known of the misfit of a law before the data.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.linalg
@@ -101,31 +102,45 @@ class CurveCovariance:
         """Covariance over conditions."""
         return ConditionKernel(self.box, self.sizes.departure)
 
+    @cached_property
+    def factors(self) -> tuple[FloatArray, FloatArray]:
+        """C_E and C_G between the curves, shape (curves, curves) each."""
+        return self.kernel.factors(self.curves.conditions, self.curves.conditions)
+
+    @cached_property
+    def sizes_over_slip(self) -> FloatArray:
+        """w at each slip, shape (slips,)."""
+        return self.sizes.departure.over_slip(self.curves.slips)
+
+    @cached_property
     def level(self) -> FloatArray:
         """Coordinates of w, the size of the departure over slip."""
-        return self.curves.to_slips @ self.sizes.departure.over_slip(self.curves.slips)
+        return np.asarray(self.curves.to_slips @ self.sizes_over_slip)
 
-    def over_slip(self, correlations: FloatArray) -> FloatArray:
-        """Covariance of the coordinates from correlations of the slips, with the size over slip."""
-        size = self.sizes.departure.over_slip(self.curves.slips)
-        return self.curves.over_slip(correlations * np.outer(size, size))
-
+    @cached_property
     def slip_distances(self) -> FloatArray:
         """Distances of the scaled slips over the length, shape (slips, slips)."""
         slips = self.curves.slips
         return np.subtract.outer(slips, slips) / self.sizes.departure.slip_length
 
+    @cached_property
+    def slip_covariance(self) -> FloatArray:
+        """w M w' between the slips, shape (slips, slips)."""
+        size = self.sizes_over_slip
+        return matern(self.slip_distances) * np.outer(size, size)
+
     def matrix(self) -> FloatArray:
         """The covariance, shape (coordinates, coordinates)."""
         curves = self.curves
-        level_factor, slip_factor = self.kernel.factors(curves.conditions, curves.conditions)
-        level = self.level()
-        covariance = self._expanded(level_factor) * np.outer(level, level)
-        covariance += self._expanded(slip_factor) * self.over_slip(matern(self.slip_distances()))
+        level_factor, slip_factor = self.factors
+        covariance = curves.over_slip(self.slip_covariance)
+        covariance *= curves.expanded(slip_factor)
+        of_level = curves.expanded(level_factor)
+        of_level *= self.level[:, np.newaxis]
+        of_level *= self.level
+        covariance += of_level
         covariance += curves.law_slopes @ curves.law_slopes.T
-        same_run = curves.curve[:, np.newaxis] == curves.curve
-        scaled = curves.effects * self.sizes.effects
-        covariance += same_run * (scaled @ scaled.T)
+        covariance[curves.pairs] += curves.effect_products @ self.sizes.effects**2
         covariance[np.diag_indices_from(covariance)] += self.sizes.noise**2
         return covariance
 
@@ -135,38 +150,30 @@ class CurveCovariance:
         Args:
             weight: Symmetric, shape (coordinates, coordinates).
         """
-        curves = self.curves
-        level = self.level()
-        correlations = matern(self.slip_distances())
-        level_weight = self._summed(weight * np.outer(level, level))
-        slip_weight = self._summed(weight * self.over_slip(correlations))
-        by_name = {}
-        for number, name in enumerate(EFFECTS):
-            column = curves.membership.multiply(curves.effects[:, number, np.newaxis])
-            of_runs = column.multiply(weight @ column).sum()
-            by_name[name] = 2 * self.sizes.effects[number] ** 2 * of_runs
-        by_name["noise"] = 2 * self.sizes.noise**2 * np.trace(weight)
+        curves, size = self.curves, self.sizes_over_slip
+        level_factor, slip_factor = self.factors
+        by_name = {"noise": 2 * self.sizes.noise**2 * np.trace(weight)}
+        of_effects = 2 * self.sizes.effects**2 * (weight[curves.pairs] @ curves.effect_products)
+        by_name.update(zip(EFFECTS, of_effects, strict=True))
+
+        half_summed = curves.summed(weight * self.level[:, np.newaxis]).T
+        level_weight = curves.summed(self.level[:, np.newaxis] * half_summed)
+        slip_weight = curves.summed(
+            curves.summed(weight * curves.over_slip(self.slip_covariance)).T
+        )
         for name, (level_slope, slip_slope) in self.kernel.slopes(curves.conditions).items():
-            by_name[name] = np.sum(level_weight * level_slope) + np.sum(slip_weight * slip_slope)
-        level_factor, slip_factor = self.kernel.factors(curves.conditions, curves.conditions)
-        weighted = weight * self._expanded(slip_factor)
-        by_length = self.over_slip(matern_slope(self.slip_distances()))
-        by_name["slip_length"] = np.vdot(weighted, by_length)
+            by_name[name] = np.vdot(level_weight, level_slope) + np.vdot(slip_weight, slip_slope)
+
+        of_slips = curves.onto_slips(weight * curves.expanded(slip_factor))
+        by_length = matern_slope(self.slip_distances) * np.outer(size, size)
+        by_name["slip_length"] = np.vdot(of_slips, by_length)
         exponent = trend_exponent(curves.slips)
-        by_trend = self.over_slip(correlations * np.add.outer(exponent, exponent))
-        level_by_trend = curves.to_slips @ (exponent * self.sizes.departure.over_slip(curves.slips))
-        of_level = level @ (weight * self._expanded(level_factor)) @ level_by_trend
-        by_name["slip_trend"] = np.vdot(weighted, by_trend) + 2 * of_level
+        by_trend = self.slip_covariance * np.add.outer(exponent, exponent)
+        level_by_trend = np.asarray(curves.to_slips @ (exponent * size))
+        trend_weight = curves.summed(level_by_trend[:, np.newaxis] * half_summed)
+        of_level = np.vdot(trend_weight, level_factor)
+        by_name["slip_trend"] = np.vdot(of_slips, by_trend) + 2 * of_level
         return np.array([by_name[name] for name in size_names()])
-
-    def _expanded(self, of_curves: FloatArray) -> FloatArray:
-        """A matrix of curves as one of their coordinates."""
-        return of_curves[np.ix_(self.curves.curve, self.curves.curve)]
-
-    def _summed(self, of_coordinates: FloatArray) -> FloatArray:
-        """A symmetric matrix of coordinates summed over those of each curve."""
-        membership = self.curves.membership
-        return np.asarray(membership.T @ (membership.T @ of_coordinates).T)
 
 
 def objective(
@@ -181,11 +188,11 @@ def objective(
         known: The priors of the sizes.
     """
     covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
-    factor = scipy.linalg.cholesky(covariance.matrix(), lower=True)
-    inverse = _inverse(factor)
+    half_log_determinant, inverse = _half_log_determinant_and_inverse(covariance.matrix())
     weights = inverse @ curves.departure
-    value = 0.5 * curves.departure @ weights + np.sum(np.log(np.diag(factor)))
-    gradient = covariance.slopes(inverse - np.outer(weights, weights)) / 2
+    value = 0.5 * curves.departure @ weights + half_log_determinant
+    inverse -= np.outer(weights, weights)
+    gradient = covariance.slopes(inverse) / 2
 
     noise = size_names().index("noise")
     scaled_squares = np.sum(curves.remainder**2) / np.exp(2 * logarithms[noise])
@@ -247,7 +254,16 @@ def most_likely_sizes(
     return FoundSizes(np.asarray(search.x), bool(search.success))
 
 
-def _inverse(factor: FloatArray) -> FloatArray:
-    """Inverse of a matrix from its lower Cholesky factor; LAPACK fills the lower triangle only."""
-    lower, _ = scipy.linalg.lapack.dpotri(factor, lower=1)
-    return np.tril(lower) + np.tril(lower, -1).T
+def _half_log_determinant_and_inverse(matrix: FloatArray) -> tuple[float, FloatArray]:
+    """Half the logarithm of the determinant of a symmetric matrix, and its inverse.
+
+    Args:
+        matrix: It is overwritten. Its transpose is in the order of LAPACK, which needs no copy.
+    """
+    factor = scipy.linalg.cholesky(matrix.T, lower=True, overwrite_a=True, check_finite=False)
+    half_log_determinant = float(np.sum(np.log(np.diag(factor))))
+    # LAPACK fills the lower triangle only
+    lower, _ = scipy.linalg.lapack.dpotri(factor, lower=1, overwrite_c=1)
+    inverse = np.add(lower, lower.T, order="C")
+    inverse[np.diag_indices_from(inverse)] /= 2
+    return half_log_determinant, inverse

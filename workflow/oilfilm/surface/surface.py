@@ -25,7 +25,7 @@ from oilfilm.surface.threads import with_one_blas_thread
 # Above this number of curves, conditions that are far from each other stand for all.
 LARGEST_DENSE = 150
 _INDUCING_CONDITIONS = 60
-# The sizes of a large campaign come from so many curves.
+# The sizes of a larger campaign come from so many curves: the search grows with their third power.
 _CURVES_FOR_SIZES = 90
 # Points that are predicted at once.
 _AT_ONCE = 2000
@@ -134,7 +134,7 @@ class Surface:
             places = at_points(self.law, box, conditions[rows], slip[rows])
             variance.append(self.posterior.variance(places))
             of_bounds.append(self._spread_of_bounds(places.law_slopes))
-            single.append(box.leaves_single_level(places.conditions))
+            single.append(box.leaves_single_level(places.conditions)[places.row])
         surface_variance = np.concatenate(variance)
         effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
         next_run = surface_variance + np.sum(effects**2, axis=1) + sizes.noise**2
@@ -384,7 +384,7 @@ def _sample(ordered: Measurements) -> Measurements:
     canonical order, so that repeated runs show the effects of runs.
     """
     curves = len(ordered.conditions)
-    if curves <= LARGEST_DENSE:
+    if curves <= _CURVES_FOR_SIZES:
         return ordered
     chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
     next_ones = np.minimum(chosen + 1, curves - 1)
