@@ -60,4 +60,6 @@ def simulate_curves(
         np.tile(slip, runs),
         [f"run{number:03d}" for number in range(runs)],
         (force_n / (load_n * load_gain)).ravel(),
+        mu_se=np.full(runs * steps, np.nan),
+        slip_se=np.full(runs * steps, np.nan),
     )

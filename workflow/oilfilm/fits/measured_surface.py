@@ -277,7 +277,35 @@ def measured(
     carries = mu_of_law > _CARRIES_TRACTION * RunErrorSizes().zero.median
     points_used = np.flatnonzero(slides)[carries]
     rows, curve = np.unique(data.curve[points_used], return_inverse=True)
+    slip = data.slip[points_used]
     measurements = Measurements(
-        conditions[rows], curve, data.slip[points_used], data.mu[points_used]
+        conditions=conditions[rows],
+        curve=curve,
+        slip=slip,
+        mu=data.mu[points_used],
+        noise_ratio=_noise_ratio(
+            data.mu_se[points_used] / mu_of_law[carries], data.slip_se[points_used] / slip
+        ),
     )
     return tuple(data.runs[row] for row in rows.tolist()), measurements
+
+
+def _noise_ratio(mu_se: FloatArray, slip_se: FloatArray) -> FloatArray | None:
+    """Noise of each point over that of a typical one; None where the readings do not show it.
+
+    An error of the slip counts in full, as where mu is in proportion to the slip. Half of the
+    variance of a typical point is given to all points, because no point is better than its rig.
+
+    Args:
+        mu_se: Standard error of mu, over mu, shape (points,).
+        slip_se: Standard error of the slip, over the slip, shape (points,).
+    """
+    variance = mu_se**2 + slip_se**2
+    is_known = np.isfinite(variance)
+    if not is_known.any():
+        return None
+    typical = float(np.median(variance[is_known]))
+    if typical == 0:
+        return None
+    variance = np.where(is_known, variance, typical)
+    return np.sqrt((variance + typical) / (2 * typical))

@@ -44,10 +44,14 @@ class CurveData(Curves):
     Attributes:
         runs: Run of each curve.
         mu: Traction coefficient of each point, shape (points,).
+        mu_se: Random standard error of mu, by the readings of the point; NaN where unknown.
+        slip_se: The same of the slip.
     """
 
     runs: list[str]
     mu: FloatArray
+    mu_se: FloatArray
+    slip_se: FloatArray
 
 
 @dataclass(frozen=True)
@@ -231,6 +235,8 @@ def curve_data(
         slip=side * accepted["slide_roll_ratio"].to_numpy(),
         runs=runs,
         mu=side * accepted["traction_coefficient"].to_numpy(),
+        mu_se=accepted["traction_coefficient_se"].to_numpy(dtype=float),
+        slip_se=accepted["slide_roll_ratio_se"].to_numpy(dtype=float),
     )
 
 

@@ -1,4 +1,4 @@
-"""The search of the surface of an oil, as the tables `surfaces` and `surface_sizes`.
+"""The search of the surface of an oil, as tables.
 
 Decides: which law a surface stands on; when no law fits.
 """
@@ -25,16 +25,17 @@ from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.reml import size_names
-from oilfilm.surface.surface import SurfaceSizes, most_likely_surface, surface_of_sizes
+from oilfilm.surface.surface import LawVerdict, SurfaceSizes, most_likely_surface, surface_of_sizes
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import OF_SURFACE
 from oilfilm.traction import LAWS
+from oilfilm.traction.law import to_constants
 
 
 def surface_of_oil(
     results: CampaignTables, oil: str, settings: SurfaceSettings, bic_difference_min: float
 ) -> CampaignTables:
-    """Tables `surfaces` and `surface_sizes` of one oil, without rows where it has no surface.
+    """The tables of the surface of one oil, without rows where it has none.
 
     It has none with too few curves, or without a fitted law on which it can stand.
 
@@ -56,9 +57,7 @@ def surface_of_oil(
         if len(runs) < settings.fewest_curves:
             break
         return _searched(oil, name, law, measurements, settings)
-    return CampaignTables.in_memory(
-        surfaces=tables.empty("surfaces"), surface_sizes=tables.empty("surface_sizes")
-    )
+    return CampaignTables.in_memory(**{table: tables.empty(table) for table in OF_SURFACE})
 
 
 def with_surface(
@@ -124,6 +123,9 @@ def _searched(
     return CampaignTables.in_memory(
         surfaces=tables.from_rows([row], "surfaces"),
         surface_sizes=tables.from_rows(_size_rows(oil, sizes), "surface_sizes"),
+        surface_constants=tables.from_rows(
+            _constant_rows(oil, name, law, surface.verdict), "surface_constants"
+        ),
     )
 
 
@@ -135,3 +137,20 @@ def _size_rows(oil: str, sizes: SurfaceSizes) -> list[dict[str, Any]]:
         for size, logarithm in zip(size_names(), logarithms, strict=True):
             rows.append({"oil": oil, "search": search, "size": size, "logarithm": logarithm})
     return rows
+
+
+def _constant_rows(oil: str, name: str, law: FreeLaw, verdict: LawVerdict) -> list[dict[str, Any]]:
+    """Rows of the table `surface_constants`: the free constants of the law in the surface."""
+    internal = law.constants.copy()
+    internal[law.free] = verdict.constants
+    constants = to_constants(law.law, internal)
+    errors = np.full(len(constants), np.nan)
+    errors[law.free] = verdict.standard_errors
+    rows = []
+    for constant, value, error in zip(law.law.constants, constants, errors, strict=True):
+        # the internal form of a factor is its logarithm
+        size = abs(value) if constant.condition is None else 1.0
+        standard_error = float(size * error)
+        row = {"oil": oil, "law": name, "constant": constant.name, "value": float(value)}
+        rows.append({**row, "standard_error": standard_error})
+    return [row for row, is_free in zip(rows, law.free, strict=True) if is_free]

@@ -13,6 +13,8 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 SLIP_SCALE = 0.003
 # Changes of ln P and of ln U, and of T in K, that count as one unit of distance.
 _PRESSURE_SCALE, _SPEED_SCALE, _TEMPERATURE_SCALE_K = 0.6, 1.5, 75.0
+# Degree of the noise over the scaled slip.
+_NOISE_DEGREE = 2
 # Values within this distance are one level: 1.8 % of P, 4.5 % of U, 2.3 K.
 LEVEL_WIDTH = 0.03
 
@@ -76,14 +78,19 @@ class Measurements:
         curve: Row of `conditions` of each point, shape (points,).
         slip: Slide-roll ratio of each point, above 0, shape (points,).
         mu: Traction coefficient of each point, shape (points,).
+        noise_ratio: Noise of each point over that of a typical one, as its readings show it, shape
+            (points,); 1 if it is not given.
     """
 
     conditions: FloatArray
     curve: IndexArray
     slip: FloatArray
     mu: FloatArray
+    noise_ratio: FloatArray | None = None
 
     def __post_init__(self) -> None:
+        if self.noise_ratio is not None and not np.all(self.noise_ratio > 0):
+            raise ValueError("a ratio of noise is not above 0")
         if self.conditions.ndim != 2 or self.conditions.shape[1] != 3:
             raise ValueError(
                 f"conditions have the shape {self.conditions.shape}; expected (curves, 3)"
@@ -132,6 +139,7 @@ class Measurements:
             curve=np.repeat(np.arange(len(curves)), sizes),
             slip=self.slip[points],
             mu=self.mu[points],
+            noise_ratio=None if self.noise_ratio is None else self.noise_ratio[points],
         )
 
     def canonical_order(self) -> tuple[IndexArray, IndexArray]:
@@ -161,4 +169,25 @@ class Measurements:
             is_chosen: Whether each point stays, shape (points,).
         """
         rows, curve = np.unique(self.curve[is_chosen], return_inverse=True)
-        return Measurements(self.conditions[rows], curve, self.slip[is_chosen], self.mu[is_chosen])
+        return Measurements(
+            conditions=self.conditions[rows],
+            curve=curve,
+            slip=self.slip[is_chosen],
+            mu=self.mu[is_chosen],
+            noise_ratio=None if self.noise_ratio is None else self.noise_ratio[is_chosen],
+        )
+
+    def noise_ratio_at(self, slip: FloatArray) -> FloatArray:
+        """Noise of a new point over that of a typical one, shape (points,).
+
+        It is a parabola in the scaled slip through the logarithms of the known ratios.
+
+        Args:
+            slip: Slide-roll ratio of the new points, above 0, shape (points,).
+        """
+        if self.noise_ratio is None:
+            return np.ones(len(slip))
+        tested = scaled_slip(self.slip)
+        degree = min(_NOISE_DEGREE, len(np.unique(tested)) - 1)
+        parabola = np.polynomial.Polynomial.fit(tested, np.log(self.noise_ratio), degree)
+        return np.asarray(np.exp(parabola(scaled_slip(slip).clip(tested.min(), tested.max()))))

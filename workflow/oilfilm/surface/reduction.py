@@ -1,8 +1,8 @@
 """Each curve as a few coordinates: the projection on smooth functions of slip.
 
-The coordinates of a curve are V' y, where the columns of V are the leading eigenvectors of the
-covariance over slip at the points of the curve, and y is ln mu less that of the law. What V leaves
-over is noise of points.
+The coordinates of a curve are V' W y, where y is ln mu less that of the law, and the weights W make
+the noise of all points equal. The columns of V are the leading eigenvectors of the covariance over
+slip of the weighted points of the curve. What V leaves over is noise of points.
 
 Decides: how many coordinates a curve has; how points near zero traction count.
 """
@@ -103,11 +103,11 @@ class ReducedCurves:
         curve: Curve of each coordinate, shape (coordinates,).
         conditions: Centred conditions of each curve, shape (curves, 3).
         slips: Scaled slips that stand for those of all points (`slip_nodes`), shape (slips,).
-        to_slips: V' as weights of `slips`, shape (coordinates, slips).
-        departure: V' of ln mu less that of the law, shape (coordinates,).
-        law_slopes: V' of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
-        effects: V' of the design of the effects of runs, shape (coordinates, effects).
-        remainder: What V leaves of the departure at each point, shape (points,).
+        to_slips: V' W as weights of `slips`, shape (coordinates, slips).
+        departure: V' W of ln mu less that of the law, shape (coordinates,).
+        law_slopes: V' W of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
+        effects: V' W of the design of the effects of runs, shape (coordinates, effects).
+        remainder: What V leaves of the weighted departure at each point, shape (points,).
     """
 
     vectors: scipy.sparse.csr_array
@@ -233,12 +233,22 @@ def reduced(
         box: The box of the tested conditions.
     """
     conditions, slip = measurements.point_conditions, measurements.slip
-    departure = response(measurements, log_mu, zero_sd) - law.log_mu(conditions, slip)
+    weight = np.ones(len(slip))
+    if measurements.noise_ratio is not None:
+        weight = 1 / measurements.noise_ratio
+    departure = weight * (response(measurements, log_mu, zero_sd) - law.log_mu(conditions, slip))
     scaled = scaled_slip(slip)
-    slips, weights = slip_nodes(scaled)
+    slips, of_slips = slip_nodes(scaled)
     ends = np.cumsum(np.bincount(measurements.curve))[:-1]
-    blocks = [_leading_vectors(of_curve) for of_curve in np.split(scaled, ends)]
+    blocks = [
+        _leading_vectors(of_curve, weight_of_curve)
+        for of_curve, weight_of_curve in zip(
+            np.split(scaled, ends), np.split(weight, ends), strict=True
+        )
+    ]
     vectors = scipy.sparse.csr_array(scipy.sparse.block_diag(blocks))
+    # V' W
+    projection = scipy.sparse.csr_array(vectors.T.multiply(weight))
     coordinates = vectors.T @ departure
     curve = np.repeat(np.arange(len(blocks)), [block.shape[1] for block in blocks])
     return ReducedCurves(
@@ -246,10 +256,10 @@ def reduced(
         curve=curve,
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
-        to_slips=(vectors.T @ weights).toarray(),
+        to_slips=(projection @ of_slips).toarray(),
         departure=coordinates,
-        law_slopes=vectors.T @ slopes_of_law(law, box, conditions, slip),
-        effects=vectors.T @ effect_design(log_mu, conditions, slip),
+        law_slopes=projection @ slopes_of_law(law, box, conditions, slip),
+        effects=projection @ effect_design(log_mu, conditions, slip),
         remainder=departure - vectors @ coordinates,
     )
 
@@ -293,15 +303,16 @@ def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
     return nodes, scipy.sparse.csr_array(entries, (len(scaled), count))
 
 
-def _leading_vectors(scaled: FloatArray) -> FloatArray:
+def _leading_vectors(scaled: FloatArray, weight: FloatArray) -> FloatArray:
     """V of one curve, shape (points, coordinates).
 
     Args:
         scaled: Scaled slips of the points.
+        weight: Their weights.
     """
     count = len(scaled)
     if count <= _COORDINATES:
         return np.eye(count)
     distance = np.subtract.outer(scaled, scaled) / SLIP_LENGTH.median
-    _, vectors = scipy.linalg.eigh(1 + matern(distance))
+    _, vectors = scipy.linalg.eigh((1 + matern(distance)) * np.outer(weight, weight))
     return vectors[:, -_COORDINATES:]

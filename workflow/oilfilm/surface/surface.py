@@ -137,7 +137,8 @@ class Surface:
             single.append(box.leaves_single_level(places.conditions)[places.row])
         surface_variance = np.concatenate(variance)
         effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
-        next_run = surface_variance + np.sum(effects**2, axis=1) + sizes.noise**2
+        noise = sizes.noise * self.measurements.noise_ratio_at(slip)
+        next_run = surface_variance + np.sum(effects**2, axis=1) + noise**2
         spread = np.sqrt(surface_variance)
         return Prediction(
             mu=np.exp(self.log_mu(conditions, slip)),

@@ -36,7 +36,7 @@ OF_FIT = (
     "law_points",
 )
 # Tables of the surface of one oil.
-OF_SURFACE = ("surfaces", "surface_sizes")
+OF_SURFACE = ("surfaces", "surface_sizes", "surface_constants")
 # Tables that some campaigns do not have.
 NOT_IN_EVERY_CAMPAIGN = tuple(chain.from_iterable(NEEDS.values()))
 
