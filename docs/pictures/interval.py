@@ -1,4 +1,4 @@
-"""How often the intervals hold, as `make bench NAME=coverage` found it."""
+"""How often the law's own interval holds, as `make bench NAME=coverage` found it."""
 
 from pathlib import Path
 
@@ -7,13 +7,13 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from oilfilm.traction import LAW_TITLES
-from style import BLUE, GREY, ORANGE, row
+from style import ORANGE, row
 
 TABLE = Path(__file__).parents[1] / "explanation/coverage.csv"
 
 
 def coverage() -> Figure:
-    """Share inside each interval, by truth and number of curves."""
+    """Share of noise-free truths inside, by truth and number of curves."""
     table = pd.read_csv(TABLE)
     truths = list(dict.fromkeys(table["truth"]))[::-1]
     names = [LAW_TITLES.get(truth, truth) for truth in truths]
@@ -22,17 +22,12 @@ def coverage() -> Figure:
         shown = table[table["curves"] == curves].groupby("truth").mean(numeric_only=True)
         shown = shown.loc[truths]
         where = np.arange(len(truths))
-        wanted = (0.9, 0.99) if curves == 24 else (0.85, 1.0)
-        panel.axvspan(*wanted, color=GREY, alpha=0.25, lw=0)
         for column, filled, of in (
             ("mean", "none", "all fits"),
             ("mean if sound", ORANGE, "sound"),
         ):
             label = f"law's own interval: true mean, {of}"
             panel.plot(shown[column], where, "s", color=ORANGE, markerfacecolor=filled, label=label)
-        panel.plot(
-            shown["obs"], where, "o", color=BLUE, label="interval of the next run: new points"
-        )
         panel.set(xlim=(0, 1.02), title=f"{curves} curves", xlabel="share inside (1)")
         panel.set_yticks(where, names if panel is panels[0] else [""] * len(truths))
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
