@@ -246,6 +246,12 @@ class NystromPosterior:
         left_over = np.eye(slopes.shape[1]) - features.T @ features + half.T @ half
         return features.T @ mean, left_over
 
+    def of_curves(self) -> Iterator[tuple[IndexArray, FloatArray, FloatArray]]:
+        """Coordinates of each curve, their features, and the factor of what only they share."""
+        for coordinates in self._of_curves():
+            features, own_factor = self._curve(coordinates)
+            yield coordinates, features, own_factor
+
     def _of_curves(self) -> list[IndexArray]:
         """Indices of the coordinates of each curve."""
         curves = self.covariance.curves
