@@ -195,10 +195,7 @@ class _LowRank:
         root = scipy.linalg.solve_triangular(factor, features.T, lower=True).T
         solved = scipy.linalg.solve_triangular(factor, pull, lower=True)
         return Information(
-            pull=self.own_pull / growth - root @ solved,
-            own=self.own / growth,
-            root=root,
-            sign=-1.0,
+            pull=self.own_pull / growth - root @ solved, own=self.own / growth, root=root, sign=-1.0
         )
 
     def _at(self, variance: float) -> tuple[float, FloatArray, FloatArray]:

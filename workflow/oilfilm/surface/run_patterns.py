@@ -218,10 +218,8 @@ def _ratio_of_pairs(
         cosine: p'Wp of the cosines.
         across: p'Wr of each sine and its cosine.
     """
-    alone = np.maximum(
-        np.where(sine > _TINY, sine_pull**2 / np.maximum(sine, _TINY), 0.0),
-        np.where(cosine > _TINY, cosine_pull**2 / np.maximum(cosine, _TINY), 0.0),
-    )
+    alone = np.where(sine > cosine, sine_pull**2, cosine_pull**2)
+    alone /= np.maximum(np.maximum(sine, cosine), _TINY)
     determinant = sine * cosine - across**2
     together = (
         cosine * sine_pull**2 - 2 * across * sine_pull * cosine_pull + sine * cosine_pull**2
@@ -259,35 +257,39 @@ def patterns_over_time(
 
 
 def patterns_of_labels(labels: Mapping[str, BoolArray]) -> Columns:
-    """The runs of each label against all others; labels of the same runs are one.
+    """The runs of each label against all others.
 
-    A label of a single run, or of all runs but one, is no pattern of its own.
+    Labels of the same runs are one, with the first name. Of two labels that divide all runs the
+    smaller one stays. A label of a single run, or of all runs but one, is no pattern of its own.
 
     Args:
         labels: Whether each curve has a label, by label, shape (curves,).
     """
-    different: dict[bytes, str] = {}
+    chosen: dict[bytes, tuple[str, BoolArray]] = {}
     for label, members in labels.items():
-        if 2 <= np.count_nonzero(members) <= len(members) - 2:
-            different.setdefault(members.tobytes(), label)
-    chosen = tuple(different.values())
+        if not 2 <= np.count_nonzero(members) <= len(members) - 2:
+            continue
+        opposite = chosen.get((~members).tobytes())
+        if opposite is not None:
+            if np.count_nonzero(members) >= np.count_nonzero(opposite[1]):
+                continue
+            del chosen[(~members).tobytes()]
+        chosen.setdefault(members.tobytes(), (label, members))
     curves = len(next(iter(labels.values()))) if labels else 0
-    values = [np.zeros((curves, 0)), *(labels[label][:, np.newaxis] for label in chosen)]
-    return Columns("label", np.hstack(values).astype(float), chosen)
+    values = [np.zeros((curves, 0)), *(members[:, np.newaxis] for _, members in chosen.values())]
+    names = tuple(label for label, _ in chosen.values())
+    return Columns("label", np.hstack(values).astype(float), names)
 
 
 def ln_groups(runs: int) -> FloatArray:
     """Logarithm of the number of groups of 0, 1, ... runs, up to half of them.
 
-    The sizes of groups count as candidates as well.
-
-    >>> float(np.exp(ln_groups(24)[12]) / 12) > 2.7e6
-    True
+    >>> print(f"{np.exp(ln_groups(24)[12]):.0f}")
+    2704156
     """
     logarithms = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, runs + 1)))])
     sizes = np.arange(runs // 2 + 1)
-    combinations = logarithms[runs] - logarithms[sizes] - logarithms[runs - sizes]
-    return combinations + np.log(max(runs // 2, 1))
+    return logarithms[runs] - logarithms[sizes] - logarithms[runs - sizes]
 
 
 def likeliest_group(information: Information) -> BoolArray:
