@@ -30,13 +30,13 @@ def test_ratios_of_all_kinds_are_those_of_their_columns(sign):
     known = information(1, sign)
     order = np.random.default_rng(2).permutation(RUNS)
     for patterns in patterns_over_time(order, 3, 4):
-        ratios = patterns.ratios(known)
+        ratios = patterns.ratios(known, precision=0.3)
         assert len(ratios) == patterns.count
         for number, ratio in enumerate(ratios):
             columns = patterns.columns(number)
             pull = known.pull @ columns
-            power = columns.T @ known.times(columns)
-            direct = pull @ np.linalg.pinv(power, rcond=1e-9) @ pull
+            power = columns.T @ known.times(columns) + 0.3 * np.eye(columns.shape[1])
+            direct = pull @ np.linalg.inv(power) @ pull
             assert ratio == pytest.approx(direct, rel=1e-6), (patterns.kind, number)
 
 
@@ -59,7 +59,7 @@ def test_the_likeliest_group_is_the_best_of_all_groups():
 
         def score(members, known=known, penalty=penalty):
             pattern = np.isin(np.arange(RUNS), members).astype(float)
-            power = pattern @ known.times(pattern)
+            power = pattern @ known.times(pattern) + 0.3
             return (known.pull @ pattern) ** 2 / power - penalty[len(members)]
 
         groups = [
@@ -67,7 +67,7 @@ def test_the_likeliest_group_is_the_best_of_all_groups():
             for count in range(2, RUNS // 2 + 1)
             for members in itertools.combinations(range(RUNS), count)
         ]
-        found = tuple(np.flatnonzero(likeliest_group(known)).tolist())
+        found = tuple(np.flatnonzero(likeliest_group(known, precision=0.3)).tolist())
         assert score(found) == pytest.approx(max(map(score, groups)))
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from lawless_truths import TRUTHS
 from oilfilm.surface.steadiness import (
-    LargestChanges,
+    ChangeSizes,
     SteadinessLimits,
     largest_change,
     smallest_changes,
@@ -110,7 +110,7 @@ def test_a_label_names_its_runs_even_if_they_are_the_most():
 def test_sizes_that_no_rig_has_are_no_cause():
     measured, curves = campaign(np.where(TIME >= 14, 1.05, 1.0))
     covariance = covariance_of(measured)
-    tiny = LargestChanges(gain=0.01, zero=1e-6, slip_scale=0.001, temperature_k=0.1)
+    tiny = ChangeSizes(gain=0.01, zero=1e-6, slip_scale=0.001, temperature_k=0.1)
     change = largest_change(covariance, TIME[curves], limits=SteadinessLimits(largest=tiny))
     assert change is None or abs(change.size) <= tiny.of_effect(change.effect)
 
@@ -123,6 +123,13 @@ def test_a_trend_in_the_order_of_a_condition_is_seen_when_it_is_large_only():
     in_order = smallest_changes(covariance, by_pressure)
     # a trial: 3 % in random order, 26 to 46 % in the order of the condition
     assert in_order.trend["gain"] > 2 * at_random.trend["gain"]
+
+
+def test_a_wrong_law_in_the_order_of_a_condition_is_no_huge_trend():
+    # without a size before the data: the slip reads wrong by 26 %, score 21
+    measured = simulated(TRUTHS["pw"], latin(), np.random.default_rng(50), slips=SLIPS)
+    change = largest_change(covariance_of(measured.in_canonical_order()), np.arange(RUNS))
+    assert not change.is_alarm
 
 
 def test_changes_of_the_smallest_size_are_named_and_of_half_of_it_are_not():

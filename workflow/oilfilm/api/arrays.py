@@ -86,8 +86,8 @@ class ArrayFit:
         """
         (quality,) = tables.rows(self.tables.fit_quality)
         fit = FittedLaw.of_configured(self.tables, _UNNAMED_OIL)
-        patterns = read_config(CONFIG).patterns
-        return verdict_of_fit(quality, fit, self.table, self.settings, patterns)
+        steadiness = read_config(CONFIG).steadiness
+        return verdict_of_fit(quality, fit, self.table, self.settings, steadiness)
 
     @property
     def verdict(self) -> str:

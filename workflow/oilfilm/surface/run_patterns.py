@@ -43,8 +43,13 @@ class Patterns(Protocol):
         """Number of patterns that chance may choose from."""
         ...
 
-    def ratios(self, information: Information) -> FloatArray:
-        """Twice the logarithm of the likelihood ratio of each pattern, shape (patterns,)."""
+    def ratios(self, information: Information, precision: float) -> FloatArray:
+        """Twice the logarithm of the likelihood ratio of each pattern, shape (patterns,).
+
+        Args:
+            information: What the points say of the effects.
+            precision: Inverse variance of the size of a change, before the data.
+        """
         ...
 
     def columns(self, number: int) -> FloatArray:
@@ -80,10 +85,10 @@ class Columns:
         """See `Patterns`."""
         return float(self.count)
 
-    def ratios(self, information: Information) -> FloatArray:
+    def ratios(self, information: Information, precision: float) -> FloatArray:
         """See `Patterns`."""
-        power = information.between(self.values, self.values)
-        return (information.pull @ self.values) ** 2 / np.maximum(power, _TINY)
+        power = information.between(self.values, self.values) + precision
+        return (information.pull @ self.values) ** 2 / power
 
     def columns(self, number: int) -> FloatArray:
         """See `Patterns`."""
@@ -120,12 +125,12 @@ class Intervals:
         """See `Patterns`."""
         return float(self.count)
 
-    def ratios(self, information: Information) -> FloatArray:
+    def ratios(self, information: Information, precision: float) -> FloatArray:
         """See `Patterns`."""
         pull = self._sums(information.pull[:, np.newaxis])[:, 0]
         own = self._sums(information.own[:, np.newaxis])[:, 0]
         shared = np.sum(self._sums(information.root) ** 2, axis=1)
-        return pull**2 / np.maximum(own + information.sign * shared, _TINY)
+        return pull**2 / (own + information.sign * shared + precision)
 
     def columns(self, number: int) -> FloatArray:
         """See `Patterns`."""
@@ -171,7 +176,7 @@ class Seasons:
         """See `Patterns`."""
         return float(_PHASES * self.count)
 
-    def ratios(self, information: Information) -> FloatArray:
+    def ratios(self, information: Information, precision: float) -> FloatArray:
         """See `Patterns`."""
         by_time = np.argsort(self.order)
         points = 2 * len(self.order)
@@ -185,10 +190,12 @@ class Seasons:
         sine = (own[0].real - twice.real) / 2
         across = -twice.imag / 2
         sign = information.sign
-        cosine += sign * np.sum(root.real**2, axis=1)
-        sine += sign * np.sum(root.imag**2, axis=1)
+        cosine += sign * np.sum(root.real**2, axis=1) + precision
+        sine += sign * np.sum(root.imag**2, axis=1) + precision
         across -= sign * np.sum(root.real * root.imag, axis=1)
-        return _ratio_of_pairs(-pull.imag, pull.real, sine, cosine, across)
+        determinant = sine * cosine - across**2
+        squares = cosine * pull.imag**2 + sine * pull.real**2
+        return np.asarray((squares + 2 * across * pull.imag * pull.real) / determinant)
 
     def columns(self, number: int) -> FloatArray:
         """See `Patterns`."""
@@ -198,35 +205,6 @@ class Seasons:
     def label(self, number: int) -> str:
         """See `Patterns`."""
         return ""
-
-
-def _ratio_of_pairs(
-    sine_pull: FloatArray,
-    cosine_pull: FloatArray,
-    sine: FloatArray,
-    cosine: FloatArray,
-    across: FloatArray,
-) -> FloatArray:
-    """Likelihood ratios of patterns with two columns.
-
-    A column that the other one contains adds nothing.
-
-    Args:
-        sine_pull: p'q of the sines.
-        cosine_pull: p'q of the cosines.
-        sine: p'Wp of the sines.
-        cosine: p'Wp of the cosines.
-        across: p'Wr of each sine and its cosine.
-    """
-    alone = np.where(sine > cosine, sine_pull**2, cosine_pull**2)
-    alone /= np.maximum(np.maximum(sine, cosine), _TINY)
-    determinant = sine * cosine - across**2
-    together = (
-        cosine * sine_pull**2 - 2 * across * sine_pull * cosine_pull + sine * cosine_pull**2
-    ) / np.maximum(determinant, _TINY)
-    # at a period of two runs the sine is rounding
-    is_pair = determinant > 1e-6 * np.maximum(sine, cosine) ** 2
-    return np.asarray(np.where(is_pair, together, alone))
 
 
 def patterns_over_time(
@@ -292,7 +270,7 @@ def ln_groups(runs: int) -> FloatArray:
     return logarithms[runs] - logarithms[sizes] - logarithms[runs - sizes]
 
 
-def likeliest_group(information: Information) -> BoolArray:
+def likeliest_group(information: Information, precision: float) -> BoolArray:
     """The two groups of runs that explain most, less the penalty of their number.
 
     Runs are sorted by their estimated effects and cut in two. The best cuts are improved by single
@@ -301,6 +279,7 @@ def likeliest_group(information: Information) -> BoolArray:
 
     Args:
         information: What the points say of the effects.
+        precision: Inverse variance of the size of a change, before the data.
     """
     runs = len(information.pull)
     penalty = 2 * ln_groups(runs)
@@ -313,34 +292,35 @@ def likeliest_group(information: Information) -> BoolArray:
             position[sorted_runs] = np.arange(runs)
             sizes = np.arange(2, runs // 2 + 1)
             cuts = Intervals("cut", position, np.zeros_like(sizes), sizes)
-            scores = cuts.ratios(information) - penalty[sizes]
+            scores = cuts.ratios(information, precision) - penalty[sizes]
             for number in np.argsort(-scores, kind="stable")[:_STARTS]:
                 starts.append((float(scores[number]), position < sizes[number]))
-    improved = [_improved(information, diagonal, penalty, start) for _, start in starts]
+    improved = [_improved(information, precision, penalty, start) for _, start in starts]
     return improved[int(first_largest([score for score, _ in improved]))][1]
 
 
 def _improved(
-    information: Information, diagonal: FloatArray, penalty: FloatArray, members: BoolArray
+    information: Information, precision: float, penalty: FloatArray, members: BoolArray
 ) -> tuple[float, BoolArray]:
     """A group after all changes of sides that improve it, and its score.
 
     Args:
         information: What the points say of the effects.
-        diagonal: Diagonal of W.
+        precision: Inverse variance of the size of a change, before the data.
         penalty: Penalty by the number of runs in the group.
         members: Whether each run is in the group at the start.
     """
     runs = len(members)
     members = members.copy()
+    diagonal = information.diagonal()
     with_pairs = runs <= _LARGEST_WITH_EXCHANGE
     between = information.times(np.eye(runs)) if with_pairs else None
     score = -np.inf
     for _ in range(_STEPS):
         pattern = members.astype(float)
         sums = information.times(pattern)
-        pull, power = float(information.pull @ pattern), float(sums @ pattern)
-        present = pull**2 / max(power, _TINY) - penalty[np.count_nonzero(members)]
+        pull, power = float(information.pull @ pattern), float(sums @ pattern) + precision
+        present = pull**2 / power - penalty[np.count_nonzero(members)]
         if present <= score + 1e-6:
             break
         score = present
@@ -349,7 +329,7 @@ def _improved(
         new_power = power + 2 * step * sums + diagonal
         size = np.count_nonzero(members) + step.astype(np.int64)
         allowed = (size >= 2) & (size < len(penalty))
-        single = new_pull**2 / np.maximum(new_power, _TINY) - penalty[size.clip(0, runs // 2)]
+        single = new_pull**2 / new_power - penalty[size.clip(0, runs // 2)]
         single[~allowed] = -np.inf
         changed = [int(np.argmax(single))]
         best = float(single[changed[0]])
@@ -361,7 +341,7 @@ def _improved(
                 + 2 * (sums[joining] - between[np.ix_(leaving, joining)])
                 + diagonal[joining]
             )
-            pairs = pair_pull**2 / np.maximum(pair_power, _TINY) - penalty[len(leaving)]
+            pairs = pair_pull**2 / pair_power - penalty[len(leaving)]
             leaver, joiner = np.unravel_index(int(np.argmax(pairs)), pairs.shape)
             if pairs[leaver, joiner] > best:
                 best = float(pairs[leaver, joiner])

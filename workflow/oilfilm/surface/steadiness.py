@@ -8,7 +8,7 @@ Decides: when the runs of a campaign are not steady.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,14 +30,14 @@ from oilfilm.surface.run_patterns import (
 from oilfilm.surface.surface import LARGEST_DENSE
 from oilfilm.surface.threads import with_one_blas_thread
 
-_Ratios = Callable[[Information], FloatArray]
+_Ratios = Callable[[Information, float], FloatArray]
 # Groups are searched at each of so many variances, which are far from each other.
 _VARIANCES_OF_GROUPS = 8
 
 
 @dataclass(frozen=True)
-class LargestChanges:
-    """Sizes above which a change is no cause, because no rig has them.
+class ChangeSizes:
+    """One size of a change for each effect.
 
     Attributes:
         gain: Of the traction force, in ln mu.
@@ -46,14 +46,18 @@ class LargestChanges:
         temperature_k: Of the temperature, in K.
     """
 
-    gain: float = 0.7
-    zero: float = 0.01
-    slip_scale: float = 0.8
-    temperature_k: float = 15.0
+    gain: float
+    zero: float
+    slip_scale: float
+    temperature_k: float
 
     def of_effect(self, effect: str) -> float:
-        """The limit of one of `oilfilm.surface.effects.EFFECTS`."""
+        """The size of one of `oilfilm.surface.effects.EFFECTS`."""
         return float(getattr(self, effect))
+
+
+USUAL_CHANGES = ChangeSizes(gain=0.05, zero=5e-4, slip_scale=0.05, temperature_k=5.0)
+LARGEST_CHANGES = ChangeSizes(gain=0.7, zero=0.01, slip_scale=0.8, temperature_k=15.0)
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,11 @@ class SteadinessLimits:
         fewest_runs: A step leaves so many runs on either side.
         longest_block: Runs of the longest block.
         seen_at: A change of so many standard deviations is called visible.
-        largest: Sizes that no rig has.
+        confounded: A pattern that resembles an effect of the conditions has a smaller share of the
+            information than this. Its score must be larger by the same factor.
+        usual: Standard deviation of a change, before the data. Where the order of the runs is that
+            of a condition, a wrong law looks like a huge change, which is unlikely.
+        largest: Sizes that no rig has, so that they are no cause.
     """
 
     alarm: float = 12.0
@@ -76,12 +84,22 @@ class SteadinessLimits:
     fewest_runs: int = 3
     longest_block: int = 6
     seen_at: float = 5.0
-    largest: LargestChanges = field(default_factory=LargestChanges)
+    confounded: float = 0.2
+    usual: ChangeSizes = USUAL_CHANGES
+    largest: ChangeSizes = LARGEST_CHANGES
 
     def alarm_of(self, kind: str) -> float:
         """The score above which a pattern of a kind is named."""
         by_kind = {"run": self.alarm_of_a_run, "group": self.alarm_of_groups}
         return by_kind.get(kind, self.alarm)
+
+    def factor_on_score(self, share: float) -> float:
+        """Factor on the score from which a pattern is named.
+
+        Args:
+            share: Information on the pattern, over the mean of patterns in a random order.
+        """
+        return max(1.0, self.confounded / share)
 
 
 @dataclass(frozen=True)
@@ -93,11 +111,11 @@ class Change:
         kind: trend, step, season, block, run, label or group.
         pattern: 1 for the runs that are suspect, else 0; of a trend from -0.5 to 0.5 over the
             runs, of a season from -1 to 1. Shape (curves,).
-        size: Size of the change: in ln mu for the gain, in ln S for the scale of slip, in mu for
-            the zero, in K for the temperature.
+        size: Most likely size of the change: in ln mu for the gain, in ln S for the scale of slip,
+            in mu for the zero, in K for the temperature.
         score: Twice the logarithm of the likelihood ratio, less the penalty.
+        alarm: Score above which the change is too large to be chance or a wrong law.
         label: What the suspect runs have in common; empty if that is not known.
-        is_alarm: Whether the change is too large to be chance.
     """
 
     effect: str
@@ -105,8 +123,13 @@ class Change:
     pattern: FloatArray
     size: float
     score: float
+    alarm: float
     label: str
-    is_alarm: bool
+
+    @property
+    def is_alarm(self) -> bool:
+        """Whether the change is named."""
+        return self.score > self.alarm
 
 
 @dataclass(frozen=True)
@@ -150,7 +173,8 @@ def largest_change(
     )
     changes = []
     for effect, likelihood in effect_likelihoods(covariance).items():
-        profile = _Profile.of(likelihood, len(order) <= LARGEST_DENSE)
+        precision = limits.usual.of_effect(effect) ** -2
+        profile = _Profile.of(likelihood, precision, len(order) <= LARGEST_DENSE)
         for patterns in families:
             if not patterns.count:
                 continue
@@ -169,7 +193,7 @@ def largest_change(
     ]
     if not possible:
         return None
-    excess = [change.score - limits.alarm_of(change.kind) for change in possible]
+    excess = [change.score - change.alarm for change in possible]
     return _with_suspects(possible[int(first_largest(excess))], order)
 
 
@@ -184,14 +208,18 @@ def smallest_changes(
         order: Position in time of each curve, from 0, shape (curves,).
         limits: The number of standard deviations.
     """
-    seen_at = (limits or SteadinessLimits()).seen_at
+    limits = limits or SteadinessLimits()
     trend = (order / max(len(order) - 1, 1))[:, np.newaxis]
     step = (order >= len(order) / 2)[:, np.newaxis].astype(float)
-    of_trend, of_step = {}, {}
+    of_trend: dict[str, float] = {}
+    of_step: dict[str, float] = {}
     for effect, likelihood in effect_likelihoods(covariance).items():
         information = likelihood.information(EXPECTED)
-        of_trend[effect] = float(seen_at / np.sqrt(information.between(trend, trend)[0]))
-        of_step[effect] = float(seen_at / np.sqrt(information.between(step, step)[0]))
+        before = limits.usual.of_effect(effect) ** -2
+        for pattern, smallest in ((trend, of_trend), (step, of_step)):
+            power = float(information.between(pattern, pattern)[0])
+            factor = limits.factor_on_score(share_of_information(information, pattern[:, 0]))
+            smallest[effect] = limits.seen_at * np.sqrt(factor * (power + before)) / power
     return SmallestChanges(of_trend, of_step)
 
 
@@ -201,24 +229,29 @@ class _Profile:
 
     Attributes:
         likelihood: The likelihood.
+        precision: Inverse variance of the size of a change, before the data.
         steady: Twice the logarithm of the likelihood without a change at each variance.
         compared: What the points say at some of the variances, by the number of the variance.
     """
 
     likelihood: EffectLikelihood
+    precision: float
     steady: FloatArray
     compared: dict[int, Information]
 
     @classmethod
-    def of(cls, likelihood: EffectLikelihood, is_small: bool) -> "_Profile":
+    def of(cls, likelihood: EffectLikelihood, precision: float, is_small: bool) -> "_Profile":
         """All variances in a small campaign, else the most likely one of steady runs."""
         steady = likelihood.steady
         numbers = range(len(steady)) if is_small else [int(np.argmax(steady))]
-        return cls(likelihood, steady, {k: likelihood.information(k) for k in numbers})
+        compared = {k: likelihood.information(k) for k in numbers}
+        return cls(likelihood, precision, steady, compared)
 
     def best(self, ratios: _Ratios) -> int:
         """Number of the pattern with the largest likelihood ratio."""
-        largest = [self.steady[k] + ratios(known) for k, known in self.compared.items()]
+        largest = [
+            self.steady[k] + ratios(known, self.precision) for k, known in self.compared.items()
+        ]
         return int(first_largest(np.max(largest, axis=0)))
 
     def groups(self) -> list[BoolArray]:
@@ -229,7 +262,7 @@ class _Profile:
         chosen = numbers[:: max(len(numbers) // _VARIANCES_OF_GROUPS, 1)]
         groups = {}
         for number in chosen:
-            members = likeliest_group(self.compared[number])
+            members = likeliest_group(self.compared[number], self.precision)
             groups[members.tobytes()] = members
         return list(groups.values())
 
@@ -255,17 +288,37 @@ class _Profile:
         ratios, sizes = [], []
         for number in range(len(self.steady)):
             known = self.compared.get(number) or self.likelihood.information(number)
-            power = columns.T @ known.times(columns)
+            power = columns.T @ known.times(columns) + self.precision * np.eye(columns.shape[1])
             pull = known.pull @ columns
-            size = np.linalg.pinv(power, hermitian=True) @ pull
+            size = np.linalg.solve(power, pull)
             ratios.append(self.steady[number] + pull @ size)
             sizes.append(size)
         best = int(np.argmax(ratios))
         score = float(ratios[best] - self.steady.max() - penalty)
         amount = float(np.linalg.norm(sizes[best])) if len(sizes[best]) > 1 else sizes[best][0]
         pattern = columns @ sizes[best] / amount if amount else columns[:, 0]
-        is_alarm = score > limits.alarm_of(kind)
-        return Change(effect, kind, pattern, float(amount), score, label, is_alarm)
+        known = self.compared.get(best) or self.likelihood.information(best)
+        share = share_of_information(known, pattern)
+        alarm = limits.alarm_of(kind) * limits.factor_on_score(share)
+        return Change(effect, kind, pattern, float(amount), score, alarm, label)
+
+
+def share_of_information(information: Information, pattern: FloatArray) -> float:
+    """Information on a pattern over the mean of patterns in a random order.
+
+    It is small where the pattern resembles an effect of the conditions, which the surface takes up.
+
+    Args:
+        information: What the points say of the effects.
+        pattern: The pattern, shape (curves,).
+    """
+    runs = len(pattern)
+    ones = np.ones(runs)
+    of_mean = ones @ information.times(ones) / runs
+    at_random = (np.sum(information.diagonal()) - of_mean) / (runs - 1)
+    centred = pattern - pattern.mean()
+    found = pattern @ information.times(pattern)
+    return float(max(found / max(centred @ centred * at_random, 1e-300), 1e-6))
 
 
 def _with_suspects(change: Change, order: IndexArray) -> Change:
