@@ -30,6 +30,7 @@ import pandas as pd
 
 from oilfilm.base.randomness import generator
 from oilfilm.surface.label_swap import swapped_temperatures
+from oilfilm.surface.misreading import misread_runs
 from oilfilm.surface.steadiness import largest_change, smallest_changes
 from oilfilm.surface.surface import Surface, fit_surface
 
@@ -47,7 +48,9 @@ def judged(campaign: BadCampaign) -> tuple[str, np.ndarray, float, bool, Surface
     """What is named: the effect, its course over the curves, its score, whether it is an alarm."""
     surface = fit_surface(campaign.measured, fitted_law(campaign.measured))
     change = largest_change(surface.misfit_covariance, campaign.order)
-    swap = swapped_temperatures(surface)
+    swap, misreading = swapped_temperatures(surface), misread_runs(surface)
+    if misreading is not None and misreading.is_alarm:
+        return "factor", misreading.members.astype(float), misreading.score, True, surface
     if swap is not None and swap.is_alarm and (change is None or swap.score > change.score):
         members = np.isin(np.arange(len(campaign.order)), swap.curves).astype(float)
         return "labels", members, swap.score, True, surface

@@ -74,7 +74,7 @@ _LAW = {
 }
 # What else acts like the error of a sensor, by its cause.
 _ACTS_ALIKE = {
-    "traction force": "or the load is {direction} than stated, the ball is worn or the oil "
+    "traction force": "or the load is {other} than stated, the ball is worn or the oil "
     "is another one",
     "zero of the force": "or the force has an offset from another source",
     "slip": "or the speeds, the pressure or the oil are other ones",
@@ -84,32 +84,37 @@ _ACTS_ALIKE = {
 
 def _of_change(row: Mapping[str, Any]) -> str:
     """The sentence on a change of the campaign."""
-    advice = "Check these runs and their set-up, and leave out those that are wrong."
+    moves = f"it moves mu by {row['change_relative_rms']:.1%} (rms)"
     if row["change"] == "temperature labels":
         runs = row["changed_runs"]
         return (
             f"The campaign is not steady. The temperatures of {len(runs)} runs "
             f"({', '.join(runs)}) seem to be exchanged among each other, by up to "
-            f"{row['change_size']:.0f} K; it moves mu by {row['change_relative_rms']:.1%} (rms). "
-            "Compare the labels of these runs with their logs."
+            f"{row['change_size']:.0f} K; {moves}. Compare the labels of these runs with their "
+            "logs."
         )
+    return (
+        f"The campaign is not steady. {_where(row)} {_change(row)}; {moves}. Check these runs and "
+        "their set-up, and leave out those that are wrong."
+    )
+
+
+def _change(row: Mapping[str, Any]) -> str:
+    """What changed, and what acts like it."""
     cause, size = row["change"], row["change_size"]
+    if cause.endswith(" factor"):
+        quantity = "the entrainment speed" if cause == "speed factor" else "the slip"
+        return f"{quantity} reads {size:g} times as large as in the others"
     amount = f"{abs(size):.1%}"
     if cause == "inlet temperature":
         amount = f"{abs(size):.1f} K"
     elif cause == "zero of the force":
         amount = f"{abs(size):.2g} of mu"
     if row["change_course"] == "season":
-        change = f"the {cause} comes and goes by {amount}"
-        direction = "other"
-    else:
-        direction = "higher" if size > 0 else "lower"
-        change = f"the {cause} reads {direction} by {amount}"
-    alike = _ACTS_ALIKE[cause].format(direction=direction)
-    return (
-        f"The campaign is not steady. {_where(row)} {change}, {alike}; it moves mu by "
-        f"{row['change_relative_rms']:.1%} (rms). {advice}"
-    )
+        return f"the {cause} comes and goes by {amount}, {_ACTS_ALIKE[cause].format(other='other')}"
+    direction = "higher" if size > 0 else "lower"
+    alike = _ACTS_ALIKE[cause].format(other=direction)
+    return f"the {cause} reads {direction} by {amount}, {alike}"
 
 
 def _where(row: Mapping[str, Any]) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import scipy.stats
 
+from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import CurveData, curve_data
@@ -21,6 +22,7 @@ from oilfilm.surface.effects import EFFECTS, effect_design
 from oilfilm.surface.label_swap import LabelSwap, swapped_temperatures
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.misreading import Misreading, misread_runs
 from oilfilm.surface.steadiness import (
     Change,
     ChangeSizes,
@@ -39,6 +41,7 @@ CAUSES = {
     "temperature_k": "inlet temperature",
 }
 SWAPPED_LABELS = "temperature labels"
+FACTORS = {"speed": "speed factor", "slip": "slip factor"}
 # With a larger slip, or a hotter contact, than the log says, the log reads lower.
 _READS_OPPOSITE = ("slip_scale", "temperature_k")
 _IN_LOGARITHMS = ("gain", "slip_scale")
@@ -196,12 +199,18 @@ def change_columns(
     labels = {name: np.isin(campaign.runs, list(runs)) for name, runs in groups.items()}
     change = largest_change(covariance, order, labels, limits)
     swap = swapped_temperatures(campaign.surface, limits=limits)
-    is_changed = change is not None and change.is_alarm
+    misreading = misread_runs(campaign.surface, labels, limits=limits)
+    named: list[tuple[float, dict[str, Any]]] = []
+    if change is not None and change.is_alarm:
+        named.append((change.score, _change_columns(campaign, change)))
+    if swap is not None and swap.is_alarm:
+        named.append((swap.score, _swap_columns(campaign, swap)))
+    if misreading is not None and misreading.is_alarm:
+        named.append((misreading.score, _misreading_columns(campaign, misreading)))
     columns = dict(NO_CHANGE)
-    if swap is not None and swap.is_alarm and (change is None or swap.score > change.score):
-        columns.update(_swap_columns(campaign, swap))
-    elif change is not None and is_changed:
-        columns.update(_change_columns(campaign, change))
+    if named:
+        largest = int(first_largest([score for score, _ in named]))
+        columns.update(named[largest][1])
     else:
         smallest = smallest_changes(covariance, order, limits)
         for effect in EFFECTS:
@@ -276,6 +285,23 @@ def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]
         "changed_runs": _names_in_time(campaign, is_suspect),
         "change_size": float(np.max(np.abs(differences))),
         "change_relative_rms": _relative_rms(campaign, as_exchanged - as_labelled),
+    }
+
+
+def _misreading_columns(campaign: MeasuredCampaign, misreading: Misreading) -> dict[str, Any]:
+    """The columns of a quantity that is read too large by a factor."""
+    surface = campaign.surface
+    measured, right = surface.measurements, misreading.put_right(surface.measurements)
+    as_read = surface.log_mu(measured.point_conditions, measured.slip)
+    put_right = surface.log_mu(right.point_conditions, right.slip)
+    return {
+        "campaign_verdict": "changed",
+        "change": FACTORS[misreading.quantity],
+        "change_course": "group" if misreading.label else "some runs",
+        "change_group": misreading.label,
+        "changed_runs": _names_in_time(campaign, misreading.members),
+        "change_size": misreading.factor,
+        "change_relative_rms": _relative_rms(campaign, put_right - as_read),
     }
 
 

@@ -18,17 +18,10 @@ import scipy.special
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECTS, RunErrorSizes
-from oilfilm.surface.measurements import LEVEL_WIDTH, Measurements, scaled_conditions
+from oilfilm.surface.measurements import LEVEL_WIDTH, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, smooth_covariance
-from oilfilm.surface.reduction import Coordinates, box_of, reduced
-from oilfilm.surface.reml import (
-    MISFIT,
-    CurveCovariance,
-    Sizes,
-    most_likely_sizes,
-    objective,
-    priors,
-)
+from oilfilm.surface.reduction import Coordinates, reduced
+from oilfilm.surface.relabelled import Relabelled
 from oilfilm.surface.steadiness import SteadinessLimits
 from oilfilm.surface.surface import LARGEST_DENSE, Surface
 from oilfilm.surface.threads import with_one_blas_thread
@@ -75,14 +68,14 @@ def swapped_temperatures(
     runs = len(given)
     if runs > LARGEST_DENSE:
         return None
-    as_labelled = _Labelling.of_surface(surface, errors or RunErrorSizes())
+    as_labelled = Relabelled.as_read(surface, errors or RunErrorSizes())
     labels = present = as_labelled
     for _ in range(_ROUNDS):
-        proposed = present.likeliest_conditions()
+        proposed = _likeliest_conditions(present)
         if proposed is None:
             break
         # a round may be worse before the next one is better
-        present = present.with_other_conditions(proposed)
+        present = present.fitted_to(replace(present.measurements, conditions=proposed))
         if present.objective < labels.objective:
             labels = present
     moved = np.flatnonzero(_is_moved(given, labels.measurements.conditions))
@@ -104,115 +97,6 @@ def _is_moved(old: FloatArray, new: FloatArray) -> BoolArray:
 
 
 @dataclass(frozen=True)
-class _Labelling:
-    """The points with some temperatures.
-
-    Attributes:
-        surface: The surface of the points as they were labelled.
-        errors: Sizes of the errors of the rig, before the data.
-        measurements: The points with these temperatures.
-        covariance: Covariance of the curves, with its most likely sizes.
-        objective: Negative logarithm of the likelihood.
-    """
-
-    surface: Surface
-    errors: RunErrorSizes
-    measurements: Measurements
-    covariance: CurveCovariance
-    objective: float
-
-    @classmethod
-    def of_surface(cls, surface: Surface, errors: RunErrorSizes) -> "_Labelling":
-        """The points as they were labelled."""
-        start = surface.misfit_covariance.sizes.logarithms()
-        return cls._fitted(surface, surface.measurements.conditions, errors, start)
-
-    @classmethod
-    def _fitted(
-        cls, surface: Surface, conditions: FloatArray, errors: RunErrorSizes, start: FloatArray
-    ) -> "_Labelling":
-        """The points with some conditions, fitted.
-
-        Args:
-            surface: The surface of the points as they were labelled.
-            conditions: The conditions, shape (curves, 3).
-            errors: Sizes of the errors of the rig, before the data.
-            start: Logarithms of the sizes at which the search starts.
-        """
-        measurements = replace(surface.measurements, conditions=conditions)
-        box = box_of(measurements)
-        zero_sd = max(errors.zero.median, surface.effect_sizes()["zero"])
-        curves = reduced(measurements, surface.law, surface.log_mu, zero_sd, box)
-        known = priors(errors, MISFIT)
-        logarithms = most_likely_sizes(curves, box, known, start)
-        value, _ = objective(logarithms, curves, box, known)
-        covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
-        return cls(surface, errors, measurements, covariance, float(value))
-
-    def with_other_conditions(self, conditions: FloatArray) -> "_Labelling":
-        """The same points with other conditions."""
-        start = self.covariance.sizes.logarithms()
-        return self._fitted(self.surface, conditions, self.errors, start)
-
-    def likeliest_conditions(self) -> FloatArray | None:
-        """The conditions after the likeliest exchange; None if that changes no temperature."""
-        suspects = self._suspects()
-        conditions = self.measurements.conditions
-        temperatures = conditions[suspects, _TEMPERATURE]
-        density = self._log_densities(suspects, temperatures)
-        _, assigned = scipy.optimize.linear_sum_assignment(-density)
-        proposed = conditions.copy()
-        proposed[suspects, _TEMPERATURE] = temperatures[assigned]
-        is_moved = _is_moved(conditions, proposed)
-        proposed[~is_moved] = conditions[~is_moved]
-        return proposed if is_moved.any() else None
-
-    def _suspects(self) -> IndexArray:
-        """The runs whose labels were changed, and those that contradict all others most."""
-        runs = len(self.measurements.conditions)
-        contradiction = []
-        for left_out in DensePosterior(self.covariance).left_out(np.arange(runs)):
-            squares = left_out.error @ left_out.precision @ left_out.error
-            contradiction.append(squares / len(left_out.error))
-        size = np.array(contradiction)
-        size[_is_moved(self.surface.measurements.conditions, self.measurements.conditions)] = np.inf
-        count = min(_MOST_SUSPECTS, int(_LARGEST_SHARE * runs))
-        return np.sort(np.argsort(-size, kind="stable")[:count])
-
-    def _log_densities(self, suspects: IndexArray, temperatures: FloatArray) -> FloatArray:
-        """Logarithm of the density of each suspect at each temperature, from the other runs."""
-        curves = self.covariance.curves
-        kept = np.flatnonzero(~np.isin(curves.curve, suspects))
-        matrix = self.covariance.matrix()[np.ix_(kept, kept)]
-        factor = scipy.linalg.cholesky(matrix, lower=True)
-        weights = scipy.linalg.cho_solve((factor, True), curves.departure[kept])
-        rest = _Rest(curves.part(kept), factor, weights)
-        different, number = np.unique(temperatures, return_inverse=True)
-        density = [[self._log_density(rest, row, t) for t in different] for row in suspects]
-        return np.array(density)[:, number]
-
-    def _log_density(self, rest: "_Rest", row: int, temperature_c: float) -> float:
-        """Logarithm of the density of a curve at some temperature, from the remaining curves."""
-        covariance, sizes = self.covariance, self.covariance.sizes
-        alone = self.measurements.of_curves(np.array([row]))
-        conditions = alone.conditions.copy()
-        conditions[:, _TEMPERATURE] = temperature_c
-        moved = replace(alone, conditions=conditions)
-        law = self.surface.law
-        curve = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
-        places = curve.part(np.arange(len(curve.departure)))
-        across = smooth_covariance(covariance, places, rest.places)
-        half = scipy.linalg.solve_triangular(rest.factor, across.T, lower=True)
-        own = smooth_covariance(covariance, places, places) - half.T @ half
-        scaled = curve.effects * sizes.effects
-        own += scaled @ scaled.T + sizes.noise**2 * np.eye(len(own))
-        own_factor = scipy.linalg.cholesky(own, lower=True)
-        error = curve.departure - across @ rest.weights
-        whitened = scipy.linalg.solve_triangular(own_factor, error, lower=True)
-        return float(-whitened @ whitened / 2 - np.sum(np.log(np.diag(own_factor))))
-
-
-@dataclass(frozen=True)
 class _Rest:
     """The remaining curves, which predict the suspects.
 
@@ -225,3 +109,66 @@ class _Rest:
     places: Coordinates
     factor: FloatArray
     weights: FloatArray
+
+
+def _likeliest_conditions(labels: Relabelled) -> FloatArray | None:
+    """The conditions after the likeliest exchange; None if that changes no temperature."""
+    suspects = _suspects(labels)
+    conditions = labels.measurements.conditions
+    temperatures = conditions[suspects, _TEMPERATURE]
+    density = _log_densities(labels, suspects, temperatures)
+    _, assigned = scipy.optimize.linear_sum_assignment(-density)
+    proposed = conditions.copy()
+    proposed[suspects, _TEMPERATURE] = temperatures[assigned]
+    is_moved = _is_moved(conditions, proposed)
+    proposed[~is_moved] = conditions[~is_moved]
+    return proposed if is_moved.any() else None
+
+
+def _suspects(labels: Relabelled) -> IndexArray:
+    """The runs whose labels were changed, and those that contradict all others most."""
+    runs = len(labels.measurements.conditions)
+    contradiction = []
+    for left_out in DensePosterior(labels.covariance).left_out(np.arange(runs)):
+        squares = left_out.error @ left_out.precision @ left_out.error
+        contradiction.append(squares / len(left_out.error))
+    size = np.array(contradiction)
+    size[_is_moved(labels.surface.measurements.conditions, labels.measurements.conditions)] = np.inf
+    count = min(_MOST_SUSPECTS, int(_LARGEST_SHARE * runs))
+    return np.sort(np.argsort(-size, kind="stable")[:count])
+
+
+def _log_densities(
+    labels: Relabelled, suspects: IndexArray, temperatures: FloatArray
+) -> FloatArray:
+    """Logarithm of the density of each suspect at each temperature, from the other runs."""
+    curves = labels.covariance.curves
+    kept = np.flatnonzero(~np.isin(curves.curve, suspects))
+    matrix = labels.covariance.matrix()[np.ix_(kept, kept)]
+    factor = scipy.linalg.cholesky(matrix, lower=True)
+    weights = scipy.linalg.cho_solve((factor, True), curves.departure[kept])
+    rest = _Rest(curves.part(kept), factor, weights)
+    different, number = np.unique(temperatures, return_inverse=True)
+    density = [[_log_density(labels, rest, row, t) for t in different] for row in suspects]
+    return np.array(density)[:, number]
+
+
+def _log_density(labels: Relabelled, rest: _Rest, row: int, temperature_c: float) -> float:
+    """Logarithm of the density of a curve at some temperature, from the remaining curves."""
+    covariance, sizes = labels.covariance, labels.covariance.sizes
+    alone = labels.measurements.of_curves(np.array([row]))
+    conditions = alone.conditions.copy()
+    conditions[:, _TEMPERATURE] = temperature_c
+    moved = replace(alone, conditions=conditions)
+    law = labels.surface.law
+    curve = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
+    places = curve.part(np.arange(len(curve.departure)))
+    across = smooth_covariance(covariance, places, rest.places)
+    half = scipy.linalg.solve_triangular(rest.factor, across.T, lower=True)
+    own = smooth_covariance(covariance, places, places) - half.T @ half
+    scaled = curve.effects * sizes.effects
+    own += scaled @ scaled.T + sizes.noise**2 * np.eye(len(own))
+    own_factor = scipy.linalg.cholesky(own, lower=True)
+    error = curve.departure - across @ rest.weights
+    whitened = scipy.linalg.solve_triangular(own_factor, error, lower=True)
+    return float(-whitened @ whitened / 2 - np.sum(np.log(np.diag(own_factor))))
