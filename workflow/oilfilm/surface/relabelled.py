@@ -12,14 +12,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.reduction import ReducedCurves, box_of, reduced
-from oilfilm.surface.reml import (
-    MISFIT,
-    CurveCovariance,
-    Sizes,
-    most_likely_sizes,
-    objective,
-    priors,
-)
+from oilfilm.surface.reml import MISFIT, CurveCovariance, most_likely_sizes, objective, priors
 from oilfilm.surface.surface import Surface
 
 
@@ -61,9 +54,9 @@ class Relabelled:
         """
         box, known = box_of(measurements), priors(errors, MISFIT)
         curves = _reduced(surface, errors, measurements)
-        logarithms = most_likely_sizes(curves, box, known, start)
-        value, _ = objective(logarithms, curves, box, known)
-        covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+        found = most_likely_sizes(curves, box, known, start)
+        value, _ = objective(found.logarithms, curves, box, known)
+        covariance = CurveCovariance(curves, box, found.sizes)
         return cls(surface, errors, measurements, covariance, float(value))
 
     def fitted_to(self, measurements: Measurements) -> "Relabelled":
