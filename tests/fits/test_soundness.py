@@ -185,9 +185,14 @@ def test_smallest_change_is_larger_in_the_order_of_a_condition(config: Settings)
     in_order = verdict(config, points_of(config, Drift(), 2, in_order=True))
     assert at_random["order_resembles"] == ""
     assert in_order["order_resembles"] == "max_hertz_pressure_gpa"
-    assert in_order["seen_trend_gain"] > 2 * at_random["seen_trend_gain"]
-    assert f"{in_order['seen_trend_gain']:.1%}" in what_could_be_seen(in_order)
-    assert "pressure" in what_could_be_seen(in_order)
+    # a trial: 2.9 % at random; in the order of the conditions a trend is none that a rig has
+    assert at_random["seen_trend_gain"] < 0.05
+    assert np.isnan(in_order["seen_trend_gain"])
+    assert in_order["seen_step_gain"] > 1.3 * at_random["seen_step_gain"]
+    sentence = what_could_be_seen(in_order)
+    assert "no change of the traction force" in sentence
+    assert "pressure" in sentence
+    assert f"{at_random['seen_trend_gain']:.1%}" in what_could_be_seen(at_random)
 
 
 def smooth_step(*at: np.ndarray) -> np.ndarray:

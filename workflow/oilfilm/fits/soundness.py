@@ -355,7 +355,7 @@ def verdict_of_fit(
     columns = dict(NO_CHANGE)
     misfit = run_scatter = np.nan
     if campaign is not None:
-        misfit, run_scatter = campaign.surface.verdict.misfit, campaign.run_scatter()
+        misfit, run_scatter = campaign.misfit(), campaign.run_scatter()
         if not too_few_curves:
             groups = {} if runs is None else runs_in_common(runs, used)
             columns = change_columns(campaign, groups, steadiness)

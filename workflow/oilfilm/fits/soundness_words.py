@@ -6,6 +6,8 @@ Decides: what is said of a fit that is not sound, and of a campaign that is stea
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from oilfilm.traction.law import QUANTITIES
 
 
@@ -39,13 +41,10 @@ def what_could_be_seen(row: Mapping[str, Any]) -> str:
     """
     if row["campaign_verdict"] != "steady":
         return ""
-    limits = {}
-    for course in ("trend", "step"):
-        force, temperature_k = row[f"seen_{course}_gain"], row[f"seen_{course}_temperature_k"]
-        limits[course] = f"{force:.1%} of the traction force or {temperature_k:.1f} K"
+    trend, step = _smallest(row, "trend"), _smallest(row, "step")
     sentence = (
-        f"The runs are steady: a change over the runs of {limits['trend']}, or a step of "
-        f"{limits['step']}, would have been seen if they were made in the order of their names."
+        f"The runs are steady: {trend} over the runs, and {step} from the middle of the runs on, "
+        "would have been seen if they were made in the order of their names."
     )
     resembled = row["order_resembles"]
     if resembled:
@@ -55,6 +54,18 @@ def what_could_be_seen(row: Mapping[str, Any]) -> str:
             "effect. Repeat one condition every sixth run."
         )
     return sentence
+
+
+def _smallest(row: Mapping[str, Any], course: str) -> str:
+    """The smallest changes of a course that would have been seen."""
+    force, temperature_k = row[f"seen_{course}_gain"], row[f"seen_{course}_temperature_k"]
+    of_force = f"a change of {force:.1%} of the traction force"
+    if np.isnan(force):
+        of_force = "no change of the traction force"
+    of_temperature = f"{temperature_k:.1f} K"
+    if np.isnan(temperature_k):
+        of_temperature = "none of the temperature"
+    return f"{of_force} or {of_temperature}"
 
 
 _LAW = {

@@ -18,7 +18,7 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import CurveData, curve_data
 from oilfilm.settings.config import ChangeSizeSettings, SteadinessSettings
-from oilfilm.surface.effects import EFFECTS, effect_design
+from oilfilm.surface.effects import EFFECTS, RunErrorSizes, effect_design
 from oilfilm.surface.label_swap import LabelSwap, swapped_temperatures
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements
@@ -47,6 +47,8 @@ _READS_OPPOSITE = ("slip_scale", "temperature_k")
 _IN_LOGARITHMS = ("gain", "slip_scale")
 # Rank correlation from which the order of the runs is that of a condition.
 _SAME_ORDER = 0.7
+# A point carries traction where the law gives more than so many errors of the zero.
+_CARRIES_TRACTION = 10.0
 # Columns of the table of runs whose values runs may have in common.
 _GROUP_COLUMNS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
 _NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
@@ -87,10 +89,26 @@ class MeasuredCampaign:
         name = max(resemblance, key=lambda name: resemblance[name])
         return name if resemblance[name] > _SAME_ORDER else ""
 
+    def misfit(self) -> float:
+        """Root-mean-square mu of the law less that of the surface, over that of mu."""
+        measured = self.surface.measurements
+        of_surface = np.exp(self.surface.log_mu(measured.point_conditions, measured.slip))
+        of_law = np.exp(self.surface.law.log_mu(measured.point_conditions, measured.slip))
+        return float(np.linalg.norm(of_law - of_surface) / np.linalg.norm(of_surface))
+
     def run_scatter(self) -> float:
-        """Root-mean-square change of ln mu by the effects of runs."""
+        """Root-mean-square change of mu by the effects of runs, over that of mu."""
         sizes = self.surface.misfit_covariance.sizes.effects
-        return float(np.sqrt(np.mean(np.sum((self.design() * sizes) ** 2, axis=1))))
+        return self.relative_rms(np.linalg.norm(self.design() * sizes, axis=1))
+
+    def relative_rms(self, of_log_mu: FloatArray) -> float:
+        """Root-mean-square change of mu over that of mu.
+
+        Args:
+            of_log_mu: Change of ln mu at each point.
+        """
+        mu = self.surface.measurements.mu
+        return float(np.sqrt(np.mean((mu * of_log_mu) ** 2) / np.mean(mu**2)))
 
     def design(self) -> FloatArray:
         """Change of ln mu at each point by a unit of each effect, shape (points, effects)."""
@@ -119,10 +137,14 @@ def measured_campaign(fitted: FittedLaw, points: pd.DataFrame) -> MeasuredCampai
     data = curve_data(points, CONDITIONS)
     if not (np.isfinite(data.conditions).all() and np.all(data.conditions > 0)):
         return None
-    has_slip = data.slip > 0
-    rows, curve = np.unique(data.curve[has_slip], return_inverse=True)
-    measured = Measurements(data.conditions[rows], curve, data.slip[has_slip], data.mu[has_slip])
-    surface = fit_surface(measured, _free_law(fitted, data))
+    law = _free_law(fitted, data)
+    carries = np.flatnonzero(data.slip > 0)
+    log_mu = law.log_mu(data.conditions[data.curve[carries]], data.slip[carries])
+    # at rolling the noise of a point is larger than its traction
+    carries = carries[log_mu > np.log(_CARRIES_TRACTION * RunErrorSizes().zero.median)]
+    rows, curve = np.unique(data.curve[carries], return_inverse=True)
+    measured = Measurements(data.conditions[rows], curve, data.slip[carries], data.mu[carries])
+    surface = fit_surface(measured, law)
     in_canonical_order, _ = measured.canonical_order()
     runs = np.array(data.runs)[rows][in_canonical_order]
     return MeasuredCampaign(surface, tuple(runs.tolist()))
@@ -213,11 +235,13 @@ def change_columns(
         columns.update(named[largest][1])
     else:
         smallest = smallest_changes(covariance, order, limits)
-        for effect in EFFECTS:
-            for course, sizes in (("trend", smallest.trend), ("step", smallest.step)):
-                size = sizes[effect]
-                relative = effect in _IN_LOGARITHMS
-                columns[f"seen_{course}_{effect}"] = np.expm1(size) if relative else size
+        for course, sizes in (("trend", smallest.trend), ("step", smallest.step)):
+            for effect, size in sizes.items():
+                # a change that no rig has is no cause
+                if size <= limits.largest.of_effect(effect):
+                    relative = effect in _IN_LOGARITHMS
+                    shown = float(np.expm1(size)) if relative else size
+                    columns[f"seen_{course}_{effect}"] = shown
         columns["order_resembles"] = campaign.order_resembles()
     return columns
 
@@ -253,7 +277,7 @@ def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any
         "change_group": change.label,
         "changed_runs": () if in_all_runs else _names_in_time(campaign, is_suspect),
         "change_size": size,
-        "change_relative_rms": _relative_rms(campaign, of_mu),
+        "change_relative_rms": campaign.relative_rms(of_mu),
     }
 
 
@@ -284,7 +308,7 @@ def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]
         "change_course": "some runs",
         "changed_runs": _names_in_time(campaign, is_suspect),
         "change_size": float(np.max(np.abs(differences))),
-        "change_relative_rms": _relative_rms(campaign, as_exchanged - as_labelled),
+        "change_relative_rms": campaign.relative_rms(as_exchanged - as_labelled),
     }
 
 
@@ -301,7 +325,7 @@ def _misreading_columns(campaign: MeasuredCampaign, misreading: Misreading) -> d
         "change_group": misreading.label,
         "changed_runs": _names_in_time(campaign, misreading.members),
         "change_size": misreading.factor,
-        "change_relative_rms": _relative_rms(campaign, put_right - as_read),
+        "change_relative_rms": campaign.relative_rms(put_right - as_read),
     }
 
 
@@ -309,17 +333,6 @@ def _names_in_time(campaign: MeasuredCampaign, is_suspect: BoolArray) -> tuple[s
     """Names of some runs in their order in time."""
     by_time = np.argsort(campaign.order)
     return tuple(campaign.runs[row] for row in by_time if is_suspect[row])
-
-
-def _relative_rms(campaign: MeasuredCampaign, of_log_mu: FloatArray) -> float:
-    """Root-mean-square change of mu over that of mu.
-
-    Args:
-        campaign: The campaign.
-        of_log_mu: Change of ln mu at each point.
-    """
-    mu = campaign.surface.measurements.mu
-    return float(np.sqrt(np.mean((mu * of_log_mu) ** 2) / np.mean(mu**2)))
 
 
 def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:

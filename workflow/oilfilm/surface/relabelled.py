@@ -36,9 +36,12 @@ class Relabelled:
 
     @classmethod
     def as_read(cls, surface: Surface, errors: RunErrorSizes) -> "Relabelled":
-        """The points as they were read."""
-        start = surface.misfit_covariance.sizes.logarithms()
-        return cls._fitted(surface, errors, surface.measurements, start)
+        """The points as they were read, with the sizes of the surface."""
+        measurements, sizes = surface.measurements, surface.misfit_covariance.sizes
+        curves, box = _reduced(surface, errors, measurements), box_of(measurements)
+        value, _ = objective(sizes.logarithms(), curves, box, priors(errors, MISFIT))
+        covariance = CurveCovariance(curves, box, sizes)
+        return cls(surface, errors, measurements, covariance, float(value))
 
     @classmethod
     def _fitted(
