@@ -23,7 +23,7 @@ from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
-from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.fits.soundness_words import what_could_be_seen, what_is_wrong
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -106,6 +106,9 @@ class ArrayFit:
             lines.extend(fitted.wrong)
             doubtful = quality[~quality["certified"]]
             lines.extend(certificate(row) for row in tables.rows(doubtful))
+        seen = what_could_be_seen(self.soundness)
+        if seen:
+            lines.append(seen)
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
         if np.isnan(coefficients.unseen.quantile_at(0.95)[0]):
             fewest = self.settings.min_curves_for_errors

@@ -133,7 +133,7 @@ def _where(row: Mapping[str, Any]) -> str:
     runs = row["changed_runs"]
     match row["change_course"]:
         case "trend" | "season":
-            return "Over the runs"
+            return "Over the runs, in the order of their names,"
         case "from":
             return f"From run {runs[0]} on ({len(runs)} runs)"
         case "until":
