@@ -7,7 +7,7 @@ that of the number of patterns of its kind.
 Decides: when the runs of a campaign are not steady.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from oilfilm.surface.effect_likelihood import (
 )
 from oilfilm.surface.reml import CurveCovariance
 from oilfilm.surface.run_patterns import (
+    Patterns,
     likeliest_group,
     ln_groups,
     patterns_of_labels,
@@ -30,7 +31,9 @@ from oilfilm.surface.run_patterns import (
 from oilfilm.surface.surface import LARGEST_DENSE
 from oilfilm.surface.threads import with_one_blas_thread
 
-_Ratios = Callable[[Information, float], FloatArray]
+_FEWEST_RUNS_OF_GROUPS = 4
+# A smaller share of the information counts as this one.
+_SMALLEST_SHARE = 1e-6
 # Groups are searched at each of so many variances, which are far from each other.
 _VARIANCES_OF_GROUPS = 8
 
@@ -174,20 +177,9 @@ def largest_change(
     changes = []
     for effect, likelihood in effect_likelihoods(covariance).items():
         precision = limits.usual.of_effect(effect) ** -2
-        profile = _Profile.of(likelihood, precision, len(order) <= LARGEST_DENSE)
-        for patterns in families:
-            if not patterns.count:
-                continue
-            number = profile.best(patterns.ratios)
-            columns, kind = patterns.columns(number), patterns.kind
-            penalty = 2 * np.log(patterns.chances)
-            changes.append(
-                profile.change(effect, kind, columns, penalty, patterns.label(number), limits)
-            )
-        for members in profile.groups():
-            penalty = 2 * ln_groups(len(order))[np.count_nonzero(members)]
-            columns = members[:, np.newaxis].astype(float)
-            changes.append(profile.change(effect, "group", columns, penalty, "", limits))
+        profile = _Profile.of(effect, likelihood, precision, len(order) <= LARGEST_DENSE)
+        candidates = [profile.best(patterns) for patterns in families if patterns.count]
+        changes.extend(profile.changes([*candidates, *profile.groups()], limits))
     possible = [
         change for change in changes if abs(change.size) <= limits.largest.of_effect(change.effect)
     ]
@@ -224,83 +216,106 @@ def smallest_changes(
 
 
 @dataclass(frozen=True)
+class _Candidate:
+    """A pattern that may be a change.
+
+    Attributes:
+        kind: Kind of the pattern.
+        columns: The pattern, or the sine and the cosine of a season, shape (curves, 1 or 2).
+        ln_chances: Logarithm of the number of patterns that chance may choose from.
+        label: What the runs have in common; empty if that is not known.
+    """
+
+    kind: str
+    columns: FloatArray
+    ln_chances: float
+    label: str
+
+
+@dataclass(frozen=True)
 class _Profile:
     """The likelihood of an effect at the variances at which patterns are compared.
 
     Attributes:
-        likelihood: The likelihood.
+        effect: The effect.
+        likelihood: Its likelihood.
         precision: Inverse variance of the size of a change, before the data.
         steady: Twice the logarithm of the likelihood without a change at each variance.
         compared: What the points say at some of the variances, by the number of the variance.
     """
 
+    effect: str
     likelihood: EffectLikelihood
     precision: float
     steady: FloatArray
     compared: dict[int, Information]
 
     @classmethod
-    def of(cls, likelihood: EffectLikelihood, precision: float, is_small: bool) -> "_Profile":
+    def of(
+        cls, effect: str, likelihood: EffectLikelihood, precision: float, is_small: bool
+    ) -> "_Profile":
         """All variances in a small campaign, else the most likely one of steady runs."""
         steady = likelihood.steady
         numbers = range(len(steady)) if is_small else [int(np.argmax(steady))]
-        compared = {k: likelihood.information(k) for k in numbers}
-        return cls(likelihood, precision, steady, compared)
+        compared = {number: likelihood.information(number) for number in numbers}
+        return cls(effect, likelihood, precision, steady, compared)
 
-    def best(self, ratios: _Ratios) -> int:
-        """Number of the pattern with the largest likelihood ratio."""
-        largest = [
-            self.steady[k] + ratios(known, self.precision) for k, known in self.compared.items()
+    def best(self, patterns: Patterns) -> _Candidate:
+        """The pattern with the largest likelihood ratio."""
+        ratios = [
+            self.steady[number] + patterns.ratios(information, self.precision)
+            for number, information in self.compared.items()
         ]
-        return int(first_largest(np.max(largest, axis=0)))
+        number = int(first_largest(np.max(ratios, axis=0)))
+        columns, label = patterns.columns(number), patterns.label(number)
+        return _Candidate(patterns.kind, columns, float(np.log(patterns.chances)), label)
 
-    def groups(self) -> list[BoolArray]:
+    def groups(self) -> list[_Candidate]:
         """The likeliest group of runs at some of the variances."""
-        numbers = list(self.compared)
-        if len(self.likelihood.information(numbers[0]).pull) < 4:
+        informations = list(self.compared.values())
+        runs = len(informations[0].pull)
+        if runs < _FEWEST_RUNS_OF_GROUPS:
             return []
-        chosen = numbers[:: max(len(numbers) // _VARIANCES_OF_GROUPS, 1)]
         groups = {}
-        for number in chosen:
-            members = likeliest_group(self.compared[number], self.precision)
+        for information in informations[:: max(len(informations) // _VARIANCES_OF_GROUPS, 1)]:
+            members = likeliest_group(information, self.precision)
             groups[members.tobytes()] = members
-        return list(groups.values())
+        candidates = []
+        for members in groups.values():
+            ln_chances = float(ln_groups(runs)[np.count_nonzero(members)])
+            columns = members[:, np.newaxis].astype(float)
+            candidates.append(_Candidate("group", columns, ln_chances, ""))
+        return candidates
 
-    def change(
-        self,
-        effect: str,
-        kind: str,
-        columns: FloatArray,
-        penalty: float,
-        label: str,
-        limits: SteadinessLimits,
-    ) -> Change:
-        """The change by one pattern, with its own variance.
-
-        Args:
-            effect: The effect.
-            kind: Kind of the pattern.
-            columns: The pattern, or the sine and the cosine of a season, shape (curves, 1 or 2).
-            penalty: Twice the logarithm of the number of patterns of this kind.
-            label: What the runs have in common.
-            limits: When a change is named.
-        """
-        ratios, sizes = [], []
-        for number in range(len(self.steady)):
-            known = self.compared.get(number) or self.likelihood.information(number)
-            power = columns.T @ known.times(columns) + self.precision * np.eye(columns.shape[1])
-            pull = known.pull @ columns
-            size = np.linalg.solve(power, pull)
-            ratios.append(self.steady[number] + pull @ size)
-            sizes.append(size)
-        best = int(np.argmax(ratios))
-        score = float(ratios[best] - self.steady.max() - penalty)
-        amount = float(np.linalg.norm(sizes[best])) if len(sizes[best]) > 1 else sizes[best][0]
-        pattern = columns @ sizes[best] / amount if amount else columns[:, 0]
-        known = self.compared.get(best) or self.likelihood.information(best)
-        share = share_of_information(known, pattern)
-        alarm = limits.alarm_of(kind) * limits.factor_on_score(share)
-        return Change(effect, kind, pattern, float(amount), score, alarm, label)
+    def changes(self, candidates: list[_Candidate], limits: SteadinessLimits) -> list[Change]:
+        """The change by each candidate, with the variance under which it is likeliest."""
+        best: list[tuple[float, FloatArray, float]] = [(-np.inf, np.zeros(1), 1.0)] * len(
+            candidates
+        )
+        for number, steady in enumerate(self.steady):
+            # the large ones are made one by one, because together they do not fit into memory
+            information = self.compared.get(number) or self.likelihood.information(number)
+            for row, candidate in enumerate(candidates):
+                columns = candidate.columns
+                power = columns.T @ information.times(columns)
+                pull = information.pull @ columns
+                size = np.linalg.solve(power + self.precision * np.eye(len(pull)), pull)
+                ratio = float(steady + pull @ size)
+                if ratio > best[row][0]:
+                    share = share_of_information(information, columns @ size)
+                    best[row] = ratio, size, share
+        changes = []
+        for candidate, (ratio, size, share) in zip(candidates, best, strict=True):
+            amount = float(size[0]) if len(size) == 1 else float(np.linalg.norm(size))
+            pattern = candidate.columns[:, 0]
+            if len(size) > 1 and amount > 0:
+                pattern = candidate.columns @ size / amount
+            score = ratio - float(self.steady.max()) - 2 * candidate.ln_chances
+            alarm = limits.alarm_of(candidate.kind) * limits.factor_on_score(share)
+            changes.append(
+                Change(self.effect, candidate.kind, pattern, amount, score, alarm, candidate.label)
+            )
+        return changes
 
 
 def share_of_information(information: Information, pattern: FloatArray) -> float:
@@ -317,8 +332,10 @@ def share_of_information(information: Information, pattern: FloatArray) -> float
     of_mean = ones @ information.times(ones) / runs
     at_random = (np.sum(information.diagonal()) - of_mean) / (runs - 1)
     centred = pattern - pattern.mean()
-    found = pattern @ information.times(pattern)
-    return float(max(found / max(centred @ centred * at_random, 1e-300), 1e-6))
+    expected = centred @ centred * at_random
+    if not expected > 0:
+        return _SMALLEST_SHARE
+    return float(max(pattern @ information.times(pattern) / expected, _SMALLEST_SHARE))
 
 
 def _with_suspects(change: Change, order: IndexArray) -> Change:
