@@ -7,7 +7,6 @@ the interval of the next good run (`obs_ci`) should hold 90 to 99 % of their poi
 interval (`mean_ci`) the noise-free truth, where the fit is sound.
 
     python benchmarks/coverage.py [replicates]
-    python benchmarks/coverage.py clean [campaigns]  (how often a steady campaign is called changed)
     python benchmarks/coverage.py few [campaigns]    (width of the law's own interval of 12 runs)
 
 Takes 10 minutes.
@@ -27,10 +26,8 @@ from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil, laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.patterns import find_patterns
-from oilfilm.fits.soundness import leftover, verdict_of_fit
+from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.settings.resolve import resolve
-from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import FloatArray
 from simulated_lab.printed import printed_constants
 from simulated_lab.truth import LawTruth, Truth, true_tractions
@@ -165,8 +162,8 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
     fit = fit_oil(points, oil, _quick(curves), number)
     fitted = _fitted(fit, oil)
     (quality,) = tables.rows(fit.fit_quality)
-    patterns = _settings("demo").patterns
-    sound = verdict_of_fit(quality, fitted, points, _quick(curves), patterns)["sound"]
+    steadiness = _settings("demo").steadiness
+    sound = verdict_of_fit(quality, fitted, points, _quick(curves), steadiness)["sound"]
     conditions = spread_conditions(matrix.min(axis=0), matrix.max(axis=0), NEW_RUNS, random)
     # a good run of a rig whose sensors are exact
     new = replace(campaign, errors=RunErrors()).points(conditions, random, oil)
@@ -197,33 +194,6 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
     }  # fmt: skip
 
 
-def clean(number: int) -> dict[str, object]:
-    """One steady campaign of three oils, with several groups of logs: the changes it is accused of.
-
-    As a whole run judges it: each oil against the others, the runs in a random order.
-    """
-    random = generator(7, "clean", str(number))
-    matrix = conditions_of((72, 24)[number % 2])
-    points, fits = {}, {}
-    for oil in OILS:
-        truth = truth_of("deng2026", oil)
-        campaign = Campaign(truth, _settings("demo").common_contact())
-        points[oil] = campaign.points(matrix[random.permutation(len(matrix))], random, oil)
-        # `leftover` refits from there
-        fits[oil] = FittedLaw(PAPER_LAW, Coefficients.bare(PAPER_LAW, truth.constants))
-    runs = points[OILS[0]]["run_id"].unique()
-    half = {
-        f"form {form}": {*runs[random.permutation(len(runs)) < len(runs) // 2]} for form in "ab"
-    }
-    limits = _settings("demo").patterns
-    left = {oil: leftover(fits[oil], points[oil], half, fits, limits) for oil in OILS}
-    found = {oil: find_patterns(left[oil]) for oil in OILS}
-    named = [f"{oil} {each.what} {each.when}" for oil in OILS for each in found[oil]]
-    changes = [text for text in named if not text.endswith(" law")]
-    return {"curves": len(matrix), "alarm": bool(changes), "bend": len(named) > len(changes),
-            "what": "; ".join(named)}  # fmt: skip
-
-
 def few(case: tuple[str, int]) -> tuple[FloatArray, FloatArray]:
     """One campaign of 12 runs: error of ln mu and half width, at the corners and in the middle."""
     oil, number = case
@@ -237,14 +207,6 @@ def few(case: tuple[str, int]) -> tuple[FloatArray, FloatArray]:
     own = fitted.predict(at, slip)
     error = np.log(own.traction_coefficient / campaign.truth(*at.T, slip))
     return error, np.log(own.mean_ci_upper / own.mean_ci_lower) / 2
-
-
-def check_clean(campaigns: int = 100) -> None:
-    """Print how many steady campaigns raise an alarm."""
-    with ProcessPoolExecutor(1) as pool:
-        rows = pd.DataFrame(list(pool.map(clean, range(campaigns))))
-    print(rows[rows["what"] != ""].to_string())
-    print(rows.groupby("curves")[["alarm", "bend"]].agg(["sum", "count"]))
 
 
 def check_few(campaigns: int = 200) -> None:
@@ -285,5 +247,5 @@ def main(replicates: int = 3) -> None:
 
 
 if __name__ == "__main__":
-    check = {"clean": check_clean, "few": check_few}.get("".join(sys.argv[1:2]), main)
+    check = {"few": check_few}.get("".join(sys.argv[1:2]), main)
     check(*(int(argument) for argument in sys.argv[1:] if argument.isdigit()))

@@ -4,11 +4,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples import settings, simulated_fit, simulated_points
-from oilfilm.fits.engine import Optimum, population_sse, search
+from oilfilm.fits.engine import Optimum, polish, population_sse, search
 from oilfilm.fits.fit import leave_curves_out
-from oilfilm.fits.problem import Problem
-from oilfilm.fits.soundness import leftover
+from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import naive_covariance, profiles
+from oilfilm.traction.law import to_internal
 from style import BLUE, GREY, ORANGE, RED, axes, row
 
 
@@ -121,8 +121,10 @@ def left_out() -> Figure:
 def fitted_problem() -> tuple[Problem, Optimum]:
     """What the simulated fit minimised, and where it ended."""
     fit = simulated_fit()
-    left = leftover(fit.law, fit.table, {}, {}, settings().patterns)
-    return left.problem, left.optimum
+    law, coefficients = fit.law.law, fit.law.coefficients
+    problem = build_problem(law, curve_data(fit.table, law.conditions), coefficients.followed)
+    start = to_internal(law, coefficients.constants)[problem.free]
+    return problem, polish(problem, start)
 
 
 def rms(values: np.ndarray) -> float:

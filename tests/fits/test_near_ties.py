@@ -18,7 +18,7 @@ from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit_tables import certify
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.measured_curves import FormError, choose
-from oilfilm.fits.patterns import Leftover, find_patterns
+from oilfilm.fits.steady_campaign import change_columns, measured_campaign
 from oilfilm.settings.resolved import Settings
 from reports import rows
 
@@ -134,7 +134,7 @@ def test_the_missing_corner_of_a_grid_is_just_one_step_away_and_not_outside(bits
     assert farther.outside.all()
 
 
-# ---------------------------------------------------------------- patterns
+# ---------------------------------------------------------------- changes of the rig
 
 
 @pytest.mark.parametrize("names", ["ab", "ba"])
@@ -148,13 +148,15 @@ def test_of_a_group_and_all_other_runs_the_smaller_one_is_blamed_whatever_the_na
     run = points["run_id"].str.removeprefix("run").astype(int).to_numpy()
     gain = np.where(few, 1.05, 1.0) * (1 + bits * (np.arange(len(few)) % 3))
     points["traction_coefficient"] *= gain[run]
-    problem, best = polished(points, printed()["4050"])
-    groups = {f"rig {names[0]}": few, f"rig {names[1]}": ~few}
-    pattern = find_patterns(Leftover(problem, best, groups, {}, config.patterns))[0]
-    assert (pattern.what, pattern.when) == ("traction force", "group")
-    assert pattern.group == f"rig {names[0]}"
-    assert len(pattern.runs) == few.sum()
-    assert pattern.size == pytest.approx(0.05, rel=0.1)
+    campaign = measured_campaign(FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"])), points)
+    assert campaign is not None
+    runs = np.array([f"run{number:03d}" for number in range(len(few))])
+    groups = {f"rig {names[0]}": set(runs[few]), f"rig {names[1]}": set(runs[~few])}
+    row = change_columns(campaign, groups, config.steadiness)
+    assert (row["change"], row["change_course"]) == ("traction force", "group")
+    assert row["change_group"] == f"rig {names[0]}"
+    assert set(row["changed_runs"]) == set(runs[few])
+    assert row["change_size"] == pytest.approx(0.05, rel=0.1)
 
 
 # ---------------------------------------------------------------- tests to run next

@@ -68,8 +68,9 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         for name in names
     ]
     sound = {"optimum_confirmed": True, "law_verdict": "adequate", "campaign_verdict": "steady"}
-    changed = {"law_verdict": "bend", "campaign_verdict": "changed", "change": "load"}
-    changed |= {"change_size": 8.0, "change_course": "from", "changed_runs": ("b", "c")}
+    changed = {"law_verdict": "none fits", "misfit": 0.06, "run_scatter": 0.004}
+    changed |= {"campaign_verdict": "changed", "change": "traction force", "change_size": 0.08}
+    changed |= {"change_course": "from", "changed_runs": ("b", "c")}
     stuck = {"run_id": "stuck.csv", "file": "stuck.csv", "verdict": "refused"}
     runs.append({**stuck, "rule": "stuck_sensor", "reason": "the force stays"})
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
@@ -90,7 +91,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         soundness=rows(
             "soundness",
             {"oil": "4102", "sound": True, **sound},
-            {"oil": "4050", **sound, **changed, "bend": ("shape",)},
+            {"oil": "4050", **sound, **changed},
         ),
         torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
         torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "zero_drift"}),

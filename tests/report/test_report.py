@@ -87,8 +87,11 @@ def test_cards_answer_for_every_oil_at_one_point(page: Page, results: CampaignTa
         mu, *interval = (f"{value:#.3g}" for value in (float(expected.traction_coefficient), *ends))
         assert f"{mu} Next good run{' to '.join(interval)} (95 %)" in text
     assert "Fitsound" in text
-    assert "Fitnot sound (law: bend; campaign: changed)" in text
-    assert "4050: The campaign is not steady. From run b on (2 runs) the load reads higher" in text
+    assert "Fitnot sound (law: none fits; campaign: changed)" in text
+    assert (
+        "4050: The campaign is not steady. From run b on (2 runs) the traction force reads higher"
+        in text
+    )
 
 
 def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: CampaignTables) -> None:

@@ -47,8 +47,8 @@ CHANGES: dict[str, tuple[tuple[Edit, ...], Mapping[str, int]]] = {
         POINTS,
     ),
     # what judges fits makes none
-    "limit of patterns": (
-        (Edit("config/config.yaml", "false_alarms: 0.01", "false_alarms: 0.02"),),
+    "limit of a change": (
+        (Edit("config/config.yaml", "alarm: 12.0 ", "alarm: 13.0 "),),
         {"fits": 1, **AFTER_FITS},
     ),
     "bootstrap": ((Edit(CAMPAIGN, "bootstrap: 20", "bootstrap: 21"),), FITS),

@@ -88,7 +88,7 @@ rule fits:
     params:
         code=lambda wildcards: code("fits.py", tables=rules.fits.output.keys()),
         config=part(
-            *("compare", "fit", "oils", "patterns", "rigs", "same_condition", "same_set_point"),
+            *("compare", "fit", "oils", "rigs", "same_condition", "same_set_point", "steadiness"),
             campaign=("matrix", "rigs"),
         ),
     script:

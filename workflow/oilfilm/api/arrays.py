@@ -23,7 +23,7 @@ from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
-from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.fits.soundness_words import what_could_be_seen, what_is_wrong
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
@@ -92,8 +92,8 @@ class ArrayFit:
         """
         (quality,) = tables.rows(self.tables.fit_quality)
         fit = FittedLaw.of_configured(self.tables, _UNNAMED_OIL)
-        patterns = read_config(CONFIG).patterns
-        return verdict_of_fit(quality, fit, self.table, self.settings, patterns)
+        config = read_config(CONFIG).model_copy(update={"fit": self.settings})
+        return verdict_of_fit(quality, fit, self.table, config)
 
     @property
     def verdict(self) -> str:
@@ -113,6 +113,9 @@ class ArrayFit:
             lines.extend(fitted.wrong)
             if not quality["certified"]:
                 lines.append(certificate(quality))
+        seen = what_could_be_seen(self.soundness)
+        if seen:
+            lines.append(seen)
         # conditions that give no exponent, because they did not vary, or not alone
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
         if fitted.surface is None:

@@ -234,6 +234,19 @@ class FittedLaw:
         """Misfit of the law of the surface, relative to mu; NaN without a surface."""
         return self.surface.misfit if self.surface is not None else float("nan")
 
+    def misfit_beside_surface(self) -> float:
+        """Misfit of this law: root-mean-square mu of law less surface, over that of mu.
+
+        The points are those of the surface; NaN without a surface.
+        """
+        if self.surface is None:
+            return float("nan")
+        measured = self.surface.measurements
+        of_surface = np.exp(self.surface.surface.log_mu(measured.point_conditions, measured.slip))
+        conditions = self.surface.contact.to_law(self.law, measured.point_conditions)
+        of_law = self.without_interval().predict(conditions, measured.slip).traction_coefficient
+        return float(np.linalg.norm(of_law - of_surface) / np.linalg.norm(of_surface))
+
     def interval_level(self, level: float = 0.95) -> float:
         """The level of the interval of the next run: the wanted one, or what the data allow.
 

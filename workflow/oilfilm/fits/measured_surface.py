@@ -132,6 +132,7 @@ class OilSurface:
         limits: What is asked of an answer.
         next_run_sd: Standard deviation of ln mu in the next run, median over the points.
         misfit: Misfit of the law at the measured points, relative to mu.
+        run_scatter: Change of mu by the errors of runs, relative to mu.
         no_law_fits: Whether no law fits, so that the surface answers instead.
     """
 
@@ -145,6 +146,7 @@ class OilSurface:
     limits: SurfaceLimits
     next_run_sd: float
     misfit: float
+    run_scatter: float
     no_law_fits: bool
 
     @cached_property
@@ -224,6 +226,7 @@ def surface_from_tables(
         limits=SurfaceLimits(**{name: row[name] for name in LIMITS}),
         next_run_sd=row["next_run_sd"],
         misfit=row["misfit"],
+        run_scatter=row["run_scatter"],
         no_law_fits=row["no_law_fits"],
     )
 

@@ -3,10 +3,9 @@
 Decides: which points are fitted.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -207,20 +206,15 @@ class Problem:
         return self.law.jacobian(self.expand(values), self.observations)[:, self.free]
 
 
-def curve_data(
-    points: pd.DataFrame,
-    conditions: Sequence[str] = CONDITIONS,
-    key: Callable[[str], Any] | None = None,
-) -> CurveData:
+def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> CurveData:
     """Accepted points of one oil, grouped by run.
 
     Args:
         points: Rows of the table of points.
         conditions: Columns of the law's conditions.
-        key: Sort key of the runs' names; the names themselves if not given.
     """
     accepted = points[points["accepted"]]
-    runs = sorted(map(str, accepted["run_id"].unique()), key=key)
+    runs = sorted(map(str, accepted["run_id"].unique()))
     number_of_run = {run: number for number, run in enumerate(runs)}
     curve = accepted["run_id"].map(number_of_run).astype(np.int64)
     accepted = accepted.assign(curve=curve).sort_values(["curve", "first_row"])

@@ -6,9 +6,9 @@ Decides: when a fit is called sound; which runs repeat a condition; what is nois
 of fit.
 """
 
-import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,19 +16,16 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.base.units import BoolArray, FloatArray, IndexArray
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import clusters, from_text, levels_of
-from oilfilm.fits.engine import polish
-from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.patterns import Leftover, Pattern, find_patterns, natural_key
-from oilfilm.fits.problem import build_problem, curve_data
-from oilfilm.settings.config import FitSettings, PatternSettings
+from oilfilm.fits.fitted import FittedLaw, read_surface
+from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_columns, runs_in_common
+from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import SET_POINTS, with_levels
 from oilfilm.tables.table_needs import OF_FIT, OF_SURFACE
-from oilfilm.traction.law import to_internal
 
 # The level of every interval and test of the project.
 _CONFIDENCE = 0.95
@@ -262,11 +259,6 @@ def _squared_differences(values: FloatArray, group: IndexArray) -> FloatArray:
 
 # ---------------------------------------------------------------- the verdict
 
-# Columns of the table of runs whose values runs may have in common.
-_GROUP_COLUMNS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
-_NO_PATTERN = Pattern("", "", ())
-_NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
-
 
 def with_configured_law(results: CampaignTables, law: str) -> CampaignTables:
     """The tables of every fit, with the mark of those of the configured law.
@@ -284,7 +276,7 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
 
     Args:
         results: The tables of every fit, `points` and `runs`.
-        settings: `fit`, `patterns`, `compare`, and those of `noise_and_misfit`.
+        settings: `fit`, `steadiness`, `compare`, and those of `noise_and_misfit`.
     """
     results = with_configured_law(results, settings.fit.law)
     quality = results.fit_quality
@@ -314,16 +306,16 @@ def judged_fits(
     Args:
         results: As in `finished_fits`.
         lack_of_fit: Table `lack_of_fit`.
-        settings: `fit` and `patterns`.
+        settings: `fit`, `surface` and `steadiness`.
     """
     fits = results.configured
     points = results.points
     quality_of_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
-    fitted = {
-        oil: FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
-        for oil, quality in quality_of_oil.items()
-        if np.isfinite(quality["rmse"])
-    }
+    fitted = {}
+    for oil, quality in quality_of_oil.items():
+        if np.isfinite(quality["rmse"]):
+            fit = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
+            fitted[oil] = replace(fit, read_surface=partial(read_surface, results, oil))
     lack_verdict = lack_of_fit.set_index("oil")["verdict"]
     rows = []
     for oil, quality in quality_of_oil.items():
@@ -331,10 +323,8 @@ def judged_fits(
             quality,
             fitted.get(oil),
             points[points["accepted"] & (points["oil"] == oil)],
-            settings.fit,
-            settings.patterns,
+            settings,
             runs=results.runs,
-            others=fitted,
             lack_shown=lack_verdict.get(oil) == "shown",
         )
         rows.append({**verdict, "oil": oil, "law": quality["law"]})
@@ -345,10 +335,8 @@ def verdict_of_fit(
     quality: Mapping[str, Any],
     fitted: FittedLaw | None,
     points: pd.DataFrame,
-    settings: FitSettings,
-    patterns: PatternSettings,
+    settings: ConfigKeys,
     runs: pd.DataFrame | None = None,
-    others: Mapping[str, FittedLaw] | None = None,
     lack_shown: bool = False,
 ) -> dict[str, Any]:
     """The row of the table `soundness` of one fit.
@@ -357,65 +345,48 @@ def verdict_of_fit(
         quality: The fit's row of `fit_quality`.
         fitted: The fit; None where there is none.
         points: Its accepted points.
-        settings: `odd_scatter`.
-        patterns: Limits of a pattern in the residuals.
+        settings: `fit`, `surface` and `steadiness`.
         runs: Table of runs; without it no groups of runs are known.
-        others: The fits of all oils.
         lack_shown: Whether repeated runs show a lack of fit.
     """
-    residuals = None
     no_fit = fitted is None or np.isnan(quality["rmse"])
-    if fitted is not None and not no_fit:
-        # a condition of these runs is unknown
-        used = points[~points["run_id"].isin(quality["incomplete_curves"])]
-        groups = {} if runs is None else runs_in_common(runs, used, patterns.curves_min)
-        residuals = leftover(fitted, used, groups, others or {}, patterns)
-    bend = change = _NO_PATTERN
-    for pattern in find_patterns(residuals) if residuals is not None else []:
-        if pattern.when == "law":
-            bend = pattern
-        else:
-            change = pattern
-    too_few_curves = residuals is not None and not residuals.can_show
+    surface = None if fitted is None or no_fit else fitted.surface
+    too_few_curves = surface is None or len(surface.runs) < settings.steadiness.curves_min
+    columns = dict(NO_CHANGE)
+    misfit = run_scatter = np.nan
+    if fitted is not None and surface is not None:
+        misfit = fitted.misfit_beside_surface()
+        run_scatter = surface.run_scatter
+        if not too_few_curves:
+            groups = {} if runs is None else runs_in_common(runs, points)
+            campaign = MeasuredCampaign.of_surface(surface)
+            columns = change_columns(campaign, groups, settings.steadiness)
+    largest_misfit = max(run_scatter, settings.surface.largest_misfit)
     fixed = from_text(quality["fixed_conditions"])
     law_verdict = _first_that_holds(
         {
             "no fit": no_fit,
             "condition missing": any(condition.level is None for condition in fixed),
-            "misfit": quality["relative_rms"] > settings.odd_scatter,
-            "bend": bend is not _NO_PATTERN,
+            "none fits": surface is not None and surface.no_law_fits,
+            "misfit": quality["relative_rms"] > settings.fit.odd_scatter or misfit > largest_misfit,
             "lack of fit": lack_shown,
-            "too few curves": residuals is None or too_few_curves,
+            "too few curves": too_few_curves,
             "two levels": len(quality["two_level_conditions"]) > 0,
         },
         otherwise="adequate",
     )
-    campaign_verdict = _first_that_holds(
-        {
-            "changed": change is not _NO_PATTERN,
-            "too few curves": no_fit or too_few_curves,
-            "condition missing": residuals is None,
-            "hidden by the law": law_verdict in ("misfit", "bend"),
-        },
-        otherwise="steady",
+    columns["campaign_verdict"] = _first_that_holds(
+        {"too few curves": no_fit or too_few_curves}, otherwise=columns["campaign_verdict"]
     )
     optimum_confirmed = bool(quality["certified"])
-    is_sound = optimum_confirmed and law_verdict == "adequate" and campaign_verdict == "steady"
-    other_oil = change.what.removeprefix("oil ") if change.what.startswith("oil ") else ""
+    is_steady = columns["campaign_verdict"] == "steady"
     return {
         "optimum_confirmed": optimum_confirmed,
         "law_verdict": law_verdict,
-        "bend": tuple(bend.what.split()),
-        "bend_relative_rms": bend.mu_share,
-        "campaign_verdict": campaign_verdict,
-        "change": "oil" if other_oil else change.what,
-        "change_oil": other_oil,
-        "change_course": change.when,
-        "change_group": change.group,
-        "changed_runs": () if change.when == "trend" else tuple(map(str, change.runs)),
-        "change_size": change.size,
-        "change_relative_rms": change.mu_share,
-        "sound": is_sound,
+        "misfit": misfit,
+        "run_scatter": run_scatter,
+        **columns,
+        "sound": optimum_confirmed and law_verdict == "adequate" and is_steady,
     }
 
 
@@ -424,92 +395,3 @@ def _first_that_holds(verdicts: Mapping[str, bool], otherwise: str) -> str:
         if holds:
             return verdict
     return otherwise
-
-
-def leftover(
-    fitted: FittedLaw,
-    points: pd.DataFrame,
-    groups: Mapping[str, set[str]],
-    others: Mapping[str, FittedLaw],
-    limits: PatternSettings,
-) -> Leftover | None:
-    """The residuals of a fit with what a search for patterns needs.
-
-    Args:
-        fitted: The fit.
-        points: The oil's accepted points.
-        groups: Runs that have something in common, by what it is.
-        others: The fits of all oils.
-        limits: Limits of a pattern in the residuals.
-
-    Returns:
-        None where a condition is not known.
-    """
-    law = fitted.law
-    # in the order of the numbers in their names
-    data = curve_data(points, law.conditions, natural_key)
-    if not np.isfinite(data.conditions).all():
-        return None
-    problem = build_problem(law, data, fitted.coefficients.followed)
-    start = to_internal(law, fitted.coefficients.constants)[problem.free]
-    optimum = polish(problem, start)
-    conditions = data.conditions[data.curve]
-    mu_of_others = {}
-    for oil, other in others.items():
-        if other is fitted or other.law.conditions != law.conditions:
-            continue
-        mu = other.predict(conditions, data.slip).traction_coefficient
-        if np.isfinite(mu).all():
-            mu_of_others[oil] = mu
-    distinct_groups = _distinct_groups(groups, data.runs)
-    return Leftover(problem, optimum, distinct_groups, mu_of_others, limits)
-
-
-def _distinct_groups(groups: Mapping[str, set[str]], runs: list[str]) -> dict[str, BoolArray]:
-    """The groups of runs; groups with the same runs are one, with the name of the first.
-
-    Args:
-        groups: Runs by what they have in common.
-        runs: Runs of the curves.
-
-    Returns:
-        Which curves belong to each group, shape (curves,).
-    """
-    distinct: dict[bytes, tuple[str, BoolArray]] = {}
-    for name, runs_of_group in groups.items():
-        members = np.isin(runs, list(runs_of_group))
-        first_name, _ = distinct.pop(members.tobytes(), (name, members))
-        distinct[members.tobytes()] = (first_name, members)
-    return dict(distinct.values())
-
-
-def runs_in_common(
-    runs: pd.DataFrame, points: pd.DataFrame, curves_min: int
-) -> dict[str, set[str]]:
-    """Runs that have something in common, by what it is.
-
-    Runs may share the rig, the kind and format of the log, a column, an entry of the header or of
-    the run sheet, a stated set point, or the sign of the slip.
-
-    Args:
-        runs: Table of runs.
-        points: Accepted points of an oil.
-        curves_min: Fewest runs with a column or an entry of the header.
-    """
-    groups = {}
-    for column in _GROUP_COLUMNS:
-        for value, runs_with_value in runs.groupby(column):
-            groups[f"{column} {value}"] = set(runs_with_value["run_id"])
-    for column, label in (("columns", "the column "), ("stated", "")):
-        entries = runs.set_index("run_id")[column].explode().dropna()
-        for entry, runs_with_entry in entries.groupby(entries):
-            if entry and curves_min <= len(runs_with_entry) < len(runs):
-                groups[f"{label}{entry}"] = set(runs_with_entry.index)
-    for name, set_points in runs.items():
-        match = _NOMINAL.match(str(name))
-        if match is not None:
-            quantity = match[1].replace("_", " ")
-            groups[f"set point of {quantity} stated"] = set(runs.loc[set_points.notna(), "run_id"])
-    largest_slip = points.groupby("run_id")["slide_roll_ratio"].max()
-    groups["slip below zero"] = set(largest_slip.index[largest_slip <= 0])
-    return groups

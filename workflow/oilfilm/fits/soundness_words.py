@@ -1,6 +1,6 @@
 """Reasons why a fit is not sound, in sentences, for every page and program that shows a fit.
 
-Decides: what is said of a fit that is not sound.
+Decides: what is said of a fit that is not sound, and of a campaign that is steady.
 """
 
 from collections.abc import Mapping
@@ -21,9 +21,8 @@ def what_is_wrong(row: Mapping[str, Any]) -> list[str]:
     if row["campaign_verdict"] == "changed":
         sentences.append(_of_change(row))
     if row["law_verdict"] != "adequate":
-        size = "" if np.isnan(row["bend_relative_rms"]) else f"{row['bend_relative_rms']:.1%}"
-        bend = " and ".join(_quantity(code) for code in row["bend"])
-        sentences.append(_LAW[row["law_verdict"]].format(bend=bend, size=size))
+        sizes = {"misfit": row["misfit"], "run_scatter": row["run_scatter"]}
+        sentences.append(_LAW[row["law_verdict"]].format(**sizes))
     if row["campaign_verdict"] == "too few curves" and row["law_verdict"] != "too few curves":
         sentences.append("The runs are too few to show whether the campaign was steady.")
     if not row["optimum_confirmed"] and row["law_verdict"] != "no fit":
@@ -34,10 +33,45 @@ def what_is_wrong(row: Mapping[str, Any]) -> list[str]:
     return sentences
 
 
+def what_could_be_seen(row: Mapping[str, Any]) -> str:
+    """The smallest changes that a steady campaign would have shown; empty where it is not steady.
+
+    Args:
+        row: Row of the table `soundness`.
+    """
+    if row["campaign_verdict"] != "steady":
+        return ""
+    trend, step = _smallest(row, "trend"), _smallest(row, "step")
+    sentence = (
+        f"The runs are steady: {trend} over the runs, and {step} from the middle of the runs on, "
+        "would have been seen if they were made in the order of their names."
+    )
+    resembled = row["order_resembles"]
+    if resembled:
+        quantity = QUANTITIES[resembled].short_meaning
+        sentence += (
+            f" This order is that of the {quantity}: a smaller change is confounded with its "
+            "effect. Repeat one condition every sixth run."
+        )
+    return sentence
+
+
+def _smallest(row: Mapping[str, Any], course: str) -> str:
+    """The smallest changes of a course that would have been seen."""
+    force, temperature_k = row[f"seen_{course}_gain"], row[f"seen_{course}_temperature_k"]
+    of_force = f"a change of {force:.1%} of the traction force"
+    if np.isnan(force):
+        of_force = "no change of the traction force"
+    of_temperature = f"{temperature_k:.1f} K"
+    if np.isnan(temperature_k):
+        of_temperature = "none of the temperature"
+    return f"{of_force} or {of_temperature}"
+
+
 _LAW = {
-    "bend": "The law is not adequate: over {bend} the points bend away from it by {size} of mu "
-    "(rms). The interval of the next run allows for it within the tested conditions; beyond them "
-    "nothing does.",
+    "none fits": "The law is not adequate: the measurements depart from it by {misfit:.1%} of mu, "
+    "and runs scatter by {run_scatter:.1%}. Its constants describe the tested conditions, not the "
+    "oil.",
     "misfit": "The law is not adequate: it misses the points by more than fit.odd_scatter. A "
     "condition may be missing, or runs do not belong together.",
     "lack of fit": "The law is not adequate: it misses more than repeated runs scatter.",
@@ -49,48 +83,61 @@ _LAW = {
     "steady. Measure more runs.",
     "no fit": "Nothing could be fitted.",
 }
-# Unit of the size of a change, by its cause. Sizes of other causes are shares.
-_UNITS = {"load": "N", "zero of the force": "N", "inlet temperature": "K"}
-
-
-def _quantity(code: str) -> str:
-    """Name of the quantity over which the points bend away from the law."""
-    if code == "shape":
-        return "the slide-roll ratio"
-    if code in QUANTITIES:
-        return f"the {QUANTITIES[code].short_meaning}"
-    return f"the {code}"
+# What else acts like the error of a sensor, by its cause.
+_ACTS_ALIKE = {
+    "traction force": "or the load is {other} than stated, the ball is worn or the oil "
+    "is another one",
+    "zero of the force": "or the force has an offset from another source",
+    "slip": "or the speeds, the pressure or the oil are other ones",
+    "inlet temperature": "or the contact is warmer or colder than the sensor",
+}
 
 
 def _of_change(row: Mapping[str, Any]) -> str:
     """The sentence on a change of the campaign."""
-    cause = row["change"]
-    size = row["change_size"]
-    where = _where(row)
-    if cause.endswith(" factor"):
-        quantity = "the entrainment speed" if cause == "speed factor" else "the slip"
-        change = f"{quantity} reads {size:g} times as large as in the others"
-    elif cause == "oil":
-        change = f"mu is that of a mixture with {size:.0%} of {row['change_oil']}"
-    else:
-        amount = f"{abs(size):.2g} {_UNITS[cause]}" if cause in _UNITS else f"{abs(size):.1%}"
-        direction = "higher" if size > 0 else "lower"
-        change = f"the {cause} reads {direction} by {amount}"
+    moves = f"it moves mu by {row['change_relative_rms']:.1%} (rms)"
+    if row["change"] == "temperature labels":
+        runs = row["changed_runs"]
+        return (
+            f"The campaign is not steady. The temperatures of {len(runs)} runs "
+            f"({', '.join(runs)}) seem to be exchanged among each other, by up to "
+            f"{row['change_size']:.0f} K; {moves}. Compare the labels of these runs with their "
+            "logs."
+        )
     return (
-        f"The campaign is not steady. {where} {change}, or something acts like that; it moves mu "
-        f"by {row['change_relative_rms']:.1%} (rms). Check these runs and their set-up, and leave "
-        "out those that are wrong."
+        f"The campaign is not steady. {_where(row)} {_change(row)}; {moves}. Check these runs and "
+        "their set-up, and leave out those that are wrong."
     )
 
 
+def _change(row: Mapping[str, Any]) -> str:
+    """What changed, and what acts like it."""
+    cause, size = row["change"], row["change_size"]
+    if cause.endswith(" factor"):
+        quantity = "the entrainment speed" if cause == "speed factor" else "the slip"
+        return f"{quantity} reads {size:g} times as large as in the others"
+    amount = f"{abs(size):.1%}"
+    if cause == "inlet temperature":
+        amount = f"{abs(size):.1f} K"
+    elif cause == "zero of the force":
+        amount = f"{abs(size):.2g} of mu"
+    if row["change_course"] == "season":
+        return f"the {cause} comes and goes by {amount}, {_ACTS_ALIKE[cause].format(other='other')}"
+    direction = "higher" if size > 0 else "lower"
+    alike = _ACTS_ALIKE[cause].format(other=direction)
+    return f"the {cause} reads {direction} by {amount}, {alike}"
+
+
 def _where(row: Mapping[str, Any]) -> str:
-    """Which runs a change is in; a trend is in all runs and names none."""
+    """Which runs a change is in; a trend and a season are in all runs and name none."""
     runs = row["changed_runs"]
     match row["change_course"]:
-        case "trend":
-            return "Over the runs"
+        case "trend" | "season":
+            return "Over the runs, in the order of their names,"
         case "from":
             return f"From run {runs[0]} on ({len(runs)} runs)"
+        case "until":
+            return f"Up to run {runs[-1]} ({len(runs)} runs)"
         case "group":
             return f"In {len(runs)} runs with {row['change_group']} ({', '.join(runs)})"
         case _:

@@ -20,7 +20,7 @@ from oilfilm.fits.measured_surface import (
     measured,
 )
 from oilfilm.settings.config import SurfaceSettings
-from oilfilm.surface.effects import EFFECTS, RunErrorSizes
+from oilfilm.surface.effects import EFFECTS, RunErrorSizes, effect_design
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
@@ -104,8 +104,9 @@ def _searched(
     mu_of_law = np.exp(law.log_mu(measurements.point_conditions, measurements.slip))
     misfit = float(np.linalg.norm(mu_of_law - predicted.mu) / np.linalg.norm(predicted.mu))
     effect_sizes = dict(zip(EFFECTS, np.exp(sizes.misfit)[: len(EFFECTS)].tolist(), strict=True))
-    # a law that misses less than runs differ cannot be told from one that fits
-    misses = max(settings.largest_misfit, effect_sizes["gain"])
+    of_runs = effect_design(surface.log_mu, measurements.point_conditions, measurements.slip)
+    log_scatter = np.linalg.norm(of_runs * list(effect_sizes.values()), axis=1)
+    run_scatter = float(np.linalg.norm(predicted.mu * log_scatter) / np.linalg.norm(predicted.mu))
     row = {
         "oil": oil,
         "law": name,
@@ -114,7 +115,9 @@ def _searched(
         "point_factor": factors.point,
         "curve_factor": factors.curve,
         "misfit": misfit,
-        "no_law_fits": misfit > misses,
+        "run_scatter": run_scatter,
+        # a law that misses less than runs differ cannot be told from one that fits
+        "no_law_fits": misfit > max(run_scatter, settings.largest_misfit),
         "next_run_sd": float(np.median(predicted.next_run_sd)),
         "search_converged": sizes.converged,
         **{COLUMN_OF_EFFECT[effect]: size for effect, size in effect_sizes.items()},

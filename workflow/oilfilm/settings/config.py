@@ -211,28 +211,35 @@ class SameConditionSettings(Group):
     slide_roll_ratio: q.SlipChange = key("Range of S at which repeated runs are compared.")
 
 
-class PatternSettings(Group):
-    """When a pattern in the residuals of a fit is called found."""
+class ChangeSizeSettings(Group):
+    """One size of a change for each cause."""
 
-    false_alarms: q.Tolerance = key("Chance of a false alarm, of all patterns of one kind.")
-    curves_min: int = key("Fewest curves of a group, and of the others.", ge=2)
-    curves_share_min: q.Tolerance = key("The same, as a share of all curves.")
-    separation: q.Factor = key(
-        "Two kinds of unnamed runs are told apart where their means differ by more than so many "
-        "standard deviations ..."
+    traction_force: q.Factor = key("Of the traction force, relative.")
+    zero_of_the_force: q.Tolerance = key("Of the zero of the force, in mu.")
+    slip: q.Factor = key("Of the slide-roll ratio, relative; 1 is a slip read twice as large.")
+    inlet_temperature_k: float = key("Of the temperature.", unit="K", gt=0, le=200)
+
+
+class SteadinessSettings(Group):
+    """When a change of the rig over the runs of a campaign is named.
+
+    The score of a change is twice the logarithm of its likelihood ratio, less twice that of the
+    number of changes of its kind.
+    """
+
+    alarm: q.Factor = key("Score of a trend, a step, a season, a block of runs or a label.")
+    alarm_of_groups: q.Factor = key("Score of two groups of runs that only mu tells apart.")
+    alarm_of_a_run: q.Factor = key("Score of a single run.")
+    fewest_runs: int = key("Runs on either side of a step.", ge=2)
+    longest_block: int = key("Runs of the longest block.", ge=2)
+    curves_min: int = key("With fewer curves nothing is said of law and campaign.", ge=4)
+    seen_at: q.Factor = key("Standard deviations of the smallest change that would be seen.")
+    confounded: q.Tolerance = key(
+        "A change that resembles an effect of the conditions has a smaller share of the "
+        "information than this; its score must be larger by the same factor."
     )
-    separation_few: q.Factor = key("... and this many more over the effective number of curves.")
-    degrees_min: int = key("With fewer degrees of freedom they are not told apart.", ge=1)
-    same_group: float = key("Share of agreeing runs that names a group.", unit="1", gt=0.5, le=1)
-    told_apart_min: q.Tolerance = key(
-        "Share of a change that shows beside all bends of the law; less cannot be told from them."
-    )
-    misread_sse_max: q.Tolerance = key(
-        "SSE, over that of the fit, with a speed or slip of some runs halved or doubled."
-    )
-    nearly_share: q.PositiveShare = key(
-        "Of causes that explain this share of the best one, the most usual is taken."
-    )
+    usual: ChangeSizeSettings = key("Standard deviation of a change, before the data.")
+    largest: ChangeSizeSettings = key("Sizes that no rig has, so that they are no cause.")
 
 
 class SurfaceSettings(Group):
@@ -558,7 +565,7 @@ class ConfigKeys(Group):
     gates: GateSettings = key("Limits of the gates.")
     fit: FitSettings = key("The fit of a law.")
     torque_logs: TorqueLogSettings = key("Logs of a bearing's friction torque.")
-    patterns: PatternSettings = key("When a pattern in residuals is called found.")
+    steadiness: SteadinessSettings = key("When a change of the rig over the runs is named.")
     surface: SurfaceSettings = key("The surface of measured mu.")
     compare: CompareSettings = key("Laws compared on the same points.")
     bearing: BearingSettings = key("Calculation of a bearing's torque, beside the law.")

@@ -67,6 +67,21 @@ class Sizes:
         )
         return cls(effects=values[:4], noise=values[4], departure=departure)
 
+    def logarithms(self) -> FloatArray:
+        """Logarithms of the sizes, in the order of `size_names`."""
+        departure = self.departure
+        of_conditions = [departure.interaction, departure.slip_length, *departure.lengths]
+        return np.log(
+            [
+                *self.effects,
+                self.noise,
+                departure.kappa,
+                *departure.main,
+                *of_conditions,
+                departure.slip_trend,
+            ]
+        )
+
 
 def size_names() -> tuple[str, ...]:
     """Names of the sizes, in the order in which they are searched."""

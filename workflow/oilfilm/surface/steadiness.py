@@ -1,52 +1,108 @@
 """Changes of a rig over its runs, looked for in the effects of runs, given the conditions.
 
-The effects u of a kind (one per run) enter the points by a design Z. Let P be the inverse
-covariance of the points without these effects, A = Z' P Z and b = Z' P y. For u = beta p + noise of
-variance s^2 per run, with a pattern p over the runs, the likelihood follows from the eigenvalues of
-A alone, for all patterns and all s at once. The variance s^2 is free under each candidate: a change
-would else be taken for scatter, and hide itself.
+The variance of an effect is free under each candidate: a change would else be taken for scatter,
+and hide itself. The score of a candidate is twice the logarithm of its likelihood ratio, less twice
+that of the number of patterns of its kind.
 
 Decides: when the runs of a campaign are not steady.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
 
 from oilfilm.base.ties import first_largest
-from oilfilm.base.units import FloatArray, IndexArray
-from oilfilm.surface.effects import EFFECTS
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
+from oilfilm.surface.effect_likelihood import (
+    EXPECTED,
+    EffectLikelihood,
+    Information,
+    effect_likelihoods,
+)
 from oilfilm.surface.reml import CurveCovariance
+from oilfilm.surface.run_patterns import (
+    Patterns,
+    likeliest_group,
+    ln_groups,
+    patterns_of_labels,
+    patterns_over_time,
+)
 from oilfilm.surface.surface import LARGEST_DENSE
 from oilfilm.surface.threads import with_one_blas_thread
 
-# Twice the logarithm of the likelihood ratio, less twice that of the number of patterns of a kind,
-# above which a change is named. A single run may be odd by chance more easily.
-_ALARM = 12.0
-_ALARM_OF_A_RUN = 30.0
-_LONGEST_BLOCK = 6
-# A step, or a block, leaves so many runs on either side.
-_FEWEST_RUNS = 3
-# A change of so many standard deviations would be seen.
-_SEEN_AT = 5.0
-# Variances that are tried, over the square of the size before the data.
-_VARIANCES = np.geomspace(1e-3, 1e3, 61)
-# Standard deviation of the logarithm of a size before the data.
-_LN_SD = 0.6
+_FEWEST_RUNS_OF_GROUPS = 4
+# A smaller share of the information counts as this one.
+_SMALLEST_SHARE = 1e-6
+# Groups are searched at each of so many variances, which are far from each other.
+_VARIANCES_OF_GROUPS = 8
 
 
 @dataclass(frozen=True)
-class Patterns:
-    """Patterns of one kind over the runs.
+class ChangeSizes:
+    """One size of a change for each effect.
 
     Attributes:
-        kind: trend, step, block, run or group.
-        columns: One pattern per column, in the order of the curves, shape (curves, patterns).
+        gain: Of the traction force, in ln mu.
+        zero: Of the zero of the force, as a traction coefficient.
+        slip_scale: Of the slide-roll ratio, in ln S; a slip that is read twice as large is 0.69.
+        temperature_k: Of the temperature, in K.
     """
 
-    kind: str
-    columns: FloatArray
+    gain: float
+    zero: float
+    slip_scale: float
+    temperature_k: float
+
+    def of_effect(self, effect: str) -> float:
+        """The size of one of `oilfilm.surface.effects.EFFECTS`."""
+        return float(getattr(self, effect))
+
+
+USUAL_CHANGES = ChangeSizes(gain=0.05, zero=5e-4, slip_scale=0.05, temperature_k=5.0)
+LARGEST_CHANGES = ChangeSizes(gain=0.7, zero=0.01, slip_scale=0.8, temperature_k=15.0)
+
+
+@dataclass(frozen=True)
+class SteadinessLimits:
+    """When a change over the runs is named.
+
+    Attributes:
+        alarm: Score above which a trend, a step, a season, a block or a label is named.
+        alarm_of_groups: The same of two groups of runs that nothing tells apart but mu.
+        alarm_of_a_run: The same of a single run, which is odd by chance more easily.
+        fewest_runs: A step leaves so many runs on either side.
+        longest_block: Runs of the longest block.
+        seen_at: A change of so many standard deviations is called visible.
+        confounded: A pattern that resembles an effect of the conditions has a smaller share of the
+            information than this. Its score must be larger by the same factor.
+        usual: Standard deviation of a change, before the data. Where the order of the runs is that
+            of a condition, a wrong law looks like a huge change, which is unlikely.
+        largest: Sizes that no rig has, so that they are no cause.
+    """
+
+    alarm: float = 12.0
+    alarm_of_groups: float = 18.0
+    alarm_of_a_run: float = 30.0
+    fewest_runs: int = 3
+    longest_block: int = 6
+    seen_at: float = 5.0
+    confounded: float = 0.2
+    usual: ChangeSizes = USUAL_CHANGES
+    largest: ChangeSizes = LARGEST_CHANGES
+
+    def alarm_of(self, kind: str) -> float:
+        """The score above which a pattern of a kind is named."""
+        by_kind = {"run": self.alarm_of_a_run, "group": self.alarm_of_groups}
+        return by_kind.get(kind, self.alarm)
+
+    def factor_on_score(self, share: float) -> float:
+        """Factor on the score from which a pattern is named.
+
+        Args:
+            share: Information on the pattern, over the mean of patterns in a random order.
+        """
+        return max(1.0, self.confounded / share)
 
 
 @dataclass(frozen=True)
@@ -55,11 +111,14 @@ class Change:
 
     Attributes:
         effect: One of `oilfilm.surface.effects.EFFECTS`.
-        kind: Kind of the pattern.
-        pattern: The pattern, in the order of the curves, shape (curves,).
-        size: Size of the change: relative for gain and scale of slip, in mu for the zero, in K for
-            the temperature.
+        kind: trend, step, season, block, run, label or group.
+        pattern: 1 for the runs that are suspect, else 0; of a trend from -0.5 to 0.5 over the
+            runs, of a season from -1 to 1. Shape (curves,).
+        size: Most likely size of the change: in ln mu for the gain, in ln S for the scale of slip,
+            in mu for the zero, in K for the temperature.
         score: Twice the logarithm of the likelihood ratio, less the penalty.
+        alarm: Score above which the change is too large to be chance or a wrong law.
+        label: What the suspect runs have in common; empty if that is not known.
     """
 
     effect: str
@@ -67,162 +126,229 @@ class Change:
     pattern: FloatArray
     size: float
     score: float
+    alarm: float
+    label: str
 
     @property
     def is_alarm(self) -> bool:
-        """Whether the change is too large to be chance."""
-        return self.score > (_ALARM_OF_A_RUN if self.kind == "run" else _ALARM)
+        """Whether the change is named."""
+        return self.score > self.alarm
 
 
-def patterns_over_time(order: IndexArray) -> tuple[Patterns, ...]:
-    """Trend, steps, blocks of two to six runs, and single runs.
-
-    Args:
-        order: Position in time of each curve, from 0, shape (curves,).
-    """
-    runs = len(order)
-    trend = order / max(runs - 1, 1) - 0.5
-    steps = [order >= start for start in range(_FEWEST_RUNS, runs - _FEWEST_RUNS + 1)]
-    blocks = []
-    for length in range(2, min(_LONGEST_BLOCK, runs // 3) + 1):
-        for start in range(runs - length + 1):
-            blocks.append((order >= start) & (order < start + length))
-    singles = np.equal.outer(order, np.arange(runs))
-    return (
-        Patterns("trend", trend[:, np.newaxis]),
-        Patterns("step", np.array(steps, dtype=float).reshape(-1, runs).T),
-        Patterns("block", np.array(blocks, dtype=float).reshape(-1, runs).T),
-        Patterns("run", singles.astype(float)),
-    )
-
-
-def patterns_of_labels(labels: IndexArray) -> Patterns:
-    """Each label against all others.
-
-    Args:
-        labels: Number of the label of each curve, from 0, shape (curves,).
-    """
-    return Patterns("group", np.equal.outer(labels, np.unique(labels)).astype(float))
-
-
-@with_one_blas_thread
-def largest_change(covariance: CurveCovariance, patterns: tuple[Patterns, ...]) -> Change:
-    """The change that the points support most, over all effects and patterns.
-
-    Args:
-        covariance: Covariance of the curves (`Surface.misfit_covariance`).
-        patterns: The patterns, in the order of the curves.
-
-    Raises:
-        ValueError: There are too many curves.
-    """
-    _refuse_large(covariance)
-    candidates = []
-    for effect in EFFECTS:
-        profile = _Profile.of_effect(covariance, effect)
-        for of_kind in patterns:
-            columns = of_kind.columns
-            if not columns.shape[1]:
-                continue
-            ratio, size = profile.ratios(columns)
-            best = int(first_largest(ratio))
-            score = float(ratio[best]) - 2 * np.log(columns.shape[1])
-            candidates.append(
-                Change(effect, of_kind.kind, columns[:, best], float(size[best]), float(score))
-            )
-    return candidates[int(first_largest([change.score for change in candidates]))]
-
-
-@with_one_blas_thread
-def smallest_seen(covariance: CurveCovariance, effect: str, pattern: FloatArray) -> float:
-    """The smallest size of a change that would be seen: five standard deviations.
+@dataclass(frozen=True)
+class SmallestChanges:
+    """The smallest change of each effect that would be seen, in the units of `Change.size`.
 
     Where the order of the runs is that of a condition, a trend of the rig and the effect of the
-    condition resemble each other, and this size is large.
+    condition resemble each other, and the sizes are large.
+
+    Attributes:
+        trend: Change from the first to the last run, by effect.
+        step: Change in the middle of the campaign, by effect.
+    """
+
+    trend: dict[str, float]
+    step: dict[str, float]
+
+
+@with_one_blas_thread
+def largest_change(
+    covariance: CurveCovariance,
+    order: IndexArray,
+    labels: Mapping[str, BoolArray] | None = None,
+    limits: SteadinessLimits | None = None,
+) -> Change | None:
+    """The change that is farthest above its limit, or least below it.
 
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
-        effect: One of `oilfilm.surface.effects.EFFECTS`.
-        pattern: The pattern, in the order of the curves, shape (curves,).
+        order: Position in time of each curve, from 0, shape (curves,).
+        labels: Whether each curve has a label, by label, shape (curves,).
+        limits: When a change is named.
 
-    Raises:
-        ValueError: There are too many curves.
+    Returns:
+        None if each candidate has a size that no rig has.
     """
-    _refuse_large(covariance)
-    profile = _Profile.of_effect(covariance, effect)
-    variance = covariance.sizes.effects[EFFECTS.index(effect)] ** 2
-    rotated = profile.vectors.T @ pattern
-    information = np.sum(profile.values / (1 + variance * profile.values) * rotated**2)
-    return float(_SEEN_AT / np.sqrt(information))
+    limits = limits or SteadinessLimits()
+    families = (
+        *patterns_over_time(order, limits.fewest_runs, limits.longest_block),
+        patterns_of_labels(labels or {}),
+    )
+    changes = []
+    for effect, likelihood in effect_likelihoods(covariance).items():
+        precision = limits.usual.of_effect(effect) ** -2
+        profile = _Profile.of(effect, likelihood, precision, len(order) <= LARGEST_DENSE)
+        candidates = [profile.best(patterns) for patterns in families if patterns.count]
+        changes.extend(profile.changes([*candidates, *profile.groups()], limits))
+    possible = [
+        change for change in changes if abs(change.size) <= limits.largest.of_effect(change.effect)
+    ]
+    if not possible:
+        return None
+    excess = [change.score - change.alarm for change in possible]
+    return _with_suspects(possible[int(first_largest(excess))], order)
 
 
-def _refuse_large(covariance: CurveCovariance) -> None:
-    """Stop where the covariance of all curves does not fit into memory.
+@with_one_blas_thread
+def smallest_changes(
+    covariance: CurveCovariance, order: IndexArray, limits: SteadinessLimits | None = None
+) -> SmallestChanges:
+    """The smallest changes that would be seen: so many standard deviations as the limits say.
 
-    Raises:
-        ValueError: There are too many curves.
+    Args:
+        covariance: Covariance of the curves (`Surface.misfit_covariance`).
+        order: Position in time of each curve, from 0, shape (curves,).
+        limits: The number of standard deviations.
     """
-    curves = len(covariance.curves.conditions)
-    if curves > LARGEST_DENSE:
-        raise ValueError(
-            f"{curves} curves; steadiness is judged for {LARGEST_DENSE} at most: give the curves "
-            "in parts, each one a period of time"
-        )
+    limits = limits or SteadinessLimits()
+    trend = (order / max(len(order) - 1, 1))[:, np.newaxis]
+    step = (order >= len(order) / 2)[:, np.newaxis].astype(float)
+    of_trend: dict[str, float] = {}
+    of_step: dict[str, float] = {}
+    for effect, likelihood in effect_likelihoods(covariance).items():
+        information = likelihood.information(EXPECTED)
+        before = limits.usual.of_effect(effect) ** -2
+        for pattern, smallest in ((trend, of_trend), (step, of_step)):
+            power = float(information.between(pattern, pattern)[0])
+            factor = limits.factor_on_score(share_of_information(information, pattern[:, 0]))
+            smallest[effect] = limits.seen_at * np.sqrt(factor * (power + before)) / power
+    return SmallestChanges(of_trend, of_step)
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """A pattern that may be a change.
+
+    Attributes:
+        kind: Kind of the pattern.
+        columns: The pattern, or the sine and the cosine of a season, shape (curves, 1 or 2).
+        ln_chances: Logarithm of the number of patterns that chance may choose from.
+        label: What the runs have in common; empty if that is not known.
+    """
+
+    kind: str
+    columns: FloatArray
+    ln_chances: float
+    label: str
 
 
 @dataclass(frozen=True)
 class _Profile:
-    """What the points say of the effects of one kind.
+    """The likelihood of an effect at the variances at which patterns are compared.
 
     Attributes:
-        values: Eigenvalues of A, shape (curves,).
-        vectors: Eigenvectors of A, shape (curves, curves).
-        pull: Q' b, shape (curves,).
-        expected_variance: Variance of an effect before the data.
+        effect: The effect.
+        likelihood: Its likelihood.
+        precision: Inverse variance of the size of a change, before the data.
+        steady: Twice the logarithm of the likelihood without a change at each variance.
+        compared: What the points say at some of the variances, by the number of the variance.
     """
 
-    values: FloatArray
-    vectors: FloatArray
-    pull: FloatArray
-    expected_variance: float
+    effect: str
+    likelihood: EffectLikelihood
+    precision: float
+    steady: FloatArray
+    compared: dict[int, Information]
 
     @classmethod
-    def of_effect(cls, covariance: CurveCovariance, effect: str) -> "_Profile":
-        """The profile of one effect."""
-        number = EFFECTS.index(effect)
-        sizes = covariance.sizes.effects.copy()
-        expected = float(sizes[number] ** 2)
-        sizes[number] = 0.0
-        without = replace(covariance, sizes=replace(covariance.sizes, effects=sizes))
-        curves = covariance.curves
-        design = curves.membership.multiply(curves.effects[:, number, np.newaxis]).toarray()
-        factor = scipy.linalg.cholesky(without.matrix(), lower=True)
-        half = scipy.linalg.solve_triangular(factor, design, lower=True)
-        departure = scipy.linalg.solve_triangular(factor, curves.departure, lower=True)
-        values, vectors = scipy.linalg.eigh(half.T @ half)
-        pull = vectors.T @ (half.T @ departure)
-        return cls(np.maximum(values, 0.0), vectors, pull, expected)
+    def of(
+        cls, effect: str, likelihood: EffectLikelihood, precision: float, is_small: bool
+    ) -> "_Profile":
+        """All variances in a small campaign, else the most likely one of steady runs."""
+        steady = likelihood.steady
+        numbers = range(len(steady)) if is_small else [int(np.argmax(steady))]
+        compared = {number: likelihood.information(number) for number in numbers}
+        return cls(effect, likelihood, precision, steady, compared)
 
-    def ratios(self, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Twice the logarithm of the likelihood ratio of each pattern, and its size.
+    def best(self, patterns: Patterns) -> _Candidate:
+        """The pattern with the largest likelihood ratio."""
+        ratios = [
+            self.steady[number] + patterns.ratios(information, self.precision)
+            for number, information in self.compared.items()
+        ]
+        number = int(first_largest(np.max(ratios, axis=0)))
+        columns, label = patterns.columns(number), patterns.label(number)
+        return _Candidate(patterns.kind, columns, float(np.log(patterns.chances)), label)
 
-        Args:
-            columns: One pattern per column, shape (curves, patterns).
-        """
-        variances = self.expected_variance * _VARIANCES
-        # shape (variances, curves)
-        shrinkage = 1 / (1 + np.outer(variances, self.values))
-        prior = (np.log(_VARIANCES) / 2 / _LN_SD) ** 2
-        steady = np.sum(
-            variances[:, np.newaxis] * shrinkage * self.pull**2 + np.log(shrinkage), axis=1
+    def groups(self) -> list[_Candidate]:
+        """The likeliest group of runs at some of the variances."""
+        informations = list(self.compared.values())
+        runs = len(informations[0].pull)
+        if runs < _FEWEST_RUNS_OF_GROUPS:
+            return []
+        groups = {}
+        for information in informations[:: max(len(informations) // _VARIANCES_OF_GROUPS, 1)]:
+            members = likeliest_group(information, self.precision)
+            groups[members.tobytes()] = members
+        candidates = []
+        for members in groups.values():
+            ln_chances = float(ln_groups(runs)[np.count_nonzero(members)])
+            columns = members[:, np.newaxis].astype(float)
+            candidates.append(_Candidate("group", columns, ln_chances, ""))
+        return candidates
+
+    def changes(self, candidates: list[_Candidate], limits: SteadinessLimits) -> list[Change]:
+        """The change by each candidate, with the variance under which it is likeliest."""
+        best: list[tuple[float, FloatArray, float]] = [(-np.inf, np.zeros(1), 1.0)] * len(
+            candidates
         )
-        steady -= prior
-        rotated = self.vectors.T @ columns
-        # shape (variances, patterns)
-        information = (shrinkage * self.values) @ rotated**2
-        score = (shrinkage * self.pull) @ rotated
-        changed = steady[:, np.newaxis] + score**2 / np.maximum(information, 1e-300)
-        best = np.argmax(changed, axis=0)
-        patterns = np.arange(columns.shape[1])
-        size = score[best, patterns] / np.maximum(information[best, patterns], 1e-300)
-        return changed[best, patterns] - steady.max(), size
+        for number, steady in enumerate(self.steady):
+            # the large ones are made one by one, because together they do not fit into memory
+            information = self.compared.get(number) or self.likelihood.information(number)
+            for row, candidate in enumerate(candidates):
+                columns = candidate.columns
+                power = columns.T @ information.times(columns)
+                pull = information.pull @ columns
+                size: FloatArray = np.linalg.solve(power + self.precision * np.eye(len(pull)), pull)
+                ratio = float(steady + pull @ size)
+                if ratio > best[row][0]:
+                    share = share_of_information(information, columns @ size)
+                    best[row] = ratio, size, share
+        changes = []
+        for candidate, (ratio, size, share) in zip(candidates, best, strict=True):
+            amount = float(size[0]) if len(size) == 1 else float(np.linalg.norm(size))
+            pattern = candidate.columns[:, 0]
+            if len(size) > 1 and amount > 0:
+                pattern = candidate.columns @ size / amount
+            score = ratio - float(self.steady.max()) - 2 * candidate.ln_chances
+            alarm = limits.alarm_of(candidate.kind) * limits.factor_on_score(share)
+            changes.append(
+                Change(self.effect, candidate.kind, pattern, amount, score, alarm, candidate.label)
+            )
+        return changes
+
+
+def share_of_information(information: Information, pattern: FloatArray) -> float:
+    """Information on a pattern over the mean of patterns in a random order.
+
+    It is small where the pattern resembles an effect of the conditions, which the surface takes up.
+
+    Args:
+        information: What the points say of the effects.
+        pattern: The pattern, shape (curves,).
+    """
+    runs = len(pattern)
+    ones = np.ones(runs)
+    of_mean = ones @ information.times(ones) / runs
+    at_random = (np.sum(information.diagonal()) - of_mean) / (runs - 1)
+    centred = pattern - pattern.mean()
+    expected = centred @ centred * at_random
+    if not expected > 0:
+        return _SMALLEST_SHARE
+    return float(max(pattern @ information.times(pattern) / expected, _SMALLEST_SHARE))
+
+
+def _with_suspects(change: Change, order: IndexArray) -> Change:
+    """The change with the smaller group of runs as suspect, unless a label names the runs.
+
+    Of two groups of the same size the one without the first run is suspect.
+    """
+    if change.kind in ("trend", "season", "label"):
+        return change
+    members = change.pattern > 0.5
+    others = len(members) - np.count_nonzero(members)
+    is_tie = np.count_nonzero(members) == others
+    is_larger = np.count_nonzero(members) > others
+    if is_larger or (is_tie and members[np.argmin(order)]):
+        return replace(change, pattern=1 - change.pattern, size=-change.size)
+    return change

@@ -15,9 +15,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
+from oilfilm.base.natural_key import natural_key
 from oilfilm.base.ties import exceeds
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.fits.patterns import natural_key
 from oilfilm.settings.config import PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import scaled_conditions

@@ -1,0 +1,68 @@
+"""Likelihood of changes in the effects of runs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.stats
+
+from lawless_truths import TRUTHS
+from oilfilm.surface import effect_likelihood
+from oilfilm.surface.effect_likelihood import EXPECTED, effect_likelihoods
+from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.surface import fit_surface
+from surface_campaigns import fitted_law, latin, simulated
+
+SLIPS = np.geomspace(0.002, 0.3, 7)
+
+
+@pytest.fixture(scope="module")
+def covariance():
+    measured = simulated(TRUTHS["jt"], latin(), np.random.default_rng(46), slips=SLIPS)
+    return fit_surface(measured, fitted_law(measured)).misfit_covariance
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
+    likelihood = effect_likelihoods(covariance)[effect]
+    number = EFFECTS.index(effect)
+    pattern = np.linspace(-0.5, 0.5, len(covariance.curves.conditions))
+    expected = covariance.sizes.effects[number] ** 2
+
+    def log_density(ratio, size):
+        sizes = covariance.sizes.effects.copy()
+        sizes[number] = np.sqrt(ratio * expected)
+        total = replace(covariance, sizes=replace(covariance.sizes, effects=sizes)).matrix()
+        column = covariance.curves.effects[:, number]
+        mean = size * pattern[covariance.curves.curve] * column
+        density = scipy.stats.multivariate_normal(mean, total).logpdf(covariance.curves.departure)
+        # what is known of a size before the data: 0.6 in its logarithm
+        return density - (np.log(ratio) / 2 / 0.6) ** 2 / 2
+
+    ratios = effect_likelihood._VARIANCES
+    size = 0.7 * np.sqrt(expected)
+    first = log_density(1.0, 0.0)
+    for chosen in (3, EXPECTED, 22):
+        information = likelihood.information(chosen)
+        steady = likelihood.steady[chosen] - likelihood.steady[EXPECTED]
+        assert steady == pytest.approx(2 * (log_density(ratios[chosen], 0.0) - first), abs=1e-3)
+        changed = 2 * size * information.pull @ pattern
+        changed -= size**2 * pattern @ information.times(pattern)
+        direct = 2 * (log_density(ratios[chosen], size) - log_density(ratios[chosen], 0.0))
+        assert changed == pytest.approx(direct, rel=1e-4, abs=1e-4)
+
+
+def test_features_of_all_conditions_give_the_exact_likelihood(covariance, monkeypatch):
+    exact = effect_likelihoods(covariance)
+    monkeypatch.setattr(effect_likelihood, "LARGEST_DENSE", 1)
+    featured = effect_likelihoods(covariance)
+    for effect in EFFECTS:
+        difference = exact[effect].steady - featured[effect].steady
+        assert np.ptp(difference) < 1e-2
+        for number in (2, EXPECTED, 25):
+            left, right = exact[effect].information(number), featured[effect].information(number)
+            unit = np.eye(len(left.pull))
+            np.testing.assert_allclose(right.pull, left.pull, atol=1e-5 * np.ptp(left.pull))
+            whole = left.times(unit)
+            np.testing.assert_allclose(right.times(unit), whole, atol=1e-5 * np.abs(whole).max())
+            np.testing.assert_allclose(right.diagonal(), np.diag(right.times(unit)))

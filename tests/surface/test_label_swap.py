@@ -1,0 +1,49 @@
+"""Temperature labels that were exchanged among runs."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lawless_truths import TRUTHS
+from oilfilm.surface import label_swap
+from oilfilm.surface.label_swap import swapped_temperatures
+from oilfilm.surface.surface import fit_surface
+from surface_campaigns import fitted_law, latin, simulated
+
+SLIPS = np.geomspace(0.002, 0.3, 9)
+
+
+def surface_with_labels(truth, rows, seed):
+    """The surface of points whose temperatures go round in a ring among some runs."""
+    conditions = latin()
+    measured = simulated(TRUTHS[truth], conditions, np.random.default_rng(seed), slips=SLIPS)
+    labelled = conditions.copy()
+    labelled[rows, 2] = conditions[np.roll(rows, 1), 2]
+    measured = replace(measured, conditions=labelled)
+    curves, _ = measured.canonical_order()
+    return fit_surface(measured, fitted_law(measured)), curves, conditions
+
+
+@pytest.mark.parametrize("truth", ["own", "jt"])
+def test_exchanged_labels_are_found_with_the_right_temperatures(truth):
+    rows = np.array([2, 11, 18, 22])
+    surface, curves, true = surface_with_labels(truth, rows, 47)
+    swap = swapped_temperatures(surface)
+    assert swap is not None
+    assert swap.is_alarm
+    assert set(curves[swap.curves].tolist()) == set(rows.tolist())
+    np.testing.assert_allclose(swap.temperatures_c, true[curves[swap.curves], 2])
+
+
+@pytest.mark.parametrize("truth", ["own", "jt"])
+def test_right_labels_stay(truth):
+    surface, *_ = surface_with_labels(truth, np.empty(0, dtype=np.int64), 48)
+    swap = swapped_temperatures(surface)
+    assert swap is None or not swap.is_alarm
+
+
+def test_the_exchange_is_not_tried_among_many_runs(monkeypatch):
+    surface, *_ = surface_with_labels("own", np.array([2, 11]), 49)
+    monkeypatch.setattr(label_swap, "LARGEST_DENSE", 10)
+    assert swapped_temperatures(surface) is None

@@ -1,0 +1,73 @@
+"""Runs whose speed or slip is read twice or half as large."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.stats
+
+from lawless_truths import TRUTHS
+from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.misreading import misread_runs
+from oilfilm.surface.relabelled import Relabelled
+from oilfilm.surface.surface import fit_surface
+from surface_campaigns import fitted_law, latin, simulated
+
+SLIPS = np.geomspace(0.002, 0.3, 9)
+FEW = np.isin(np.arange(24), [0, 4, 5, 9, 13, 15, 18, 23])
+
+
+def surface_of(truth, speed_factor=1.0, slip_factor=1.0, seed=51):
+    """A surface of points of which some runs read speed or slip wrong, and which these runs are."""
+    measured = simulated(TRUTHS[truth], latin(), np.random.default_rng(seed), slips=SLIPS)
+    conditions = measured.conditions.copy()
+    conditions[FEW, 1] *= speed_factor
+    slip = measured.slip * np.where(FEW, slip_factor, 1.0)[measured.curve]
+    measured = replace(measured, conditions=conditions, slip=slip)
+    curves, _ = measured.canonical_order()
+    return fit_surface(measured, fitted_law(measured)), FEW[curves]
+
+
+@pytest.mark.parametrize("truth", ["own", "jt"])
+@pytest.mark.parametrize(("quantity", "factor"), [("speed", 2.0), ("slip", 2.0), ("slip", 0.5)])
+def test_a_reading_that_is_wrong_by_two_is_named(truth, quantity, factor):
+    surface, few = surface_of(truth, **{f"{quantity}_factor": factor})
+    day = np.arange(24) < 12
+    misreading = misread_runs(surface, {"day=1": day, "form=B": few})
+    assert misreading is not None
+    assert misreading.is_alarm
+    assert (misreading.quantity, misreading.factor) == (quantity, factor)
+    np.testing.assert_array_equal(misreading.members, few)
+
+
+@pytest.mark.parametrize("truth", ["own", "jt"])
+def test_right_readings_stay(truth):
+    surface, few = surface_of(truth)
+    misreading = misread_runs(surface, {"form=B": few})
+    assert misreading is None or not misreading.is_alarm
+
+
+def test_runs_put_right_have_the_true_readings():
+    surface, few = surface_of("own", speed_factor=2.0)
+    misreading = misread_runs(surface, {"form=B": few})
+    right = misreading.put_right(surface.measurements)
+    assert set(np.round(right.conditions[:, 1])) == {25.0, 30.0, 35.0, 40.0}
+
+
+def test_likelihood_of_other_readings_is_that_of_the_normal_distribution():
+    surface, few = surface_of("own")
+    measured = surface.measurements
+    as_read = Relabelled.as_read(surface, RunErrorSizes())
+    conditions = measured.conditions.copy()
+    conditions[few, 1] *= 1.3
+    other = as_read.fitted_to(replace(measured, conditions=conditions))
+    difference = other.objective_of(measured) - other.objective_of(other.measurements)
+
+    def log_density(of):
+        covariance = replace(of.covariance, sizes=other.covariance.sizes)
+        curves = covariance.curves
+        noise = scipy.stats.norm(0, covariance.sizes.noise).logpdf(curves.remainder).sum()
+        total = scipy.stats.multivariate_normal(cov=covariance.matrix())
+        return noise + total.logpdf(curves.departure)
+
+    assert difference == pytest.approx(log_density(other) - log_density(as_read), rel=1e-6)

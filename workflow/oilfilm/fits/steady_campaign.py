@@ -1,0 +1,289 @@
+"""Whether the runs of a campaign are steady, in the words of tables: runs by name, labels, sizes.
+
+Decides: the order in which runs were made; what runs have in common; what a change of the rig is
+called.
+"""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import scipy.stats
+
+from oilfilm.base.natural_key import natural_key
+from oilfilm.base.ties import first_largest
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
+from oilfilm.fits.measured_surface import OilSurface
+from oilfilm.settings.config import ChangeSizeSettings, SteadinessSettings
+from oilfilm.surface.effects import EFFECTS, effect_design
+from oilfilm.surface.label_swap import LabelSwap, swapped_temperatures
+from oilfilm.surface.misreading import Misreading, misread_runs
+from oilfilm.surface.steadiness import (
+    Change,
+    ChangeSizes,
+    SteadinessLimits,
+    largest_change,
+    smallest_changes,
+)
+from oilfilm.surface.surface import Surface
+from oilfilm.traction.law import CONDITIONS
+
+# Codes of the causes in the table, by the effect of runs that they are.
+CAUSES = {
+    "gain": "traction force",
+    "zero": "zero of the force",
+    "slip_scale": "slip",
+    "temperature_k": "inlet temperature",
+}
+SWAPPED_LABELS = "temperature labels"
+FACTORS = {"speed": "speed factor", "slip": "slip factor"}
+# With a larger slip, or a hotter contact, than the log says, the log reads lower.
+_READS_OPPOSITE = ("slip_scale", "temperature_k")
+_IN_LOGARITHMS = ("gain", "slip_scale")
+# Rank correlation from which the order of the runs is that of a condition.
+_SAME_ORDER = 0.7
+# Columns of the table of runs whose values runs may have in common.
+_GROUP_COLUMNS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
+_NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
+
+
+@dataclass(frozen=True)
+class MeasuredCampaign:
+    """The surface of an oil, with the runs behind its curves.
+
+    Attributes:
+        surface: The surface.
+        runs: Run of each curve of its measurements.
+    """
+
+    surface: Surface
+    runs: tuple[str, ...]
+
+    @classmethod
+    def of_surface(cls, measured: OilSurface) -> "MeasuredCampaign":
+        """The campaign behind the surface of an oil."""
+        rows, _ = measured.measurements.canonical_order()
+        return cls(measured.surface, tuple(measured.runs[row] for row in rows.tolist()))
+
+    @property
+    def order(self) -> IndexArray:
+        """Position in time of each curve, shape (curves,).
+
+        No log states when it was made, so the runs are taken in the order of the numbers in their
+        names. That is an assumption.
+        """
+        by_name = sorted(range(len(self.runs)), key=lambda row: natural_key(self.runs[row]))
+        order = np.empty(len(self.runs), dtype=np.int64)
+        order[by_name] = np.arange(len(self.runs))
+        return order
+
+    def order_resembles(self) -> str:
+        """The condition in whose order the runs were made; empty if there is none."""
+        resemblance = {}
+        for name, column in zip(CONDITIONS, self.surface.measurements.conditions.T, strict=True):
+            if np.ptp(column) > 0:
+                resemblance[name] = abs(float(scipy.stats.spearmanr(self.order, column)[0]))
+        if not resemblance:
+            return ""
+        name = max(resemblance, key=lambda name: resemblance[name])
+        return name if resemblance[name] > _SAME_ORDER else ""
+
+    def relative_rms(self, of_log_mu: FloatArray) -> float:
+        """Root-mean-square change of mu over that of mu.
+
+        Args:
+            of_log_mu: Change of ln mu at each point.
+        """
+        mu = self.surface.measurements.mu
+        return float(np.sqrt(np.mean((mu * of_log_mu) ** 2) / np.mean(mu**2)))
+
+    def design(self) -> FloatArray:
+        """Change of ln mu at each point by a unit of each effect, shape (points, effects)."""
+        measured = self.surface.measurements
+        return effect_design(self.surface.log_mu, measured.point_conditions, measured.slip)
+
+
+def limits_of(settings: SteadinessSettings) -> SteadinessLimits:
+    """The limits of a change from the configuration."""
+    return SteadinessLimits(
+        alarm=settings.alarm,
+        alarm_of_groups=settings.alarm_of_groups,
+        alarm_of_a_run=settings.alarm_of_a_run,
+        fewest_runs=settings.fewest_runs,
+        longest_block=settings.longest_block,
+        seen_at=settings.seen_at,
+        confounded=settings.confounded,
+        usual=_in_logarithms(settings.usual),
+        largest=_in_logarithms(settings.largest),
+    )
+
+
+def _in_logarithms(sizes: ChangeSizeSettings) -> ChangeSizes:
+    """Sizes of changes as the effects of runs have them."""
+    return ChangeSizes(
+        gain=float(np.log1p(sizes.traction_force)),
+        zero=sizes.zero_of_the_force,
+        slip_scale=float(np.log1p(sizes.slip)),
+        temperature_k=sizes.inlet_temperature_k,
+    )
+
+
+def change_columns(
+    campaign: MeasuredCampaign, groups: Mapping[str, set[str]], settings: SteadinessSettings
+) -> dict[str, Any]:
+    """The columns of table `soundness` on the campaign.
+
+    Args:
+        campaign: The surface and its runs.
+        groups: Runs that have something in common, by what it is.
+        settings: When a change is named.
+    """
+    limits = limits_of(settings)
+    covariance, order = campaign.surface.misfit_covariance, campaign.order
+    labels = {name: np.isin(campaign.runs, list(runs)) for name, runs in groups.items()}
+    change = largest_change(covariance, order, labels, limits)
+    swap = swapped_temperatures(campaign.surface, limits=limits)
+    misreading = misread_runs(campaign.surface, labels, limits=limits)
+    named: list[tuple[float, dict[str, Any]]] = []
+    if change is not None and change.is_alarm:
+        named.append((change.score, _change_columns(campaign, change)))
+    if swap is not None and swap.is_alarm:
+        named.append((swap.score, _swap_columns(campaign, swap)))
+    if misreading is not None and misreading.is_alarm:
+        named.append((misreading.score, _misreading_columns(campaign, misreading)))
+    columns = dict(NO_CHANGE)
+    if named:
+        largest = int(first_largest([score for score, _ in named]))
+        columns.update(named[largest][1])
+    else:
+        smallest = smallest_changes(covariance, order, limits)
+        for course, sizes in (("trend", smallest.trend), ("step", smallest.step)):
+            for effect, size in sizes.items():
+                # a change that no rig has is no cause
+                if size <= limits.largest.of_effect(effect):
+                    relative = effect in _IN_LOGARITHMS
+                    shown = float(np.expm1(size)) if relative else size
+                    columns[f"seen_{course}_{effect}"] = shown
+        columns["order_resembles"] = campaign.order_resembles()
+    return columns
+
+
+# The columns on the campaign where nothing was found, or nothing could be looked for.
+NO_CHANGE: dict[str, Any] = {
+    "campaign_verdict": "steady",
+    "change": "",
+    "change_course": "",
+    "change_group": "",
+    "changed_runs": (),
+    "change_size": np.nan,
+    "change_relative_rms": np.nan,
+    "order_resembles": "",
+    **{f"seen_{course}_{effect}": np.nan for course in ("trend", "step") for effect in EFFECTS},
+}
+
+
+def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any]:
+    """The columns of a change of the rig."""
+    size = -change.size if change.effect in _READS_OPPOSITE else change.size
+    if change.effect in _IN_LOGARITHMS:
+        size = float(np.expm1(size))
+    is_suspect = change.pattern > 0.5
+    in_all_runs = change.kind in ("trend", "season")
+    number = EFFECTS.index(change.effect)
+    measured = campaign.surface.measurements
+    of_mu = campaign.design()[:, number] * change.size * change.pattern[measured.curve]
+    return {
+        "campaign_verdict": "changed",
+        "change": CAUSES[change.effect],
+        "change_course": _course(change.kind, is_suspect, campaign.order),
+        "change_group": change.label,
+        "changed_runs": () if in_all_runs else _names_in_time(campaign, is_suspect),
+        "change_size": size,
+        "change_relative_rms": campaign.relative_rms(of_mu),
+    }
+
+
+def _course(kind: str, is_suspect: BoolArray, order: IndexArray) -> str:
+    """Code of the course of a change over the runs."""
+    if kind in ("trend", "season"):
+        return kind
+    if kind == "label":
+        return "group"
+    if kind == "step":
+        return "from" if is_suspect[np.argmax(order)] else "until"
+    return "some runs"
+
+
+def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]:
+    """The columns of exchanged temperatures; their size is the largest difference."""
+    surface = campaign.surface
+    measured = surface.measurements
+    conditions = measured.conditions.copy()
+    conditions[swap.curves, 2] = swap.temperatures_c
+    differences = conditions[:, 2] - measured.conditions[:, 2]
+    as_labelled = surface.log_mu(measured.point_conditions, measured.slip)
+    as_exchanged = surface.log_mu(conditions[measured.curve], measured.slip)
+    is_suspect = np.isin(np.arange(len(conditions)), swap.curves)
+    return {
+        "campaign_verdict": "changed",
+        "change": SWAPPED_LABELS,
+        "change_course": "some runs",
+        "changed_runs": _names_in_time(campaign, is_suspect),
+        "change_size": float(np.max(np.abs(differences))),
+        "change_relative_rms": campaign.relative_rms(as_exchanged - as_labelled),
+    }
+
+
+def _misreading_columns(campaign: MeasuredCampaign, misreading: Misreading) -> dict[str, Any]:
+    """The columns of a quantity that is read too large by a factor."""
+    surface = campaign.surface
+    measured, right = surface.measurements, misreading.put_right(surface.measurements)
+    as_read = surface.log_mu(measured.point_conditions, measured.slip)
+    put_right = surface.log_mu(right.point_conditions, right.slip)
+    return {
+        "campaign_verdict": "changed",
+        "change": FACTORS[misreading.quantity],
+        "change_course": "group" if misreading.label else "some runs",
+        "change_group": misreading.label,
+        "changed_runs": _names_in_time(campaign, misreading.members),
+        "change_size": misreading.factor,
+        "change_relative_rms": campaign.relative_rms(put_right - as_read),
+    }
+
+
+def _names_in_time(campaign: MeasuredCampaign, is_suspect: BoolArray) -> tuple[str, ...]:
+    """Names of some runs in their order in time."""
+    by_time = np.argsort(campaign.order)
+    return tuple(campaign.runs[row] for row in by_time if is_suspect[row])
+
+
+def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
+    """Runs that have something in common, by what it is.
+
+    Runs may share the rig, the kind and format of the log, a column, an entry of the header or of
+    the run sheet, a stated set point, or the sign of the slip.
+
+    Args:
+        runs: Table of runs.
+        points: Accepted points of an oil.
+    """
+    groups: dict[str, set[str]] = {}
+    for column in _GROUP_COLUMNS:
+        for value, runs_with_value in runs.groupby(column):
+            groups[f"{column} {value}"] = set(runs_with_value["run_id"])
+    for column, label in (("columns", "the column "), ("stated", "")):
+        entries = runs.set_index("run_id")[column].explode().dropna()
+        for entry, runs_with_entry in entries.groupby(entries):
+            if entry and len(runs_with_entry) < len(runs):
+                groups[f"{label}{entry}"] = set(runs_with_entry.index)
+    for name, set_points in runs.items():
+        match = _NOMINAL.match(str(name))
+        if match is not None:
+            quantity = match[1].replace("_", " ")
+            groups[f"set point of {quantity} stated"] = set(runs.loc[set_points.notna(), "run_id"])
+    largest_slip = points.groupby("run_id")["slide_roll_ratio"].max()
+    groups["slip below zero"] = set(largest_slip.index[largest_slip <= 0])
+    return groups

@@ -1,0 +1,239 @@
+"""Likelihood of changes in the effects of runs, given the points.
+
+The effects u of a kind (one per run) enter the points y by a design Z. With the mean beta p over
+the runs, a pattern p, and the variance v per run, twice the logarithm of the likelihood is
+
+    steady(v) + 2 beta p' q - beta^2 p' W p,   W = Z' P Z,   q = Z' P y,
+
+where P is the inverse covariance of the points with the variance v. The best beta is p'q / p'Wp,
+and the ratio of likelihoods is (p'q)^2 / p'Wp. What is different for each variance follows from the
+eigenvalues of W at v = 0, or for many curves from features of a few conditions (Nystrom).
+
+Reference: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning (2006),
+Eq. A.9 and A.10 (inverse and determinant of a sum).
+
+Decides: which variances of an effect are tried.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+import scipy.linalg
+
+from oilfilm.base.units import FloatArray
+from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.posterior import NystromPosterior, spread_out
+from oilfilm.surface.reml import CurveCovariance
+from oilfilm.surface.surface import LARGEST_DENSE
+
+_INDUCING_CONDITIONS = 40
+# Variances that are tried, over the variance in the fit, and the number of the latter.
+_VARIANCES = np.geomspace(1e-3, 1e3, 31)
+EXPECTED = 15
+# Standard deviation of the logarithm of a size before the data.
+_LN_SD = 0.6
+
+
+@dataclass(frozen=True)
+class Information:
+    """What the points say of the effects of one kind, at one variance.
+
+    W is diag(own) + sign root root'.
+
+    Attributes:
+        pull: q, shape (curves,).
+        own: Shape (curves,).
+        root: Shape (curves, n).
+        sign: 1 or -1.
+    """
+
+    pull: FloatArray
+    own: FloatArray
+    root: FloatArray
+    sign: float
+
+    def between(self, left: FloatArray, right: FloatArray) -> FloatArray:
+        """p' W r of each column p of the left and r of the right, shape (patterns,)."""
+        shared = np.sum((self.root.T @ left) * (self.root.T @ right), axis=0)
+        return self.own @ (left * right) + self.sign * shared
+
+    def times(self, columns: FloatArray) -> FloatArray:
+        """W times columns, shape (curves, ...)."""
+        own = (self.own * columns.T).T
+        return np.asarray(own + self.sign * (self.root @ (self.root.T @ columns)))
+
+    def diagonal(self) -> FloatArray:
+        """Diagonal of W, shape (curves,)."""
+        return self.own + self.sign * np.sum(self.root**2, axis=1)
+
+
+class EffectLikelihood(Protocol):
+    """Likelihood of the effects of one kind."""
+
+    @property
+    def steady(self) -> FloatArray:
+        """Twice the logarithm of the likelihood without a change, up to a constant.
+
+        What is known of the variance before the data is included. Shape (variances,).
+        """
+        ...
+
+    def information(self, number: int) -> Information:
+        """What the points say at one of the variances."""
+        ...
+
+
+def effect_likelihoods(covariance: CurveCovariance) -> dict[str, EffectLikelihood]:
+    """The likelihood of each effect, by its name.
+
+    Args:
+        covariance: Covariance of the curves (`Surface.misfit_covariance`).
+    """
+    if len(covariance.curves.conditions) > LARGEST_DENSE:
+        return _low_rank(covariance)
+    return {effect: _Dense.of_effect(covariance, effect) for effect in EFFECTS}
+
+
+def _known_before() -> FloatArray:
+    """Twice the logarithm of the density of each variance before the data, shape (variances,)."""
+    return -((np.log(_VARIANCES) / 2 / _LN_SD) ** 2)
+
+
+@dataclass(frozen=True)
+class _Dense:
+    """The likelihood from eigenvalues.
+
+    Attributes:
+        values: Eigenvalues of W without the effect, shape (curves,).
+        vectors: Its eigenvectors, shape (curves, curves).
+        pull: q along the eigenvectors, shape (curves,).
+        expected_variance: Variance of an effect in the fit.
+    """
+
+    values: FloatArray
+    vectors: FloatArray
+    pull: FloatArray
+    expected_variance: float
+
+    @classmethod
+    def of_effect(cls, covariance: CurveCovariance, effect: str) -> "_Dense":
+        """The likelihood of one effect."""
+        number = EFFECTS.index(effect)
+        sizes = covariance.sizes.effects.copy()
+        expected = float(sizes[number] ** 2)
+        sizes[number] = 0.0
+        without = replace(covariance, sizes=replace(covariance.sizes, effects=sizes))
+        curves = covariance.curves
+        design = curves.membership.multiply(curves.effects[:, number, np.newaxis]).toarray()
+        factor = scipy.linalg.cholesky(without.matrix(), lower=True)
+        half = scipy.linalg.solve_triangular(factor, design, lower=True)
+        departure = scipy.linalg.solve_triangular(factor, curves.departure, lower=True)
+        values, vectors = scipy.linalg.eigh(half.T @ half)
+        pull = vectors.T @ (half.T @ departure)
+        return cls(np.maximum(values, 0.0), vectors, pull, expected)
+
+    @property
+    def steady(self) -> FloatArray:
+        """See `EffectLikelihood`."""
+        variances = self.expected_variance * _VARIANCES
+        shrinkage = 1 / (1 + np.outer(variances, self.values))
+        squares = variances[:, np.newaxis] * shrinkage * self.pull**2
+        return np.sum(squares + np.log(shrinkage), axis=1) + _known_before()
+
+    def information(self, number: int) -> Information:
+        """See `EffectLikelihood`."""
+        shrinkage = 1 / (1 + self.expected_variance * _VARIANCES[number] * self.values)
+        return Information(
+            pull=self.vectors @ (shrinkage * self.pull),
+            own=np.zeros(len(self.values)),
+            root=self.vectors * np.sqrt(shrinkage * self.values),
+            sign=1.0,
+        )
+
+
+@dataclass(frozen=True)
+class _LowRank:
+    """The likelihood from features of a few conditions.
+
+    The covariance of a curve is D + F F', with D for what only its points share. All sums are with
+    the variance of the fit; another variance changes D by a matrix of rank one per curve.
+
+    Attributes:
+        own: z' D^-1 z of each curve, with its column z of the design, shape (curves,).
+        own_pull: z' D^-1 y of each curve, shape (curves,).
+        features: z' D^-1 F of each curve, shape (curves, features).
+        precision: 1 + F' D^-1 F of all curves, shape (features, features).
+        feature_pull: F' D^-1 y of all curves, shape (features,).
+        expected_variance: Variance of an effect in the fit.
+    """
+
+    own: FloatArray
+    own_pull: FloatArray
+    features: FloatArray
+    precision: FloatArray
+    feature_pull: FloatArray
+    expected_variance: float
+
+    @property
+    def steady(self) -> FloatArray:
+        """See `EffectLikelihood`."""
+        values = []
+        for variance in self.expected_variance * _VARIANCES:
+            more, factor, pull = self._at(variance)
+            solved = scipy.linalg.solve_triangular(factor, pull, lower=True)
+            growth = 1 + more * self.own
+            determinant = np.sum(np.log(growth)) + 2 * np.sum(np.log(np.diag(factor)))
+            values.append(np.sum(more * self.own_pull**2 / growth) + solved @ solved - determinant)
+        return np.array(values) + _known_before()
+
+    def information(self, number: int) -> Information:
+        """See `EffectLikelihood`."""
+        more, factor, pull = self._at(self.expected_variance * _VARIANCES[number])
+        growth = 1 + more * self.own
+        features = self.features / growth[:, np.newaxis]
+        root = scipy.linalg.solve_triangular(factor, features.T, lower=True).T
+        solved = scipy.linalg.solve_triangular(factor, pull, lower=True)
+        return Information(
+            pull=self.own_pull / growth - root @ solved, own=self.own / growth, root=root, sign=-1.0
+        )
+
+    def _at(self, variance: float) -> tuple[float, FloatArray, FloatArray]:
+        """Change of the variance, the factor of the precision of features, and their pull."""
+        more = variance - self.expected_variance
+        growth = 1 + more * self.own
+        weighted = self.features * (more / growth)[:, np.newaxis]
+        precision = self.precision - self.features.T @ weighted
+        pull = self.feature_pull - weighted.T @ self.own_pull
+        return more, scipy.linalg.cholesky(precision, lower=True), pull
+
+
+def _low_rank(covariance: CurveCovariance) -> dict[str, EffectLikelihood]:
+    """The likelihood of each effect from the curves of a few conditions."""
+    curves = covariance.curves
+    chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)
+    posterior = NystromPosterior(covariance, np.flatnonzero(np.isin(curves.curve, chosen)))
+    count, features = len(curves.conditions), len(posterior.inducing)
+    own, own_pull = np.zeros((2, len(EFFECTS), count))
+    own_features = np.zeros((len(EFFECTS), count, features))
+    precision, feature_pull = np.eye(features), np.zeros(features)
+    for row, (coordinates, of_curve, factor) in enumerate(posterior.of_curves()):
+        columns = [of_curve, curves.effects[coordinates], curves.departure[coordinates]]
+        stacked = scipy.linalg.solve_triangular(factor, np.column_stack(columns), lower=True)
+        whitened, design, departure = np.split(stacked, [features, -1], axis=1)
+        precision += whitened.T @ whitened
+        feature_pull += whitened.T @ departure[:, 0]
+        own[:, row] = np.sum(design**2, axis=0)
+        own_pull[:, row] = design.T @ departure[:, 0]
+        own_features[:, row] = design.T @ whitened
+    return {
+        effect: _LowRank(
+            own=own[number],
+            own_pull=own_pull[number],
+            features=own_features[number],
+            precision=precision,
+            feature_pull=feature_pull,
+            expected_variance=float(covariance.sizes.effects[number] ** 2),
+        )
+        for number, effect in enumerate(EFFECTS)
+    }

@@ -1,0 +1,174 @@
+"""Runs whose temperature labels were exchanged among each other.
+
+A label that is wrong by 20 K or more acts like no small effect of a run, so the exchange is tried.
+The runs that contradict the others most are left out together. The other runs predict each of them
+at the temperature of each, and the likeliest assignment is taken. This is repeated with the new
+temperatures until none changes. The likelihood of all points then stands beside the likelihood with
+the temperatures as they were.
+
+Decides: when temperature labels are called exchanged.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+import scipy.special
+
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
+from oilfilm.surface.effects import EFFECTS, RunErrorSizes
+from oilfilm.surface.measurements import LEVEL_WIDTH, scaled_conditions
+from oilfilm.surface.posterior import DensePosterior, smooth_covariance
+from oilfilm.surface.reduction import Coordinates, reduced
+from oilfilm.surface.relabelled import Relabelled
+from oilfilm.surface.steadiness import SteadinessLimits
+from oilfilm.surface.surface import LARGEST_DENSE, Surface
+from oilfilm.surface.threads import with_one_blas_thread
+
+_TEMPERATURE = 2
+_ZERO = EFFECTS.index("zero")
+# Largest number of runs that are suspected together, and their largest share.
+_MOST_SUSPECTS, _LARGEST_SHARE = 8, 1 / 3
+_ROUNDS = 6
+
+
+@dataclass(frozen=True)
+class LabelSwap:
+    """Temperatures that were exchanged among some runs.
+
+    Attributes:
+        curves: Rows of the measurements whose temperature changes, shape (swapped,).
+        temperatures_c: The temperatures with which they agree, shape (swapped,).
+        score: Twice the logarithm of the likelihood ratio, less that of the number of exchanges.
+        is_alarm: Whether the exchange explains more than chance does.
+    """
+
+    curves: IndexArray
+    temperatures_c: FloatArray
+    score: float
+    is_alarm: bool
+
+
+@with_one_blas_thread
+def swapped_temperatures(
+    surface: Surface, errors: RunErrorSizes | None = None, limits: SteadinessLimits | None = None
+) -> LabelSwap | None:
+    """The exchange of temperatures that explains most; None if no exchange explains anything.
+
+    Args:
+        surface: The surface; its measurements are in canonical order.
+        errors: Sizes of the errors of the rig, before the data.
+        limits: When an exchange is named: as a group of runs.
+
+    Returns:
+        None also for more than 150 curves, for which the exchange is not tried.
+    """
+    given = surface.measurements.conditions
+    runs = len(given)
+    if runs > LARGEST_DENSE:
+        return None
+    as_labelled = Relabelled.as_read(surface, errors or RunErrorSizes())
+    labels = present = as_labelled
+    for _ in range(_ROUNDS):
+        proposed = _likeliest_conditions(present)
+        if proposed is None:
+            break
+        # a round may be worse before the next one is better
+        present = present.fitted_to(replace(present.measurements, conditions=proposed))
+        if present.objective < labels.objective:
+            labels = present
+    moved = np.flatnonzero(_is_moved(given, labels.measurements.conditions))
+    count = len(moved)
+    if not count:
+        return None
+    # groups of this size, and the orders of their labels
+    choices = np.log(scipy.special.comb(runs, count)) + scipy.special.gammaln(count + 1)
+    score = float(2 * (as_labelled.objective - labels.objective - choices))
+    alarm = (limits or SteadinessLimits()).alarm_of_groups
+    new = labels.measurements.conditions[moved, _TEMPERATURE]
+    return LabelSwap(moved, new, score, score > alarm)
+
+
+def _is_moved(old: FloatArray, new: FloatArray) -> BoolArray:
+    """Whether the temperature of each row has another level, shape (rows,)."""
+    difference = scaled_conditions(new) - scaled_conditions(old)
+    return np.abs(difference[:, _TEMPERATURE]) > LEVEL_WIDTH
+
+
+@dataclass(frozen=True)
+class _Rest:
+    """The remaining curves, which predict the suspects.
+
+    Attributes:
+        places: Their coordinates.
+        factor: Lower Cholesky factor of their covariance.
+        weights: Inverse of their covariance times the departure.
+    """
+
+    places: Coordinates
+    factor: FloatArray
+    weights: FloatArray
+
+
+def _likeliest_conditions(labels: Relabelled) -> FloatArray | None:
+    """The conditions after the likeliest exchange; None if that changes no temperature."""
+    suspects = _suspects(labels)
+    conditions = labels.measurements.conditions
+    temperatures = conditions[suspects, _TEMPERATURE]
+    density = _log_densities(labels, suspects, temperatures)
+    _, assigned = scipy.optimize.linear_sum_assignment(-density)
+    proposed = conditions.copy()
+    proposed[suspects, _TEMPERATURE] = temperatures[assigned]
+    is_moved = _is_moved(conditions, proposed)
+    proposed[~is_moved] = conditions[~is_moved]
+    return proposed if is_moved.any() else None
+
+
+def _suspects(labels: Relabelled) -> IndexArray:
+    """The runs whose labels were changed, and those that contradict all others most."""
+    runs = len(labels.measurements.conditions)
+    contradiction = []
+    for left_out in DensePosterior(labels.covariance).left_out(np.arange(runs)):
+        squares = left_out.error @ left_out.precision @ left_out.error
+        contradiction.append(squares / len(left_out.error))
+    size = np.array(contradiction)
+    size[_is_moved(labels.surface.measurements.conditions, labels.measurements.conditions)] = np.inf
+    count = min(_MOST_SUSPECTS, int(_LARGEST_SHARE * runs))
+    return np.sort(np.argsort(-size, kind="stable")[:count])
+
+
+def _log_densities(
+    labels: Relabelled, suspects: IndexArray, temperatures: FloatArray
+) -> FloatArray:
+    """Logarithm of the density of each suspect at each temperature, from the other runs."""
+    curves = labels.covariance.curves
+    kept = np.flatnonzero(~np.isin(curves.curve, suspects))
+    matrix = labels.covariance.matrix()[np.ix_(kept, kept)]
+    factor = scipy.linalg.cholesky(matrix, lower=True)
+    weights = scipy.linalg.cho_solve((factor, True), curves.departure[kept])
+    rest = _Rest(curves.part(kept), factor, weights)
+    different, number = np.unique(temperatures, return_inverse=True)
+    density = [[_log_density(labels, rest, row, t) for t in different] for row in suspects]
+    return np.array(density)[:, number]
+
+
+def _log_density(labels: Relabelled, rest: _Rest, row: int, temperature_c: float) -> float:
+    """Logarithm of the density of a curve at some temperature, from the remaining curves."""
+    covariance, sizes = labels.covariance, labels.covariance.sizes
+    alone = labels.measurements.of_curves(np.array([row]))
+    conditions = alone.conditions.copy()
+    conditions[:, _TEMPERATURE] = temperature_c
+    moved = replace(alone, conditions=conditions)
+    law = labels.surface.law
+    curve = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
+    places = curve.part(np.arange(len(curve.departure)))
+    across = smooth_covariance(covariance, places, rest.places)
+    half = scipy.linalg.solve_triangular(rest.factor, across.T, lower=True)
+    own = smooth_covariance(covariance, places, places) - half.T @ half
+    scaled = curve.effects * sizes.effects
+    own += scaled @ scaled.T + sizes.noise**2 * np.eye(len(own))
+    own_factor = scipy.linalg.cholesky(own, lower=True)
+    error = curve.departure - across @ rest.weights
+    whitened = scipy.linalg.solve_triangular(own_factor, error, lower=True)
+    return float(-whitened @ whitened / 2 - np.sum(np.log(np.diag(own_factor))))

@@ -1,0 +1,88 @@
+"""The points of a campaign with other readings of a condition or the slip: how likely they are.
+
+Decides: how a reading that is too wrong for a small effect of a run is judged.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+
+from oilfilm.base.units import FloatArray
+from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.reduction import ReducedCurves, box_of, reduced
+from oilfilm.surface.reml import MISFIT, CurveCovariance, most_likely_sizes, objective, priors
+from oilfilm.surface.surface import Surface
+
+
+@dataclass(frozen=True)
+class Relabelled:
+    """The points with some readings.
+
+    Attributes:
+        surface: The surface of the points as they were read.
+        errors: Sizes of the errors of the rig, before the data.
+        measurements: The points with these readings, curve by curve as those of the surface.
+        covariance: Covariance of the curves, with its most likely sizes.
+        objective: Negative logarithm of the likelihood, up to a constant.
+    """
+
+    surface: Surface
+    errors: RunErrorSizes
+    measurements: Measurements
+    covariance: CurveCovariance
+    objective: float
+
+    @classmethod
+    def as_read(cls, surface: Surface, errors: RunErrorSizes) -> "Relabelled":
+        """The points as they were read, with the sizes of the surface."""
+        measurements, sizes = surface.measurements, surface.misfit_covariance.sizes
+        curves, box = _reduced(surface, errors, measurements), box_of(measurements)
+        value, _ = objective(sizes.logarithms(), curves, box, priors(errors, MISFIT))
+        covariance = CurveCovariance(curves, box, sizes)
+        return cls(surface, errors, measurements, covariance, float(value))
+
+    @classmethod
+    def _fitted(
+        cls, surface: Surface, errors: RunErrorSizes, measurements: Measurements, start: FloatArray
+    ) -> "Relabelled":
+        """The points with some readings, at their most likely sizes.
+
+        Args:
+            surface: The surface of the points as they were read.
+            errors: Sizes of the errors of the rig, before the data.
+            measurements: The points with these readings.
+            start: Logarithms of the sizes at which the search starts.
+        """
+        box, known = box_of(measurements), priors(errors, MISFIT)
+        curves = _reduced(surface, errors, measurements)
+        found = most_likely_sizes(curves, box, known, start)
+        value, _ = objective(found.logarithms, curves, box, known)
+        covariance = CurveCovariance(curves, box, found.sizes)
+        return cls(surface, errors, measurements, covariance, float(value))
+
+    def fitted_to(self, measurements: Measurements) -> "Relabelled":
+        """The same points with other readings, at their most likely sizes."""
+        start = self.covariance.sizes.logarithms()
+        return self._fitted(self.surface, self.errors, measurements, start)
+
+    def objective_of(self, measurements: Measurements) -> float:
+        """The negative logarithm of the likelihood of other readings, at the present sizes.
+
+        What all readings share is left out, so that differences count only.
+        """
+        curves = _reduced(self.surface, self.errors, measurements)
+        covariance = CurveCovariance(curves, box_of(measurements), self.covariance.sizes)
+        factor = scipy.linalg.cholesky(covariance.matrix(), lower=True)
+        whitened = scipy.linalg.solve_triangular(factor, curves.departure, lower=True)
+        noise = self.covariance.sizes.noise
+        of_remainder = np.sum((curves.remainder / noise) ** 2) / 2
+        of_coordinates = whitened @ whitened / 2 + np.sum(np.log(np.diag(factor)))
+        return float(of_coordinates + of_remainder)
+
+
+def _reduced(surface: Surface, errors: RunErrorSizes, measurements: Measurements) -> ReducedCurves:
+    """The curves with some readings; points near zero are linear about the surface."""
+    zero_sd = max(errors.zero.median, surface.effect_sizes()["zero"])
+    return reduced(measurements, surface.law, surface.log_mu, zero_sd, box_of(measurements))
