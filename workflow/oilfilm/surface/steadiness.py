@@ -299,7 +299,8 @@ class _Profile:
                 columns = candidate.columns
                 power = columns.T @ information.times(columns)
                 pull = information.pull @ columns
-                size = np.linalg.solve(power + self.precision * np.eye(len(pull)), pull)
+                power = power + self.precision * np.eye(len(pull))
+                size = np.asarray(np.linalg.solve(power, pull), dtype=float)
                 ratio = float(steady + pull @ size)
                 if ratio > best[row][0]:
                     share = share_of_information(information, columns @ size)
