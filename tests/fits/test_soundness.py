@@ -13,6 +13,7 @@ from campaigns import printed
 from fit_points import LAW
 from oilfilm import tables
 from oilfilm.fits.conditions import FixedCondition, to_text
+from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_could_be_seen, what_is_wrong
@@ -115,6 +116,17 @@ def test_a_blend_that_grows_is_found(config: Settings) -> None:
     row = verdict(config, points_of(config, Drift(other=np.linspace(0, 0.8, RUNS)), 1))
     assert row["campaign_verdict"] == "changed"
     assert row["change_course"] in ("trend", "from")
+
+
+def test_a_change_is_named_about_a_law_of_the_load(config: Settings) -> None:
+    points = points_of(config, Drift(force=1 + 0.1 * LATE), 1)
+    quick = {"searches": 2, "bootstrap": 20, "law": "wang-deng-load"}
+    fit = fit_oil(points, "4050", config.fit.model_copy(update=quick), 1)
+    (quality,) = tables.rows(fit.fit_quality)
+    fitted = FittedLaw.from_tables(fit.coefficients, "4050", fit.refits, fit.fit_quality)
+    row = verdict_of_fit(quality, fitted, points, config.fit, config.steadiness)
+    assert (row["change"], row["change_course"]) == ("traction force", "from")
+    assert row["change_size"] == pytest.approx(0.1, rel=0.25)
 
 
 GROUPED = {
