@@ -118,8 +118,13 @@ def test_a_blend_that_grows_is_found(config: Settings) -> None:
     assert row["change_course"] in ("trend", "from")
 
 
-def test_a_change_is_named_about_a_law_of_the_load(config: Settings) -> None:
+@pytest.mark.parametrize("is_pressure_known", [True, False])
+def test_a_change_is_named_about_a_law_of_the_load(
+    config: Settings, is_pressure_known: bool
+) -> None:
     points = points_of(config, Drift(force=1 + 0.1 * LATE), 1)
+    if not is_pressure_known:
+        points["max_hertz_pressure_gpa"] = np.nan
     quick = {"searches": 2, "bootstrap": 20, "law": "wang-deng-load"}
     fit = fit_oil(points, "4050", config.fit.model_copy(update=quick), 1)
     (quality,) = tables.rows(fit.fit_quality)

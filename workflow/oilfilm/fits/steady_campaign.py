@@ -135,6 +135,9 @@ def measured_campaign(fitted: FittedLaw, points: pd.DataFrame) -> MeasuredCampai
         points: The oil's accepted points.
     """
     data = curve_data(points, CONDITIONS)
+    if fitted.law.conditions != CONDITIONS and np.isnan(data.conditions[:, 0]).all():
+        # for a law of the load the cube root of the load counts as pressure
+        data.conditions[:, 0] = np.cbrt(data.load_n)
     if not (np.isfinite(data.conditions).all() and np.all(data.conditions > 0)):
         return None
     law = _free_law(fitted, data)
