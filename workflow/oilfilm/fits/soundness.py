@@ -364,8 +364,9 @@ def verdict_of_fit(
         {
             "no fit": no_fit,
             "condition missing": any(condition.level is None for condition in fixed),
-            "misfit": quality["relative_rms"] > settings.odd_scatter,
+            # what the surface explains is no scatter
             "none fits": misfit > max(run_scatter, steadiness.misfit_max),
+            "misfit": quality["relative_rms"] > settings.odd_scatter,
             "lack of fit": lack_shown,
             "too few curves": campaign is None or too_few_curves,
             "two levels": len(quality["two_level_conditions"]) > 0,
