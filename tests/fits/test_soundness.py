@@ -13,6 +13,7 @@ from campaigns import printed
 from fit_points import LAW
 from oilfilm import tables
 from oilfilm.fits.conditions import FixedCondition, to_text
+from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.soundness_words import what_could_be_seen, what_is_wrong
@@ -117,6 +118,22 @@ def test_a_blend_that_grows_is_found(config: Settings) -> None:
     assert row["change_course"] in ("trend", "from")
 
 
+@pytest.mark.parametrize("is_pressure_known", [True, False])
+def test_a_change_is_named_about_a_law_of_the_load(
+    config: Settings, is_pressure_known: bool
+) -> None:
+    points = points_of(config, Drift(force=1 + 0.1 * LATE), 1)
+    if not is_pressure_known:
+        points["max_hertz_pressure_gpa"] = np.nan
+    quick = {"searches": 2, "bootstrap": 20, "law": "wang-deng-load"}
+    fit = fit_oil(points, "4050", config.fit.model_copy(update=quick), 1)
+    (quality,) = tables.rows(fit.fit_quality)
+    fitted = FittedLaw.from_tables(fit.coefficients, "4050", fit.refits, fit.fit_quality)
+    row = verdict_of_fit(quality, fitted, points, config.fit, config.steadiness)
+    assert (row["change"], row["change_course"]) == ("traction force", "from")
+    assert row["change_size"] == pytest.approx(0.1, rel=0.25)
+
+
 GROUPED = {
     "speed is the sum": (Drift(speed=1.0 + FEW), "speed factor", 2.0),
     "slip over the sum": (Drift(slip=1 - 0.5 * FEW), "slip factor", 0.5),
@@ -190,7 +207,7 @@ def test_smallest_change_is_larger_in_the_order_of_a_condition(config: Settings)
     assert np.isnan(in_order["seen_trend_gain"])
     assert in_order["seen_step_gain"] > 1.3 * at_random["seen_step_gain"]
     sentence = what_could_be_seen(in_order)
-    assert "no change of the traction force" in sentence
+    assert "but none of the traction force" in sentence
     assert "pressure" in sentence
     assert f"{at_random['seen_trend_gain']:.1%}" in what_could_be_seen(at_random)
 

@@ -244,10 +244,10 @@ def free_law(law: Law, constants: FloatArray, followed: BoolArray, contact: Cont
         contact: What turns its conditions into P, U and T.
     """
     is_followed = dict(zip(law.groups, followed, strict=True))
-    free = [
-        constant.condition is None or bool(is_followed[constant.condition])
-        for constant in law.constants
-    ]
+    free = []
+    for constant in law.constants:
+        follows = constant.condition is None or bool(is_followed[constant.condition])
+        free.append(follows and constant.prescribed is None)
     return FreeLaw(
         law=law,
         constants=to_internal(law, constants),

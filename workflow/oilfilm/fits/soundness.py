@@ -367,6 +367,7 @@ def verdict_of_fit(
         {
             "no fit": no_fit,
             "condition missing": any(condition.level is None for condition in fixed),
+            # what the surface explains is no scatter
             "none fits": surface is not None and surface.no_law_fits,
             "misfit": quality["relative_rms"] > settings.fit.odd_scatter or misfit > largest_misfit,
             "lack of fit": lack_shown,

@@ -41,31 +41,43 @@ def what_could_be_seen(row: Mapping[str, Any]) -> str:
     """
     if row["campaign_verdict"] != "steady":
         return ""
-    trend, step = _smallest(row, "trend"), _smallest(row, "step")
-    sentence = (
-        f"The runs are steady: {trend} over the runs, and {step} from the middle of the runs on, "
-        "would have been seen if they were made in the order of their names."
-    )
+    sentences = [
+        "The runs are steady, if they were made in the order of their names.",
+        _smallest(row, "trend", "drift over the runs"),
+        _smallest(row, "step", "step in the middle of the runs"),
+    ]
     resembled = row["order_resembles"]
     if resembled:
         quantity = QUANTITIES[resembled].short_meaning
-        sentence += (
-            f" This order is that of the {quantity}: a smaller change is confounded with its "
+        sentences.append(
+            f"This order is that of the {quantity}: a smaller change is confounded with its "
             "effect. Repeat one condition every sixth run."
         )
-    return sentence
+    return " ".join(sentences)
 
 
-def _smallest(row: Mapping[str, Any], course: str) -> str:
-    """The smallest changes of a course that would have been seen."""
+def _smallest(row: Mapping[str, Any], course: str, name: str) -> str:
+    """The smallest changes of a course that would have been seen.
+
+    Args:
+        row: Row of the table `soundness`.
+        course: trend or step, as in the names of columns.
+        name: Name of the course.
+    """
+    sizes, hidden = [], []
     force, temperature_k = row[f"seen_{course}_gain"], row[f"seen_{course}_temperature_k"]
-    of_force = f"a change of {force:.1%} of the traction force"
     if np.isnan(force):
-        of_force = "no change of the traction force"
-    of_temperature = f"{temperature_k:.1f} K"
+        hidden.append("the traction force")
+    else:
+        sizes.append(f"{force:.1%} of the traction force")
     if np.isnan(temperature_k):
-        of_temperature = "none of the temperature"
-    return f"{of_force} or {of_temperature}"
+        hidden.append("the temperature")
+    else:
+        sizes.append(f"{temperature_k:.1f} K")
+    if not sizes:
+        return f"No {name} would have been seen."
+    seen = f"A {name} of {' or '.join(sizes)} would have been seen"
+    return f"{seen}, but none of {hidden[0]}." if hidden else f"{seen}."
 
 
 _LAW = {

@@ -143,7 +143,7 @@ class SmallestChanges:
     condition resemble each other, and the sizes are large.
 
     Attributes:
-        trend: Change from the first to the last run, by effect.
+        trend: Change from the first to the last run, by effect; infinite where none would be seen.
         step: Change in the middle of the campaign, by effect.
     """
 
@@ -210,8 +210,12 @@ def smallest_changes(
         before = limits.usual.of_effect(effect) ** -2
         for pattern, smallest in ((trend, of_trend), (step, of_step)):
             power = float(information.between(pattern, pattern)[0])
+            # the conditions may take up all of a pattern
+            if not power > 0:
+                smallest[effect] = np.inf
+                continue
             factor = limits.factor_on_score(share_of_information(information, pattern[:, 0]))
-            smallest[effect] = limits.seen_at * np.sqrt(factor * (power + before)) / power
+            smallest[effect] = limits.seen_at * float(np.sqrt(factor * (power + before)) / power)
     return SmallestChanges(of_trend, of_step)
 
 
@@ -299,7 +303,8 @@ class _Profile:
                 columns = candidate.columns
                 power = columns.T @ information.times(columns)
                 pull = information.pull @ columns
-                size: FloatArray = np.linalg.solve(power + self.precision * np.eye(len(pull)), pull)
+                power = power + self.precision * np.eye(len(pull))
+                size = np.asarray(np.linalg.solve(power, pull), dtype=float)
                 ratio = float(steady + pull @ size)
                 if ratio > best[row][0]:
                     share = share_of_information(information, columns @ size)
