@@ -25,10 +25,10 @@ CIRCULAR = Law(
     parts=(("m", "N*S/sqrt(1 + (N*S/L)**2)"),),
     coefficients=(
         Coefficient("N", +1, 1e-2, 1e4, per_slip=True),
-        # 2.5 times the largest limiting stress over pressure of oils; far above it the film has no
-        # limit, and a valley without one has draws of its own
-        Coefficient("L", +1, 1e-3, 0.3),
-        Coefficient("H", +1, 1e-2, 1e5, per_slip=True),
+        # somewhat above the largest limiting stress over pressure of oils, 0.12: with a far larger
+        # one the film has no limit, and a search may end in a valley of its own
+        Coefficient("L", +1, 1e-3, 0.15),
+        Coefficient("H", +1, 1e-2, 1e4, per_slip=True),
     ),
     exponential=("inlet_temperature_c",),
 )
