@@ -235,6 +235,24 @@ def test_no_value_where_law_has_none(evaluate: Evaluate, fit: Description, tmp_p
     assert outside.tolist() == [0] + 6 * [1]
 
 
+@pytest.mark.parametrize("evaluate", TOOLS)
+def test_exponential_of_the_temperature_has_a_value_in_frost(
+    evaluate: Evaluate, config: Settings, tmp_path: Path
+) -> None:
+    fit = describe_law(config, "deng-exponential")
+    save(fit, tmp_path)
+    rows = np.tile([1.2, 30.0, -40.0, 0.1], (2, 1))
+    rows[1, 2] = 0.0
+    mu, outside = evaluate(fit, rows, tmp_path).T
+    # by the equation: (A + B S) exp(-C S) - A with exp(X3 (T/20 degC - 1))
+    bar_p, bar_u, term = 1.2, 1.5, rows[:, 2] / 20 - 1
+    a = -0.030 * bar_p**0.43 * bar_u**-0.47 * np.exp(-0.06 * term)
+    b = 0.92 * bar_p**1.80 * bar_u**-0.58 * np.exp(-0.60 * term)
+    c = 27.0 * bar_p**0.69 * bar_u**0.01 * np.exp(-0.20 * term)
+    np.testing.assert_allclose(mu, (a + b * 0.1) * np.exp(-c * 0.1) - a, rtol=1e-10)
+    assert outside.tolist() == [1, 1]
+
+
 def test_modelica_stops_where_the_law_has_no_value(fit: Description, tmp_path: Path) -> None:
     save(fit, tmp_path)
     with pytest.raises(Exception, match=r"(?i)assert|non-finite|above 0"):
@@ -329,11 +347,14 @@ def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
         values |= {f"{name}{number}": value for number, value in enumerate(exponents, 1)}
     arguments = arguments_of(fit, grid())
     references = [condition["reference"] for condition in content["conditions"][:3]]
+    relative = arguments[:, :3] / references
+    names = [condition["name"] for condition in content["conditions"][:3]]
+    is_exponential = np.isin(names, content["law"]["exponential"])
+    base = np.exp(relative - 1, out=relative, where=is_exponential)
     known: dict[str, Any] = {"S": np.abs(arguments[:, 3]), "asinh": np.arcsinh, **vars(np)}
     for name in fit.law.local_constants:
         exponents = [values[f"{name}{number}"] for number in (1, 2, 3)]
-        powers = (arguments[:, :3] / references) ** exponents
-        known[name] = values[f"{name}0"] * powers.prod(axis=1)
+        known[name] = values[f"{name}0"] * (base**exponents).prod(axis=1)
     for name, text in content["law"]["parts_of_mu"].items():
         known[name] = eval(text, known)
     mu = eval(content["law"]["mu_for_slip_of_0_or_more"], known)

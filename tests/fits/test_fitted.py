@@ -309,6 +309,18 @@ def test_independent_conditions_are_all_followed(quick: Settings) -> None:
     assert followed_conditions(CONDITIONS, cold, quick.fit).tolist() == [True, True, False]
 
 
+def test_temperature_in_step_is_found_in_frost_too(quick: Settings) -> None:
+    pressure = np.array([1.0, 1.1, 1.2, 1.3, 1.4, 1.5] * 2)
+    speed = np.repeat([20.0, 40.0], 6)
+    in_step = np.column_stack([pressure, speed, 200 * (pressure - 1.2)])
+    followed = followed_conditions(CONDITIONS, in_step, quick.fit)
+    assert followed.tolist() == [True, True, False]
+    (fixed,) = fixed_conditions(CONDITIONS, in_step, followed, quick.fit)
+    assert (fixed.level, fixed.in_step) == (None, ())
+    apart = np.column_stack([pressure, speed, np.tile([-30.0, 0.0, 30.0, 60.0, -10.0, 20.0], 2)])
+    assert followed_conditions(CONDITIONS, apart, quick.fit).all()
+
+
 def test_fixed_conditions_survive_the_table() -> None:
     fixed = (
         FixedCondition("inlet_temperature_c", 60.0, 0.03, (InStep(CONDITIONS[0], 1.2, 1.8),)),

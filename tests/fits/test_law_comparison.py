@@ -14,7 +14,7 @@ from nights import nightly
 from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.fits import engine
-from oilfilm.fits.best_law import best_laws
+from oilfilm.fits.best_law import _errors_of_fits, best_laws
 from oilfilm.fits.conditions import levels_by_gap
 from oilfilm.fits.fit import fit_oil, laws_of, leave_curves_out, leave_ends_out
 from oilfilm.fits.fit_tables import bayesian_criterion
@@ -290,6 +290,89 @@ def test_verdict_on_the_first_law_is_that_of_both_criteria(
     (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
     names = ("left_out_law", "bic_law", "verdict", "better_law")
     assert "|".join(row[name] for name in names) == expected
+
+
+# ---------------------------------------------------------------- laws that are one law
+
+
+def lines(bend: float) -> tuple[tuple[pd.DataFrame, ...], float]:
+    """Fits to 40 curves: a line, the line with a constant that means nothing, and a parabola.
+
+    Args:
+        bend: Size of the parabola in the truth.
+
+    Returns:
+        `fit_quality`, `law_points` and `points`; and the jackknife error of the line's mu, from 40
+        refits at all points, root-mean-square.
+    """
+    random = generator(4, "one law")
+    x = np.tile(np.linspace(-1, 1, 5), 40)
+    curve = np.repeat(np.arange(40), 5)
+    of_curve, run_gain = random.standard_normal((2, 40))[:, curve]
+    noise = random.standard_normal(len(x))
+    mu = 1 + 0.2 * x + bend * x**2 + 0.02 * run_gain + 0.01 * noise
+    at = {"oil": "own", "run_id": np.char.add("run", curve.astype(str)), "first_row": x}
+    designs = {
+        "deng2026": np.column_stack([x**0, x]),
+        "tanh": np.column_stack([x**0, x, of_curve]),
+        "eyring": np.column_stack([x**0, x, x**2]),
+    }
+    quality, beside, errors = [], [], []
+    for law, design in designs.items():
+        whole = design @ np.linalg.lstsq(design, mu, rcond=None)[0]
+        refits = []
+        for left_out in range(40):
+            kept = curve != left_out
+            refits.append(design @ np.linalg.lstsq(design[kept], mu[kept], rcond=None)[0])
+        unseen = np.array(refits)[curve, np.arange(len(x))]
+        errors.append(np.sqrt(np.mean(np.sum((np.array(refits) - whole) ** 2, axis=0))))
+        sse = float(np.sum((whole - mu) ** 2))
+        count = design.shape[1]
+        row = {"oil": "own", "law": law, "n_points": len(x), "n_constants": count}
+        row |= {"bic": bayesian_criterion(sse, len(x), count), "configured": law == "deng2026"}
+        row |= {"left_out_rmse": np.sqrt(np.mean((unseen - mu) ** 2)), "certified": True}
+        quality.append(row)
+        of_law = {"traction_coefficient": whole, "left_out_traction_coefficient": unseen}
+        beside.append(pd.DataFrame(at | {"law": law} | of_law))
+    points = pd.DataFrame(at | {"traction_coefficient": mu})
+    return (rows("fit_quality", *quality), pd.concat(beside), points), errors[0]
+
+
+def test_error_of_a_fit_is_that_of_refits_without_each_curve() -> None:
+    (_, law_points, points), expected = lines(bend=0.01)
+    measured = points[["run_id", "first_row", "traction_coefficient"]]
+    frames = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
+    assert _errors_of_fits(frames)["deng2026"] == pytest.approx(expected, rel=1e-9)
+
+
+def test_law_whose_further_constant_means_nothing_counts_as_one_with_the_plain_one() -> None:
+    frames, _ = lines(bend=0.0)
+    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    assert (row["verdict"], row["same_laws"]) == ("best", ("tanh", "eyring"))
+    assert row["left_out_ties"] == row["bic_ties"] == ("deng2026",)
+
+
+def test_law_that_is_better_is_not_the_same_and_its_equals_are_named() -> None:
+    frames, _ = lines(bend=0.05)
+    quality, law_points, points = frames
+    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    assert (row["verdict"], row["better_law"]) == ("another law is better", "eyring")
+    assert (row["same_laws"], row["same_as_better_law"]) == (("tanh",), ())
+    # the better law once more, with another constant: no competitor of the first one
+    again = quality[quality["law"] == "eyring"].assign(law="carreau", n_constants=4, bic=0.0)
+    copied = law_points[law_points["law"] == "eyring"].assign(law="carreau")
+    frames = pd.concat([quality, again]), pd.concat([law_points, copied]), points
+    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    assert (row["better_law"], row["same_as_better_law"]) == ("eyring", ("carreau",))
+    assert row["left_out_ties"] == ("eyring",)
+
+
+def test_load_and_pressure_are_one_law_on_the_points_of_one_ball(quick: Settings) -> None:
+    points = points_of(LAWS["deng2026"], NOISE)
+    compared = compare_laws(points, "4050", ["deng2026", "wang-deng-load", "tanh"], quick)
+    frames = compared.fit_quality, compared.law_points, points
+    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    assert (row["verdict"], row["same_laws"]) == ("best", ("wang-deng-load",))
 
 
 def misfit_of(

@@ -29,6 +29,12 @@ MATRIX["load_n"] = CONTACT.load_n(MATRIX["max_hertz_pressure_gpa"].to_numpy())
 # stands for a Wang-Deng law on load is that of Deng et al. with an own D.
 TRUTH: dict[str, list[float]] = {
     "deng2026": list(printed()["4050"]),
+    # b = -X3/20 per K: A falls by 0.3 %, B by 3 % and C by 1 % per K
+    "deng-exponential": [
+        *(-0.030, 0.43, -0.47, -0.06),
+        *(0.92, 1.80, -0.58, -0.60),
+        *(27.0, 0.69, 0.01, -0.20),
+    ],
     "wang-deng-load": [
         *(-0.030, 0.14, -0.47, -0.28),
         *(0.92, 0.60, -0.58, -1.31),
@@ -54,6 +60,8 @@ TRUTH: dict[str, list[float]] = {
         *(0.040, 0.5, -0.1, -0.3),
         *(66.0, 1.6, 0.6, -1.3),
     ],
+    "circular": [*(8.0, 3.0, 0.5, -0.45), *(0.050, 0.6, -0.1, -0.08), *(300.0, 1.8, 0.7, -0.30)],
+    "rational-viscosity": [*(1.5, 3.0, 0.6, 0.9), *(66.0, 2.6, 0.7, 0.7), *(0.5, 1.6, 0.5, 0.8)],
     "carreau": [
         *(6.0, 2.5, 0.3, -1.5),
         *(0.02, -1, 0, 0),

@@ -41,6 +41,7 @@ from oilfilm.exports.description import (
     Condition,
     Description,
     describe,
+    exponent_meaning,
     identifiers,
     number_or_none,
     plain,
@@ -132,7 +133,7 @@ def _fill(sheet: Any, description: Description) -> None:
         cell_of_name[name] = f"$B${row}"
     size = cell_of_name["mu"]
     mu = f"IF({cell_of_name[SLIP]}<0,-{size},{size})"
-    positive = [f"{cell_of_name[condition.name]}>0" for condition in description.arguments]
+    positive = [f"{cell_of_name[condition.name]}>0" for condition in description.powers]
     if positive:
         mu = f"IF(AND({','.join(positive)}),{mu},NA())"
     sheet.cell(mu_row, 2).value = f"={mu}"
@@ -187,10 +188,11 @@ def _add_constants(sheet: Any, description: Description) -> dict[str, str]:
         The cell of each constant by name.
     """
     _add(sheet, "Constants (power law of each coefficient)", font=_BOLD)
-    exponents = [f"exponent of {condition.symbol}" for condition in description.conditions]
+    law = description.law
+    exponents = [exponent_meaning(law, group) for group in law.groups]
     _add(sheet, "", "at the reference", *exponents, font=_BOLD)
     cell_of_name = {}
-    for coefficient in description.law.local_constants:
+    for coefficient in law.local_constants:
         names = [f"{coefficient}{number}" for number in range(len(exponents) + 1)]
         row = _add(sheet, coefficient, *(description.values[name] for name in names))
         # column A has the name of the coefficient
@@ -294,7 +296,7 @@ def json_text(
         campaign_as_json = {"name": campaign.name, "description": campaign.description}
     content = {
         "format": "oilfilm traction law",
-        "format_version": 5,
+        "format_version": 6,
         "oil": description.oil,
         "origin": description.origin,
         "campaign": campaign_as_json,
@@ -306,6 +308,8 @@ def json_text(
             "parts_of_mu": dict(law.parts),
             "mu_for_slip_below_0": "-mu(-S)",
             "coefficients": description.power_law(description.conditions),
+            # conditions g that enter as exp(X (g/reference - 1)) in place of (g/reference)^X
+            "exponential": list(law.exponential),
             # by coefficient; the law gives them, so they are no constants of the fit
             "known_exponents": {
                 coefficient.name: list(coefficient.exponents)

@@ -215,11 +215,18 @@ class Description:
         return [condition.name for condition in self.arguments] + [SLIP]
 
     @property
-    def argument_meanings(self) -> str:
-        """The arguments before S in a few words: "pressure and speed"."""
-        meanings = [condition.meaning.partition(",")[0] for condition in self.arguments]
-        if len(meanings) == 1:
-            return meanings[0]
+    def powers(self) -> tuple[Condition, ...]:
+        """The arguments that enter by a power, which has no value at 0 and below."""
+        return tuple(
+            condition for condition in self.arguments if condition.name not in self.law.exponential
+        )
+
+    @property
+    def power_meanings(self) -> str:
+        """These arguments in a few words: "pressure and speed"; empty without one."""
+        meanings = [condition.meaning.partition(",")[0] for condition in self.powers]
+        if len(meanings) < 2:
+            return "".join(meanings)
         return f"{', '.join(meanings[:-1])} and {meanings[-1]}"
 
     def power_law(self, conditions: Sequence[Condition]) -> str:
@@ -227,9 +234,11 @@ class Description:
         powers = []
         for condition in conditions:
             number = self.conditions.index(condition) + 1
-            powers.append(
-                f"({condition.symbol} / {condition.reference:g} {condition.unit})^X{number}"
-            )
+            relative = f"{condition.symbol} / {condition.reference:g} {condition.unit}"
+            if condition.name in self.law.exponential:
+                powers.append(f"exp(X{number} ({relative} - 1))")
+            else:
+                powers.append(f"({relative})^X{number}")
         return f"X = X0 {' '.join(powers)} for X = {', '.join(self.law.local_constants)}"
 
     @property
@@ -260,7 +269,11 @@ class Description:
             factors = [constants[f"{coefficient}0"]]
             for number, condition in enumerate(self.conditions, 1):
                 exponent = f"{coefficient}{number}"
-                if condition.role == "argument" and self.values[exponent] != 0:
+                if condition.role != "argument" or self.values[exponent] == 0:
+                    continue
+                if condition.name in self.law.exponential:
+                    factors.append(f"exp({constants[exponent]}*({condition.relative} - 1))")
+                else:
                     factors.append(f"{condition.relative}**{constants[exponent]}")
             steps.append((coefficient, " * ".join(factors)))
         steps.append(("S", f"abs({SLIP})"))
@@ -275,8 +288,8 @@ class Description:
         """
         law = self.law
         known = self.fitted.coefficients.followed
-        relative = np.where(known, groups / np.array(law.reference), 1.0)
-        design = np.concatenate([[1.0], np.log(relative)])[np.newaxis]
+        terms = np.where(known, law.terms(groups), 0.0)
+        design = np.concatenate([[1.0], terms])[np.newaxis]
         sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
         signs = [coefficient.sign for coefficient in law.coefficients]
         return dict(zip(law.local_constants, (sizes * signs).tolist(), strict=True))
@@ -485,9 +498,17 @@ def constant_meanings(law: Law) -> dict[str, str]:
             f"{coefficient} where the rest was tested, at the reference of the arguments"
         )
         for number, group in enumerate(law.groups, 1):
-            symbol = QUANTITIES[group].symbol
-            meanings[f"{coefficient}{number}"] = f"exponent of {symbol} in {coefficient}"
+            meanings[f"{coefficient}{number}"] = f"{exponent_meaning(law, group)} in {coefficient}"
     return meanings
+
+
+def exponent_meaning(law: Law, group: str) -> str:
+    """What the exponent of a group is, in words: "exponent of P"."""
+    quantity = QUANTITIES[group]
+    if group not in law.exponential:
+        return f"exponent of {quantity.symbol}"
+    reference = law.reference[law.groups.index(group)]
+    return f"change of the logarithm per {reference:g} {quantity.unit} of {quantity.symbol}"
 
 
 def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:

@@ -72,6 +72,7 @@ _SI_INPUTS = {
     "load_n": _SiInput("normalLoad", "N"),
     "dimensionless_load": _SiInput("dimensionlessLoad", "1"),
     "dimensionless_speed": _SiInput("dimensionlessSpeed", "1"),
+    "inlet_viscosity_pa_s": _SiInput("inletViscosity", "Pa.s"),
     "thermal_loading_parameter": _SiInput("thermalLoadingParameter", "1"),
     SLIP: _SiInput("slideRollRatio", "1"),
 }
@@ -111,7 +112,8 @@ class Target:
             label=_LABEL_OF_DATA[description.data],
             given=arguments,
             names=description.argument_names,
-            meanings=description.argument_meanings if arguments else "",
+            powers=description.powers,
+            power_meanings=description.power_meanings,
             slip=SLIP,
             slip_end=description.slip.tested[1],
             limit=repr(description.limit),
@@ -159,9 +161,9 @@ class Target:
 
 def _result(description: Description, no_value: str) -> str:
     """A sentence on the result of the function; `no_value` is its result without a mu."""
-    if not description.arguments:
+    if not description.powers:
         return "mu, of the sign of S"
-    return f"mu, of the sign of S; {no_value} unless {description.argument_meanings} are above 0"
+    return f"mu, of the sign of S; {no_value} unless {description.power_meanings} are above 0"
 
 
 def _si_sentences(description: Description) -> list[str]:

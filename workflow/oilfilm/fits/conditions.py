@@ -129,20 +129,20 @@ def followed_conditions(
         conditions: Mean conditions of each curve, shape (curves, conditions).
         settings: `min_relative_range` and `smallest_singular_value`. Conditions are in step where
             the smallest singular value of their standardised logarithms, relative to the largest,
-            is below the latter.
+            is below the latter. A temperature that reaches 0 degC counts itself, as it enters an
+            exponential.
 
     Returns:
         Shape (conditions,).
     """
     varied_enough = varied(names, conditions, settings)
-    # power laws have no value at zero or below; the law refuses such conditions with a message
-    if np.any(conditions[:, varied_enough] <= 0):
-        return varied_enough
+    has_logarithm = np.all(conditions > 0, axis=0)
+    terms = np.log(conditions, out=conditions.copy(), where=has_logarithm)
     followed = np.zeros_like(varied_enough)
     for index in np.flatnonzero(varied_enough):
         followed[index] = True
-        logs = np.log(conditions[:, followed])
-        standardised = (logs - logs.mean(axis=0)) / logs.std(axis=0)
+        of_followed = terms[:, followed]
+        standardised = (of_followed - of_followed.mean(axis=0)) / of_followed.std(axis=0)
         singular_values = np.linalg.svd(standardised, compute_uv=False)
         # too few curves are one case of conditions in step
         too_few_curves = len(singular_values) < followed.sum()
@@ -230,6 +230,9 @@ def _fixed(
         settings: `level_tolerance`.
     """
     if not len(values) or np.isnan(values).any():
+        return FixedCondition(name, None, 0.0)
+    if others and np.min([values, *others.values()]) <= 0:
+        # a line is a power law, which has no value there
         return FixedCondition(name, None, 0.0)
     if others:
         # a condition that moves the line by less than the tolerance is no part of it

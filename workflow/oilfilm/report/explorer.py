@@ -230,6 +230,7 @@ def law_as_json(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str,
         "conditions": law.conditions,
         "inputs": [(load_at_1_gpa, 3) if name == _LOAD else (1.0, 1) for name in law.conditions],
         "reference": law.reference,
+        "exponential": [group in law.exponential for group in law.groups],
         "internal": to_internal(law, coefficients.constants),
         "known": coefficients.followed,
         "fixed": _fixed_conditions(fit),
@@ -421,9 +422,10 @@ function departure({ axes, shift, half }, at) {
   return { shift: mean(shift), half: mean(half) };
 }
 function traction(fit, at) {
-  const { law, reference, known, internal, surface } = fit;
+  const { law, reference, exponential, known, internal, surface } = fit;
   const dot = (first, second) => first.reduce((total, value, i) => total + value * second[i], 0);
-  const design = [1, ...reference.map((value, i) => (known[i] ? Math.log(at[i] / value) : 0))];
+  const term = (relative, i) => (exponential[i] ? relative - 1 : Math.log(relative));
+  const design = [1, ...reference.map((value, i) => (known[i] ? term(at[i] / value, i) : 0))];
   const sizes = [];
   for (let start = 0; start < internal.length; start += design.length) {
     sizes.push(Math.exp(dot(design, internal.slice(start, start + design.length))));

@@ -21,17 +21,18 @@ def _files_of_laws() -> dict[str, Path]:
     return files
 
 
-_ALL_LAWS = [law for law in vars(laws).values() if isinstance(law, Law)]
-LAW_NAMES = tuple(law.name for law in _ALL_LAWS)
-LAW_TITLES = {law.name: law.title or law.name for law in _ALL_LAWS}
+# Laws that need properties of the oil or the contact have the equation only, before `laws_for`.
+ALL_LAWS = [law for law in vars(laws).values() if isinstance(law, Law)]
+LAW_NAMES = tuple(law.name for law in ALL_LAWS)
+LAW_TITLES = {law.name: law.title or law.name for law in ALL_LAWS}
 # Laws that need the operating conditions only, no properties of the oil or the contact.
-LAWS = {law.name: law for law in _ALL_LAWS if law.for_oil(None, None) is not None}
+LAWS = {law.name: law for law in ALL_LAWS if law.for_oil(None, None) is not None}
 # The file of each law.
 LAW_FILES = _files_of_laws()
 # The law of Deng et al. (2026), whose constants are printed.
 PAPER_LAW = laws.DENG2026
 # Laws on load that are evaluated in bearings beside the campaign's law.
-BEARING_LAW_NAMES = tuple(law.name for law in _ALL_LAWS if law.in_bearings)
+BEARING_LAW_NAMES = tuple(law.name for law in ALL_LAWS if law.in_bearings)
 
 
 def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
@@ -42,7 +43,7 @@ def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
         contact: The contact; None if geometry and materials are not known or not all the same.
     """
     available = {}
-    for law in _ALL_LAWS:
+    for law in ALL_LAWS:
         law_of_oil = law.for_oil(oil, contact)
         if law_of_oil is not None:
             available[law.name] = law_of_oil

@@ -25,6 +25,9 @@ CONDITIONS = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperat
 
 # Largest exponent in the search. No steeper power laws of traction are known.
 _LARGEST_EXPONENT = 6.0
+# The same for an exponential of T over 20 degC: 0.1 per K. The viscosity of oils, which varies
+# most, changes by 0.01 to 0.05 per K between 20 and 120 degC.
+_LARGEST_EXPONENTIAL = 2.0
 
 
 class NoValueError(OilfilmError, ValueError):
@@ -52,6 +55,7 @@ QUANTITIES = {
     "load_n": Quantity("W", "normal load", "N"),
     "dimensionless_load": Quantity("Q", "dimensionless load W/(E' R^2)", "1"),
     "dimensionless_speed": Quantity("V", "dimensionless speed eta0 U/(E' R)", "1"),
+    "inlet_viscosity_pa_s": Quantity("eta", "dynamic viscosity at the inlet temperature", "Pa s"),
     "thermal_loading_parameter": Quantity("Z", "thermal loading eta0 beta U^2/k", "1"),
 }
 
@@ -59,6 +63,8 @@ QUANTITIES = {
 @dataclass(frozen=True)
 class Coefficient:
     """One coefficient of a law's equation, X = sign * |X0| * (power law of the conditions).
+
+    A group may act as an exponential in place of a power; see `Law.exponential`.
 
     Attributes:
         name: Name in the equation.
@@ -136,6 +142,8 @@ class Law:
         reference: Value of each group at which every power law is 1.
         conditions: Columns of the table of points that the law needs.
         groups: Variables of the power laws: the conditions, or groups of them.
+        exponential: Groups g that enter as exp(Xi (g/reference - 1)) in place of a power. At the
+            reference its slope is that of a power with the exponent Xi.
         must_vary: Conditions that must vary for the law to be fitted.
         adore: A, B, C and D as text, if the law has the form (A + B S) exp(-C S) + D.
         nested: Law with fewer constants, equal to this law with the further constants at their
@@ -151,6 +159,7 @@ class Law:
     reference: tuple[float, ...] = (1.0, 20.0, 20.0)
     conditions: tuple[str, ...] = CONDITIONS
     groups: tuple[str, ...] = CONDITIONS
+    exponential: tuple[str, ...] = ()
     parts: tuple[tuple[str, str], ...] = ()
     must_vary: tuple[str, ...] = ()
     adore: tuple[str, str, str, str] | None = None
@@ -290,11 +299,13 @@ class Law:
             )
             exponents = coefficient.exponents or (None,) * len(self.groups)
             for number, group in enumerate(self.groups):
+                is_exponential = group in self.exponential
+                largest = _LARGEST_EXPONENTIAL if is_exponential else _LARGEST_EXPONENT
                 constants.append(
                     Constant(
                         name=f"{coefficient.name}{number + 1}",
-                        lower=-_LARGEST_EXPONENT,
-                        upper=_LARGEST_EXPONENT,
+                        lower=-largest,
+                        upper=largest,
                         condition=group,
                         prescribed=exponents[number],
                     )
@@ -311,8 +322,21 @@ class Law:
         """Internal constants with the exponents that the law prescribes, and 0 elsewhere."""
         return np.array([constant.prescribed or 0.0 for constant in self.constants])
 
+    def terms(self, groups: FloatArray) -> FloatArray:
+        """Change of ln|X| per unit of each exponent, shape (..., groups); 0 at the reference.
+
+        It is ln(g/reference) of a power, NaN where g is not above zero, and g/reference - 1 of an
+        exponential.
+
+        Args:
+            groups: Values of the groups, shape (..., groups).
+        """
+        relative = np.asarray(groups / np.array(self.reference))
+        logarithms = np.log(relative, out=np.full(relative.shape, np.nan), where=relative > 0)
+        return np.where(self._is_exponential, relative - 1, logarithms)
+
     def design(self, conditions: FloatArray, varied: BoolArray | None = None) -> FloatArray:
-        """Rows of 1 and the logarithms of the groups over their reference.
+        """Rows of 1 and the terms of the groups.
 
         Args:
             conditions: Shape (rows, conditions).
@@ -323,19 +347,18 @@ class Law:
             Shape (rows, groups + 1).
 
         Raises:
-            NoValueError: A group is not above zero, so that the power laws have no value.
+            NoValueError: A group is not above zero, so that its power has no value.
         """
         rows = np.atleast_2d(conditions)
-        relative = self.group_values(rows) / np.array(self.reference)
+        terms = self.terms(self.group_values(rows))
         if varied is not None:
-            relative = np.where(varied, relative, 1.0)
-        rows_without_value = rows[~np.all(relative > 0, axis=1)]
+            terms = np.where(varied, terms, 0.0)
+        rows_without_value = rows[np.isnan(terms).any(axis=1)]
         if len(rows_without_value):
             values = ", ".join(f"{value:g}" for value in rows_without_value[0])
-            raise NoValueError(
-                f"{self.name} needs {', '.join(self.conditions)} above zero; found {values}"
-            )
-        return np.column_stack([np.ones(len(relative)), np.log(relative)])
+            needed = ", ".join(self.conditions)
+            raise NoValueError(f"{self.name} needs {needed} above zero; found {values}")
+        return np.column_stack([np.ones(len(terms)), terms])
 
     def sizes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
         """|X| of each coefficient, shape (coefficients, rows of design[, population])."""
@@ -361,6 +384,11 @@ class Law:
         _, slopes = self.value_and_slopes(sizes, observations.slip)
         rows = observations.design[observations.curve]
         return np.hstack([slope[:, np.newaxis] * rows for slope in slopes])
+
+    @cached_property
+    def _is_exponential(self) -> BoolArray:
+        """Whether each group is an exponential, shape (groups,)."""
+        return np.array([group in self.exponential for group in self.groups])
 
     @property
     def local_constants(self) -> tuple[str, ...]:

@@ -19,6 +19,14 @@ def _function(name: str) -> Form:
     return Form(f"<mi>{name}</mi><mo>&#8289;</mo><mrow><mo>(</mo>{{}}<mo>)</mo></mrow>")
 
 
+_GREEK = {"mu": "&#956;", "eta": "&#951;"}
+
+
+def _identifier(name: str) -> str:
+    """A name in MathML."""
+    return f"<mi>{_GREEK.get(name, name)}</mi>"
+
+
 MATHML = Language(
     {
         "+": Form(f"{{}}{_operator('+')}{{}}", 1, (1, 2)),
@@ -39,8 +47,16 @@ MATHML = Language(
         "asinh": _function("arsinh"),
     },
     numeral="<mn>{:g}</mn>".format,
-    identifier=lambda name: "<mi>&#956;</mi>" if name == "mu" else f"<mi>{name}</mi>",
+    identifier=_identifier,
     brackets="<mrow><mo>(</mo>{}<mo>)</mo></mrow>",
+)
+
+
+# Factors of a coefficient: relative group and exponent, exponent and relative group.
+_POWER = "<msup><mrow><mo>(</mo>{}<mo>)</mo></mrow>{}</msup>"
+_EXPONENTIAL = (
+    f"<msup><mi>e</mi><mrow>{{}}<mo>(</mo>{{}}{_operator('&#8722;')}<mn>1</mn><mo>)</mo></mrow>"
+    "</msup>"
 )
 
 
@@ -76,8 +92,9 @@ def _power_law(law: Law, coefficient: str, exponents: list[str]) -> str:
             continue
         quantity = QUANTITIES[group]
         value = f"{reference:g} {quantity.unit}".removesuffix(" 1").replace("degC", DEGREES)
-        factors.append(
-            f"<msup><mrow><mo>(</mo><mfrac><mi>{quantity.symbol}</mi><mtext>{value}</mtext>"
-            f"</mfrac><mo>)</mo></mrow>{exponent}</msup>"
-        )
+        relative = f"<mfrac>{MATHML.identifier(quantity.symbol)}<mtext>{value}</mtext></mfrac>"
+        if group in law.exponential:
+            factors.append(_EXPONENTIAL.format(exponent, relative))
+        else:
+            factors.append(_POWER.format(relative, exponent))
     return "".join(factors)

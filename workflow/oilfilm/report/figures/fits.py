@@ -100,11 +100,11 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
 
 def _powers(law: Law) -> str:
     """The quantities whose powers make the coefficients of a law, each over its reference."""
-    powers = ", ".join(
-        f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
-        for group, reference in zip(law.groups, law.reference, strict=True)
-    )
-    return f"{law_name(law.name)}: {powers}"
+    powers = []
+    for group, reference in zip(law.groups, law.reference, strict=True):
+        relative = f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
+        powers.append(f"exponential of {relative}" if group in law.exponential else relative)
+    return f"{law_name(law.name)}: {', '.join(powers)}"
 
 
 def _columns_of_oil(rows: pd.DataFrame) -> list[tuple[float, str, list[str]]]:

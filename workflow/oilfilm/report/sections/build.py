@@ -59,8 +59,8 @@ _SHARE_OF_POINTS = 0.95
 _SMALLEST_RELATIVE_MU = 0.01
 # Why a comparison with Wang-Deng shows nothing where the law `deng2026` made the points.
 _TIE = (
-    "a tie by construction: Eq. 7 made the SIMULATED points, and for one ball size load-based "
-    "Wang-Deng with D = -A is Eq. 7. Dimensionless Wang-Deng is another law. It is at a "
+    "the same law by construction: Eq. 7 made the SIMULATED points, and for one ball size "
+    "load-based Wang-Deng with D = -A is Eq. 7. Dimensionless Wang-Deng is another law. It is at a "
     "disadvantage, because Eq. 7 made the points"
 )
 
@@ -318,10 +318,26 @@ def _law_comparison(row: Mapping[str, Any], quality: pd.DataFrame) -> dict[str, 
         "verdict": row["verdict"],
         "law": row["law"],
         "better_law": better_law,
+        "same": [law_name(law) for law in row["same_laws"] or ()],
+        "same_as_better": [law_name(law) for law in row["same_as_better_law"] or ()],
         "shared": sorted(law_name(law) for law in ties if law != row["law"]),
         "fewest": min(ties, key=lambda law: fits[law]["n_constants"], default=""),
+        "usable": _best_usable_law(row["law"], fits),
         "unconfirmed": better_law in fits and not fits[better_law]["certified"],
     }
+
+
+def _best_usable_law(law: str, fits: Mapping[str, Mapping[str, Any]]) -> str:
+    """The law of least error at curves left out that `fit.law` takes; empty for the configured one.
+
+    Args:
+        law: The configured law.
+        fits: Row of the table `fit_quality` of each law.
+    """
+    errors = {name: fit["left_out_rmse"] for name, fit in fits.items() if name in LAWS}
+    known = {name: error for name, error in errors.items() if np.isfinite(error)}
+    best = min(known, key=lambda name: known[name], default=law)
+    return "" if best == law else best
 
 
 _STATES = ("accepted", "refused", "missing")

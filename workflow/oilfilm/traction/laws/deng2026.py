@@ -1,4 +1,4 @@
-"""The stress-based traction law of Deng et al. (2026), Eqs 7-9.
+"""The stress-based traction law of Deng et al. (2026), Eqs 7-9, and with an exponential of T.
 
     mu = (A + B S) exp(-C S) - A,   X = X0 Pbar^X1 Ubar^X2 Tbar^X3   for X in A, B, C
 
@@ -10,6 +10,8 @@ S = 1/C + |A|/B.
 Decides: equation, signs and search bounds of the paper's law (each other law: its file beside this
 one).
 """
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,6 +29,18 @@ DENG2026 = Law(
         Coefficient("C", +1, 1e-2, 1e4, per_slip=True),
     ),
     adore=("A", "B", "C", "-A"),
+)
+
+# The same with X = X0 Pbar^X1 Ubar^X2 exp(X3 (Tbar - 1)): X3/20 is the relative change of X per K.
+# A power of T in degC is steepest at 0 degC and has no value below it. The exponential has a value
+# at every temperature, and is the usual form of a viscosity over a small range of temperature. It
+# is OURS.
+DENG_EXPONENTIAL = replace(
+    DENG2026,
+    name="deng-exponential",
+    title="Deng (Eq. 7), exponential in T",
+    source=f"{DENG2026.source}; the exponential of T in place of a power is ours",
+    exponential=("inlet_temperature_c",),
 )
 
 

@@ -1,0 +1,34 @@
+"""A film with a limiting stress by the circular law, softened by friction heat.
+
+    mu = m/(1 + H S mu),   m = N S/sqrt(1 + (N S/L)^2)
+
+All stresses are relative to the mean pressure: N = eta U/(h p) is the slope at S = 0 and L =
+tau_L/p the level without heat. The film has no shear thinning beside the limit, so that the law has
+one coefficient less than `EYRING`, which explains the form of the heat. The viscosity, and with it
+N, has an exponential of the inlet temperature, as in Johnson and Tevaarwerk. The heat, and that L
+and H have an exponential too, are OURS.
+
+References: R.-T. Lee, B. J. Hamrock, J. Tribol. 112 (1990) 486 (cited from memory); K. L. Johnson,
+J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215.
+"""
+
+from oilfilm.traction.law import Coefficient, Law
+
+CIRCULAR = Law(
+    name="circular",
+    title="Lee-Hamrock (circular)",
+    source=(
+        "Lee and Hamrock, J. Tribol. 112 (1990) 486, circular law of a limiting stress; the heat "
+        "and the exponential of T are ours"
+    ),
+    equation="2*m/(1 + sqrt(1 + 4*H*S*m))",
+    parts=(("m", "N*S/sqrt(1 + (N*S/L)**2)"),),
+    coefficients=(
+        Coefficient("N", +1, 1e-2, 1e4, per_slip=True),
+        # somewhat above the largest limiting stress over pressure of oils, 0.12: with a far larger
+        # one the film has no limit, and a search may end in a valley of its own
+        Coefficient("L", +1, 1e-3, 0.15),
+        Coefficient("H", +1, 1e-2, 1e4, per_slip=True),
+    ),
+    exponential=("inlet_temperature_c",),
+)
