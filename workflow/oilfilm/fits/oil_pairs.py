@@ -3,7 +3,6 @@
 Decides: how many conditions two oils must have in common for a ratio by their runs.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -15,7 +14,7 @@ from oilfilm.fits.fitted import FittedLaw, read_fit
 from oilfilm.fits.problem import curve_data
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements
-from oilfilm.surface.ratio import RatioSurface, TestedOil, fit_ratio, paired_conditions, share_runs
+from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, to_internal
 
@@ -39,12 +38,12 @@ class MeasuredOil:
 
     Attributes:
         fit: The fitted law.
-        measurements: The accepted points above rolling.
+        points: Its rows of the table of points.
         rigs: Names of the rigs of its accepted runs.
     """
 
     fit: FittedLaw
-    measurements: Measurements
+    points: pd.DataFrame
     rigs: frozenset[str]
 
 
@@ -78,11 +77,25 @@ def read_oil(folder: Path, oil: str) -> MeasuredOil:
     points, runs = results.points, results.runs
     points = points[points["oil"] == oil]
     of_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
-    return MeasuredOil(
-        fit=read_fit(folder, oil),
-        measurements=measurements_of(points),
-        rigs=frozenset(runs.loc[of_points, "rig"]),
-    )
+    return MeasuredOil(read_fit(folder, oil), points, frozenset(runs.loc[of_points, "rig"]))
+
+
+def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
+    """What the runs of two oils say of mu of the second one over that of the first."""
+    rigs = (first.rigs, second.rigs)
+    if any(oil.fit.law.conditions != CONDITIONS for oil in (first, second)):
+        return OilPair(None, Obstacle.OTHER_CONDITIONS, 0, 0, rigs)
+    oils = (_of_pair(first), _of_pair(second))
+    runs = PairedRuns(oils[0].measurements, oils[1].measurements)
+    is_paired = runs.is_paired()
+    paired = int(np.count_nonzero(is_paired))
+    obstacle = None
+    if runs.share_runs():
+        obstacle = Obstacle.SAME_RUNS
+    elif paired < _FEWEST_PAIRED:
+        obstacle = Obstacle.FEW_PAIRS
+    surface = fit_ratio(*oils) if obstacle is None else None
+    return OilPair(surface, obstacle, paired, len(is_paired) - paired, rigs)
 
 
 def measurements_of(points: pd.DataFrame) -> Measurements:
@@ -97,45 +110,16 @@ def measurements_of(points: pd.DataFrame) -> Measurements:
     return Measurements(data.conditions[curves], curve, data.slip[is_sliding], data.mu[is_sliding])
 
 
-def ratios_to_first(oils: Mapping[str, MeasuredOil]) -> dict[str, OilPair]:
-    """What the runs say of the ratio of each oil to the first one, by its name.
-
-    Args:
-        oils: Oils by name.
-    """
-    (_, first), *others = oils.items()
-    return {name: oil_pair(first, other) for name, other in others}
-
-
-def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
-    """What the runs say of the ratio of mu of the second oil to that of the first."""
-    measured = (first.measurements, second.measurements)
-    is_paired = paired_conditions(*measured)
-    paired = int(np.count_nonzero(is_paired))
-    obstacle = None
-    if share_runs(*measured):
-        obstacle = Obstacle.SAME_RUNS
-    elif any(oil.fit.law.conditions != CONDITIONS for oil in (first, second)):
-        obstacle = Obstacle.OTHER_CONDITIONS
-    elif paired < _FEWEST_PAIRED:
-        obstacle = Obstacle.FEW_PAIRS
-    surface = None
-    if obstacle is None:
-        surface = fit_ratio(_tested(first), _tested(second))
-    alone = len(is_paired) - paired
-    return OilPair(surface, obstacle, paired, alone, (first.rigs, second.rigs))
-
-
-def _tested(oil: MeasuredOil) -> TestedOil:
-    """The oil with the law as a surface takes it."""
+def _of_pair(oil: MeasuredOil) -> OilOfPair:
+    """The oil as a surface takes it."""
     law, coefficients = oil.fit.law, oil.fit.coefficients
     followed = {
         name for name, follows in zip(law.groups, coefficients.followed, strict=True) if follows
     }
-    is_free = [
-        constant.prescribed is None
-        and (constant.condition is None or constant.condition in followed)
-        for constant in law.constants
-    ]
+    is_free = []
+    for constant in law.constants:
+        # X0 belongs to no condition
+        has_effect = constant.condition is None or constant.condition in followed
+        is_free.append(constant.prescribed is None and has_effect)
     constants = to_internal(law, coefficients.constants)
-    return TestedOil(oil.measurements, FreeLaw(law, constants, np.array(is_free)))
+    return OilOfPair(measurements_of(oil.points), FreeLaw(law, constants, np.array(is_free)))

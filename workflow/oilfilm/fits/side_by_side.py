@@ -13,6 +13,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import SLIP, FittedLaw
+from oilfilm.fits.oil_pairs import OilPair
 from oilfilm.surface.ratio import RatioSurface
 from oilfilm.traction.law import CONDITIONS
 
@@ -117,18 +118,18 @@ def side_by_side(
     fits: Mapping[str, FittedLaw],
     at: Mapping[str, float],
     slips: Sequence[float] | FloatArray,
-    ratios: Mapping[str, RatioSurface] | None = None,
+    pairs: Mapping[str, OilPair] | None = None,
 ) -> pd.DataFrame:
     """mu of each fit at one operating point, and its ratio to the first fit, with their intervals.
 
-    The intervals of mu are those of the next good run. A ratio is that of the runs where it is
-    given, else that of the two laws, which is never certain.
+    The intervals of mu are those of the next good run. The ratio is that of the runs where a pair
+    has one, else that of the two laws, which is never certain.
 
     Args:
         fits: Fits by name.
         at: Conditions of the operating point by their columns' names.
         slips: Slide-roll ratios.
-        ratios: Ratio of a fit to the first one by their runs, by the name of the fit.
+        pairs: What the runs say of the ratio of a fit to the first one, by the name of the fit.
 
     Returns:
         One row per fit and slip: `fit`, `slide_roll_ratio`, `traction_coefficient`,
@@ -146,7 +147,8 @@ def side_by_side(
             frame[column] = getattr(predicted, column)
         frames.append(frame)
     for label, frame in zip(fits, frames, strict=True):
-        surface = (ratios or {}).get(label)
+        pair = (pairs or {}).get(label)
+        surface = pair.surface if pair else None
         ratio = _of_laws(frame, frames[0]) if surface is None else _of_runs(surface, at, slip)
         frame[ratio.columns] = ratio
     return pd.concat(frames, ignore_index=True)

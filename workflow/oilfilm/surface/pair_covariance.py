@@ -35,6 +35,10 @@ _CONSTANT_SD = 1.0
 DEPARTURE = LogNormal(0.05, 0.7, 0.01, 1.0)
 # Difference of the constants of the law, over their standard deviation in a surface.
 LAW_DIFFERENCE = LogNormal(0.1, 0.7, 0.03, 3.0)
+# Where oils differ, the tested conditions show less of it than there is between them: an interval
+# takes a larger departure than the most likely one, and a share of the difference of the laws.
+_CAUTION = 1.5
+_MISSED_BY_LAW = 0.2
 _ITERATIONS = 100
 _ERROR_SIZES = len(RunErrorSizes().in_order())
 _NOISE = _ERROR_SIZES - 1
@@ -70,6 +74,13 @@ class PairSizes:
             ratio=Sizes.from_logarithms(of_ratio),
             law_difference=float(np.exp(logarithms[-1])),
         )
+
+    def with_caution(self) -> "PairSizes":
+        """The sizes for intervals, from the most likely ones."""
+        departure = self.ratio.departure
+        kappa = np.hypot(_CAUTION * departure.kappa, _MISSED_BY_LAW * self.law_difference)
+        cautious = replace(departure, kappa=float(kappa))
+        return replace(self, ratio=replace(self.ratio, departure=cautious))
 
 
 def pair_priors(errors: RunErrorSizes) -> tuple[LogNormal, ...]:

@@ -41,7 +41,7 @@ _CONDITIONS_FOR_SIZES = 30
 
 
 @dataclass(frozen=True)
-class TestedOil:
+class OilOfPair:
     """One oil of a pair.
 
     Attributes:
@@ -323,8 +323,8 @@ def _interval_factors(surface: RatioSurface) -> IntervalFactors:
 
 @with_one_blas_thread
 def fit_ratio(
-    first: TestedOil,
-    second: TestedOil,
+    first: OilOfPair,
+    second: OilOfPair,
     errors: RunErrorSizes | None = None,
     limits: SurfaceLimits | None = None,
 ) -> RatioSurface:
@@ -363,7 +363,8 @@ def fit_ratio(
     zero_sd = max(zero_sd, float(np.exp(found.logarithms[EFFECTS.index("zero")])))
     runs = runs.standing_for_all(LARGEST_DENSE)
     curves = runs.reduced(law, log_mu, zero_sd)
-    covariance = _covariance(runs, curves, PairSizes.from_logarithms(found.logarithms))
+    sizes = PairSizes.from_logarithms(found.logarithms).with_caution()
+    covariance = _covariance(runs, curves, sizes)
     return RatioSurface(law, covariance, runs, sign, limits, found.converged)
 
 
@@ -373,8 +374,8 @@ def _covariance(runs: PairedRuns, curves: ReducedCurves, sizes: PairSizes) -> Pa
 
 
 def _in_canonical_order(
-    first: TestedOil, second: TestedOil
-) -> tuple[tuple[TestedOil, TestedOil], int]:
+    first: OilOfPair, second: OilOfPair
+) -> tuple[tuple[OilOfPair, OilOfPair], int]:
     """Both oils with their points in canonical order; the oil with more curves comes first.
 
     Returns:
