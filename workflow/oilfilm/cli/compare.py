@@ -154,7 +154,7 @@ def _ratios(
         for code in np.unique(others_rows.loc[others_rows["fit"] == name, "ratio_support"]):
             if code != Support.SUPPORTED:
                 yield f"{name}: no support: {_NO_SUPPORT[Support(code)]}"
-    if any(pair.surface for pair in pairs.values()):
+    if (others_rows["ratio_of"] == "runs").any():
         yield (
             "Not covered by the interval: a gain of the force that all runs of one oil share, as "
             "after a calibration or a change of the ball between the oils."
@@ -163,12 +163,12 @@ def _ratios(
 
 def _standing(pair: OilPair) -> str:
     """What a ratio stands on, and what is not in its interval, in sentences."""
-    if pair.surface is None:
+    if isinstance(pair.ratio, Obstacle):
         return (
-            f"{_OBSTACLES[pair.obstacle]}. This is the ratio of the two laws. Its interval takes "
+            f"{_OBSTACLES[pair.ratio]}. This is the ratio of the two laws. Its interval takes "
             "both as independent and their forms as true, so nothing is certain."
         )
-    level = pair.surface.interval_factors.level
+    level = pair.ratio.interval_factors.level
     sentences = [
         f"ratio by the runs at {pair.paired} conditions of both oils; they allow an interval of "
         f"{level:.0%}."
@@ -177,7 +177,7 @@ def _standing(pair: OilPair) -> str:
         sentences.append(
             f"{pair.alone} conditions of one oil alone count with what both oils have in common."
         )
-    if not pair.surface.converged:
+    if not pair.ratio.converged:
         sentences.append("The search of the sizes of errors found no maximum: do not rely on it.")
     sentences.append(_rigs_text(*pair.rigs))
     return " ".join(sentences)

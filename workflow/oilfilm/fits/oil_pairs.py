@@ -21,7 +21,7 @@ from oilfilm.traction.law import CONDITIONS, to_internal
 # With fewer, left-out conditions allow less than 80 %.
 _FEWEST_PAIRED = 4
 # Points at lower slip are at rolling, where the error of the slip is larger than the slip.
-_LEAST_SLIP = 5e-4
+_LEAST_SLIP = 1e-3
 
 
 class Obstacle(StrEnum):
@@ -52,15 +52,13 @@ class OilPair:
     """What the runs of two oils say of their ratio.
 
     Attributes:
-        surface: The ratio over slip and conditions; None if there is an obstacle.
-        obstacle: Why there is no ratio; None if there is one.
+        ratio: The ratio over slip and conditions, or why there is none.
         paired: Number of conditions that both oils have.
         alone: Number of conditions that only one oil has.
         rigs: Names of the rigs of the first and of the second oil.
     """
 
-    surface: RatioSurface | None
-    obstacle: Obstacle | None
+    ratio: RatioSurface | Obstacle
     paired: int
     alone: int
     rigs: tuple[frozenset[str], frozenset[str]]
@@ -84,18 +82,19 @@ def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
     """What the runs of two oils say of mu of the second one over that of the first."""
     rigs = (first.rigs, second.rigs)
     if any(oil.fit.law.conditions != CONDITIONS for oil in (first, second)):
-        return OilPair(None, Obstacle.OTHER_CONDITIONS, 0, 0, rigs)
+        return OilPair(Obstacle.OTHER_CONDITIONS, 0, 0, rigs)
     oils = (_of_pair(first), _of_pair(second))
     runs = PairedRuns(oils[0].measurements, oils[1].measurements)
     is_paired = runs.is_paired()
     paired = int(np.count_nonzero(is_paired))
-    obstacle = None
+    ratio: RatioSurface | Obstacle
     if runs.share_runs():
-        obstacle = Obstacle.SAME_RUNS
+        ratio = Obstacle.SAME_RUNS
     elif paired < _FEWEST_PAIRED:
-        obstacle = Obstacle.FEW_PAIRS
-    surface = fit_ratio(*oils) if obstacle is None else None
-    return OilPair(surface, obstacle, paired, len(is_paired) - paired, rigs)
+        ratio = Obstacle.FEW_PAIRS
+    else:
+        ratio = fit_ratio(*oils)
+    return OilPair(ratio, paired, len(is_paired) - paired, rigs)
 
 
 def measurements_of(points: pd.DataFrame) -> Measurements:

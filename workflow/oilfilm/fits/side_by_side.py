@@ -60,11 +60,12 @@ def ratio_interval(
         x_ends = np.log(ends)
         y = np.log(base)
         y_ends = np.log(base_ends)
+        difference = x - y
     # the ratio is smallest with the lower end of x and the upper end of y
     half_width = np.hypot(x_ends - x, (y_ends - y)[::-1])
     half_width[~np.isfinite(half_width)] = np.nan
     side = np.array([[-1.0], [1.0]])
-    return np.asarray(np.exp(x - y + side * half_width))
+    return np.asarray(np.exp(difference + side * half_width))
 
 
 def middle_of_tested(fits: Mapping[str, FittedLaw], given: Mapping[str, float]) -> dict[str, float]:
@@ -148,8 +149,10 @@ def side_by_side(
         frames.append(frame)
     for label, frame in zip(fits, frames, strict=True):
         pair = (pairs or {}).get(label)
-        surface = pair.surface if pair else None
-        ratio = _of_laws(frame, frames[0]) if surface is None else _of_runs(surface, at, slip)
+        if pair is not None and isinstance(pair.ratio, RatioSurface):
+            ratio = _of_runs(pair.ratio, at, slip)
+        else:
+            ratio = _of_laws(frame, frames[0])
         frame[ratio.columns] = ratio
     return pd.concat(frames, ignore_index=True)
 

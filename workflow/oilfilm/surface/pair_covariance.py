@@ -123,7 +123,7 @@ class PairCovariance:
         return cls(
             common=CurveCovariance(curves, box, sizes.common),
             ratio=CurveCovariance(replace(curves, law_slopes=slopes), box_of_ratio, sizes.ratio),
-            half=oil[curves.curve] - 0.5,
+            half=oil[curves.curve].astype(float) - 0.5,
             law_difference=sizes.law_difference,
         )
 
