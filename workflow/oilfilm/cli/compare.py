@@ -22,9 +22,10 @@ from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.report.figures import style
+from oilfilm.surface.reduction import box_of
 from oilfilm.surface.support import Support
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction.law import QUANTITIES
+from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
 _RATIO = ("ratio", "ratio_lower", "ratio_upper")
@@ -177,6 +178,10 @@ def _standing(pair: OilPair) -> str:
         sentences.append(
             f"{pair.alone} conditions of one oil alone count with what both oils have in common."
         )
+    two_levels = box_of(pair.ratio.runs.stacked).has_two_levels
+    for name in np.array(CONDITIONS)[two_levels]:
+        meaning = QUANTITIES[str(name)].short_meaning
+        sentences.append(f"The {meaning} has two levels: a bend of the ratio between is not seen.")
     if not pair.ratio.converged:
         sentences.append("The search of the sizes of errors found no maximum: do not rely on it.")
     sentences.append(_rigs_text(*pair.rigs))

@@ -30,14 +30,13 @@ from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, FoundSizes, Sizes, p
 
 # Standard deviation of the constant part of r: a factor of e either way.
 _CONSTANT_SD = 1.0
-# Size of the departure of r. Oils that look alike at the tested conditions are not taken as alike
-# between them.
-DEPARTURE = LogNormal(0.05, 0.7, 0.01, 1.0)
+# Size of the departure of r. The smallest one is for oils that differ by a factor alone.
+DEPARTURE = LogNormal(0.05, 1.0, 0.005, 1.0)
 # Difference of the constants of the law, over their standard deviation in a surface.
 LAW_DIFFERENCE = LogNormal(0.1, 0.7, 0.03, 3.0)
 # Where oils differ, the tested conditions show less of it than there is between them: an interval
 # takes a larger departure than the most likely one, and a share of the difference of the laws.
-_CAUTION = 1.5
+_CAUTION = 3.0
 _MISSED_BY_LAW = 0.2
 _ITERATIONS = 100
 _ERROR_SIZES = len(RunErrorSizes().in_order())
