@@ -35,9 +35,8 @@ DEPARTURE = LogNormal(0.05, 1.0, 0.005, 1.0)
 # Difference of the constants of the law, over their standard deviation in a surface.
 LAW_DIFFERENCE = LogNormal(0.1, 0.7, 0.03, 3.0)
 # Where oils differ, the tested conditions show less of it than there is between them: an interval
-# takes a larger departure than the most likely one, and a share of the difference of the laws.
+# takes a larger departure than the most likely one.
 _CAUTION = 3.0
-_MISSED_BY_LAW = 0.2
 _ITERATIONS = 100
 _ERROR_SIZES = len(RunErrorSizes().in_order())
 _NOISE = _ERROR_SIZES - 1
@@ -77,8 +76,7 @@ class PairSizes:
     def with_caution(self) -> "PairSizes":
         """The sizes for intervals, from the most likely ones."""
         departure = self.ratio.departure
-        kappa = np.hypot(_CAUTION * departure.kappa, _MISSED_BY_LAW * self.law_difference)
-        cautious = replace(departure, kappa=float(kappa))
+        cautious = replace(departure, kappa=_CAUTION * departure.kappa)
         return replace(self, ratio=replace(self.ratio, departure=cautious))
 
 
