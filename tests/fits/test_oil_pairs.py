@@ -8,6 +8,7 @@ import pytest
 
 from fit_points import LAW, accepted_points
 from lawless_truths import DENG_CONSTANTS, TRUTHS
+from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, measurements_of, oil_pair
 from oilfilm.surface.ratio import RatioSurface
@@ -60,6 +61,19 @@ def test_few_common_conditions_give_no_ratio() -> None:
     pair = oil_pair(oil(1.0, CORNERS, 64), oil(1.2, other, 65))
     assert pair.ratio is Obstacle.FEW_PAIRS
     assert (pair.paired, pair.alone) == (3, 10)
+
+
+def test_runs_whose_speed_is_not_known_give_no_ratio() -> None:
+    first, second = oil(1.0, CORNERS, 68), oil(1.2, CORNERS, 69)
+    without_speed = second.points.assign(entrainment_speed_m_s=np.nan)
+    pair = oil_pair(first, replace(second, points=without_speed))
+    assert pair.ratio is Obstacle.UNKNOWN_CONDITIONS
+
+
+def test_mu_that_is_too_small_by_its_unit_ends_in_a_sentence() -> None:
+    first, second = oil(1.0, CORNERS, 70), oil(1e-3, CORNERS, 71)
+    with pytest.raises(OilfilmError, match="check the unit of mu"):
+        oil_pair(first, second)
 
 
 def test_the_same_runs_give_no_ratio() -> None:

@@ -37,6 +37,7 @@ _UNKNOWN_RIG = "unknown"
 _OBSTACLES = {
     Obstacle.SAME_RUNS: "both fits have the same runs",
     Obstacle.OTHER_CONDITIONS: "a law takes other conditions than pressure, speed and temperature",
+    Obstacle.UNKNOWN_CONDITIONS: "the runs do not tell pressure, speed and temperature",
     Obstacle.FEW_PAIRS: "too few conditions were tested with both oils",
 }
 _NO_SUPPORT = {

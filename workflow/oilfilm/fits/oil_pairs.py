@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw, read_fit
 from oilfilm.fits.problem import curve_data
 from oilfilm.surface.law_mean import FreeLaw
@@ -30,6 +31,7 @@ class Obstacle(StrEnum):
     SAME_RUNS = "same runs"
     FEW_PAIRS = "few pairs"
     OTHER_CONDITIONS = "other conditions"
+    UNKNOWN_CONDITIONS = "unknown conditions"
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,8 @@ def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
     if any(oil.fit.law.conditions != CONDITIONS for oil in (first, second)):
         return OilPair(Obstacle.OTHER_CONDITIONS, 0, 0, rigs)
     oils = (_of_pair(first), _of_pair(second))
+    if any(len(oil.measurements.conditions) == 0 for oil in oils):
+        return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rigs)
     runs = PairedRuns(oils[0].measurements, oils[1].measurements)
     is_paired = runs.is_paired()
     paired = int(np.count_nonzero(is_paired))
@@ -93,20 +97,34 @@ def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
     elif paired < _FEWEST_PAIRED:
         ratio = Obstacle.FEW_PAIRS
     else:
-        ratio = fit_ratio(*oils)
+        ratio = _fitted(*oils)
     return OilPair(ratio, paired, len(is_paired) - paired, rigs)
 
 
+def _fitted(first: OilOfPair, second: OilOfPair) -> RatioSurface:
+    """The ratio by the runs.
+
+    Raises:
+        OilfilmError: The points cannot have one.
+    """
+    try:
+        return fit_ratio(first, second)
+    except ValueError as error:
+        raise OilfilmError(f"the ratio of two oils by their runs: {error}.") from None
+
+
 def measurements_of(points: pd.DataFrame) -> Measurements:
-    """The accepted points of one oil above rolling.
+    """The accepted points of one oil above rolling, of runs whose conditions are all known.
 
     Args:
         points: Rows of the table of points.
     """
     data = curve_data(points)
-    is_sliding = data.slip >= _LEAST_SLIP
-    curves, curve = np.unique(data.curve[is_sliding], return_inverse=True)
-    return Measurements(data.conditions[curves], curve, data.slip[is_sliding], data.mu[is_sliding])
+    # a surface takes logarithms of the conditions, and no law goes below 0 degC
+    is_complete = np.all(np.isfinite(data.conditions) & (data.conditions > 0), axis=1)
+    is_taken = is_complete[data.curve] & (data.slip >= _LEAST_SLIP)
+    curves, curve = np.unique(data.curve[is_taken], return_inverse=True)
+    return Measurements(data.conditions[curves], curve, data.slip[is_taken], data.mu[is_taken])
 
 
 def _of_pair(oil: MeasuredOil) -> OilOfPair:
