@@ -87,6 +87,7 @@ def test_ratio_by_runs_is_much_narrower_than_that_of_two_laws(folders: list[Path
     assert set(by_runs["ratio_of"]) == {"runs"} and set(by_laws["ratio_of"]) == {"laws"}
     # at rolling both mu are 0
     assert np.isnan(by_runs.loc[0.0, "ratio"]) and by_runs.loc[0.0, "certain"] == ""
+    assert by_runs.loc[0.0, "ratio_support"] == 0 and not by_runs.loc[0.0, "ratio_outside"]
     moving = by_runs.loc[0.02:]
     assert (moving["ratio_lower"] < RATIO).all() and (moving["ratio_upper"] > RATIO).all()
     assert (moving["certain"] == "higher").all()

@@ -15,6 +15,7 @@ from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import SLIP, FittedLaw
 from oilfilm.fits.oil_pairs import OilPair
 from oilfilm.surface.ratio import RatioSurface
+from oilfilm.surface.support import Support
 from oilfilm.traction.law import CONDITIONS
 
 _PREDICTED_COLUMNS = (
@@ -172,7 +173,7 @@ def _of_laws(frame: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
             "ratio_lower": lower,
             "ratio_upper": upper,
             "ratio_of": "laws",
-            "ratio_support": 0,
+            "ratio_support": Support.SUPPORTED,
             "ratio_outside": frame["outside"] | base["outside"],
             "certain": "",
         }
@@ -194,7 +195,7 @@ def _of_runs(surface: RatioSurface, at: Mapping[str, float], slip: FloatArray) -
     lower_than_base = is_known & (frame["ratio_upper"] < 1)
     return frame.assign(
         ratio_of="runs",
-        ratio_support=predicted.support,
-        ratio_outside=predicted.outside,
+        ratio_support=np.where(is_rolling, Support.SUPPORTED, predicted.support),
+        ratio_outside=predicted.outside & ~is_rolling,
         certain=np.select([higher, lower_than_base], ["higher", "lower"], ""),
     )
