@@ -4,7 +4,7 @@ Decides: how a comparison of fits is shown.
 """
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,11 +18,14 @@ from oilfilm import tables
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.units import BoolArray
 from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
-from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit
+from oilfilm.fits.fitted import SLIP
+from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.report.figures import style
+from oilfilm.surface.reduction import box_of
+from oilfilm.surface.support import Support
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction.law import QUANTITIES
+from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
 _RATIO = ("ratio", "ratio_lower", "ratio_upper")
@@ -30,7 +33,20 @@ _CONSTANT = ("value", "lower", "upper")
 # Slide-roll ratios where none is typed.
 _DEFAULT_SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
 _POINTS_PER_DRAWN_CURVE = 100
-_DOTTED = ". Dotted: not tested, or above the limiting shear stress"
+_UNKNOWN_RIG = "unknown"
+_OBSTACLES = {
+    Obstacle.SAME_RUNS: "both fits have the same runs",
+    Obstacle.OTHER_CONDITIONS: "a law takes other conditions than pressure, speed and temperature",
+    Obstacle.UNKNOWN_CONDITIONS: "the runs do not tell pressure, speed and temperature",
+    Obstacle.FEW_PAIRS: "too few conditions were tested with both oils",
+}
+_NO_SUPPORT = {
+    Support.SPREAD_TOO_LARGE: "the ratio is not known to 15 % there",
+    Support.FAR_FROM_TESTED_SLIPS: "the slip is far from the tested ones",
+    Support.FEW_SLIPS: "the curves have too few slips to show their shape",
+    Support.CONDITION_NOT_VARIED: "a condition that was not varied has another value",
+}
+_DOTTED = ". Dotted: not tested, without support or above the limiting shear stress"
 
 
 class NamedFit(NamedTuple):
@@ -38,30 +54,37 @@ class NamedFit(NamedTuple):
 
     Attributes:
         source: Law, campaign and kind of data, in words.
-        fit: The fitted law.
+        oil: The fitted law, and the runs.
         constants: Rows of the table of coefficients.
     """
 
     source: str
-    fit: FittedLaw
+    oil: MeasuredOil
     constants: pd.DataFrame
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     named_fits = read_fits(options.folders, options.oil)
-    fits = {name: named.fit for name, named in named_fits.items()}
+    fits = {name: named.oil.fit for name, named in named_fits.items()}
     conditions = middle_of_tested(fits, typed_conditions(options))
     largest_slip = min(float(fit.coefficients.box[-1, 1]) for fit in fits.values())
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     if not slips:
         slips = [slip for slip in _DEFAULT_SLIPS if slip <= largest_slip] or [largest_slip]
-    table = side_by_side(fits, conditions, slips)
-    lines = chain(_origins(named_fits), _mu(table, conditions, list(fits)), _constants(named_fits))
+    (_, first), *others = named_fits.items()
+    pairs = {name: oil_pair(first.oil, named.oil) for name, named in others}
+    table = side_by_side(fits, conditions, slips, pairs)
+    lines = chain(
+        _origins(named_fits),
+        _mu(table, conditions, list(fits)),
+        _ratios(table, list(fits), pairs),
+        _constants(named_fits),
+    )
     print("\n".join(lines))
     if options.plot:
         drawn_slips = np.linspace(0, largest_slip, _POINTS_PER_DRAWN_CURVE + 1)[1:]
-        curves = side_by_side(fits, conditions, drawn_slips)
+        curves = side_by_side(fits, conditions, drawn_slips, pairs)
         simulated = any("simulated" in named.source for named in named_fits.values())
         _draw(curves, conditions, simulated=simulated).savefig(options.plot)
         print(f"Written: {options.plot}")
@@ -82,11 +105,12 @@ def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, 
             constants = coefficients[coefficients["oil"] == oil]
             is_fitted = constants["value"].notna().any()
             if is_fitted and (not oils or oil in oils):
-                fit = read_fit(folder, oil)
+                measured = read_oil(folder, oil)
                 source = (
-                    f"{fit.law.name}, from campaign {footer['campaign']}, {footer['data']} data"
+                    f"{measured.fit.law.name}, from campaign {footer['campaign']}, "
+                    f"{footer['data']} data"
                 )
-                named_fits[printable(f"{folder} {oil}")] = NamedFit(source, fit, constants)
+                named_fits[printable(f"{folder} {oil}")] = NamedFit(source, measured, constants)
     if len(named_fits) < 2:
         raise OilfilmError(
             f"{', '.join(map(str, folders))}: found {len(named_fits)} fitted oils; expected at "
@@ -99,44 +123,130 @@ def _origins(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
     """The origin of each fit, and the reasons why it is not sound."""
     for name, named in named_fits.items():
         yield f"{name}: {named.source}"
-        for reason in named.fit.wrong:
+        for reason in named.oil.fit.wrong:
             yield f"{name} is NOT SOUND: {reason}"
 
 
 def _mu(
     table: pd.DataFrame, conditions: Mapping[str, float], names: Sequence[str]
 ) -> Iterator[str]:
-    """mu of each fit and its ratio to the first one, one row per slide-roll ratio."""
-    first, *others = names
+    """mu of each fit, one row per slide-roll ratio."""
     yield ""
     yield f"mu with the interval of the next good run, at {_conditions_text(conditions)}"
-    yield _by_slip(table, names, _MU, digits=5)
-    yield ""
-    yield f"Ratio to {first}"
-    yield _by_slip(table, others, _RATIO, digits=3)
+    yield _by_slip(table, names, _mu_cell)
     if table["outside"].any():
         yield "!: outside the tested conditions of that fit"
     if table["over_limit"].any():
         yield "IMPOSSIBLE: above the limiting shear stress, which no film carries"
 
 
+def _ratios(
+    table: pd.DataFrame, names: Sequence[str], pairs: Mapping[str, OilPair]
+) -> Iterator[str]:
+    """The ratio of each fit to the first one, one row per slip, and what it stands on."""
+    first, *others = names
+    yield ""
+    yield f"Ratio to {first}"
+    yield _by_slip(table, others, _ratio_cell)
+    others_rows = table[table["fit"] != first]
+    if others_rows["ratio_outside"].any():
+        yield "!: outside the tested conditions of one of the two; nothing is certain there"
+    for name in others:
+        yield f"{name}: {_standing(pairs[name])}"
+        for code in np.unique(others_rows.loc[others_rows["fit"] == name, "ratio_support"]):
+            if code != Support.SUPPORTED:
+                yield f"{name}: no support: {_NO_SUPPORT[Support(code)]}"
+    if (others_rows["ratio_of"] == "runs").any():
+        yield (
+            "Not covered by the interval: a gain of the force that all runs of one oil share, as "
+            "after a calibration or a change of the ball between the oils."
+        )
+
+
+def _standing(pair: OilPair) -> str:
+    """What a ratio stands on, and what is not in its interval, in sentences."""
+    if isinstance(pair.ratio, Obstacle):
+        return (
+            f"{_OBSTACLES[pair.ratio]}. This is the ratio of the two laws. Its interval takes "
+            "both as independent and their forms as true, so nothing is certain."
+        )
+    level = pair.ratio.interval_factors.level
+    sentences = [
+        f"ratio by the runs at {pair.paired} conditions of both oils; they allow an interval of "
+        f"{level:.0%}."
+    ]
+    if pair.alone:
+        sentences.append(
+            f"{pair.alone} conditions of one oil alone count with what both oils have in common."
+        )
+    two_levels = box_of(pair.ratio.runs.stacked).has_two_levels
+    for name in np.array(CONDITIONS)[two_levels]:
+        meaning = QUANTITIES[str(name)].short_meaning
+        sentences.append(f"The {meaning} has two levels: a bend of the ratio between is not seen.")
+    if not pair.ratio.converged:
+        sentences.append("The search of the sizes of errors found no maximum: do not rely on it.")
+    sentences.append(_rigs_text(*pair.rigs))
+    return " ".join(sentences)
+
+
+def _rigs_text(first: frozenset[str], second: frozenset[str]) -> str:
+    """Whether the calibration of the rigs cancels in a ratio."""
+    if _UNKNOWN_RIG in first | second:
+        return (
+            "Their rigs are not known: if the oils were tested on different rigs, the calibration "
+            "does not cancel and is not in the interval."
+        )
+    if first == second:
+        return "The calibration of the rig cancels."
+    return (
+        f"Their rigs differ ({', '.join(sorted(first))}; {', '.join(sorted(second))}): the "
+        "calibration does not cancel and is not in the interval."
+    )
+
+
 def _by_slip(
-    table: pd.DataFrame, names: Sequence[str], columns: Sequence[str], *, digits: int
+    table: pd.DataFrame, names: Sequence[str], cell: Callable[[Mapping[str, Any]], str]
 ) -> str:
-    """A value with its interval, as text: one row per slide-roll ratio, one column per fit."""
+    """Values as text: one row per slide-roll ratio, one column per fit."""
     is_first_fit = table["fit"] == table["fit"].iloc[0]
     cells: dict[str, Any] = {"S": table.loc[is_first_fit, SLIP]}
     for name in names:
-        rows_of_fit = tables.rows(table[table["fit"] == name])
-        cells[name] = [_cell(row, columns, digits) for row in rows_of_fit]
+        cells[name] = [cell(row) for row in tables.rows(table[table["fit"] == name])]
     return pd.DataFrame(cells).to_string(index=False)
+
+
+def _mu_cell(row: Mapping[str, Any]) -> str:
+    """mu with its interval, and a mark where it is doubtful."""
+    text = _interval_text(row, _MU, digits=5)
+    if np.isnan(row["traction_coefficient"]):
+        return text
+    if row["over_limit"]:
+        return f"{text} IMPOSSIBLE"
+    return f"{text} !" if row["outside"] else text
+
+
+def _ratio_cell(row: Mapping[str, Any]) -> str:
+    """A ratio with its interval, and whether it is certain; or what keeps it from being so."""
+    text = _interval_text(row, _RATIO, digits=3)
+    if np.isnan(row["ratio"]):
+        return text
+    marks = []
+    if row["ratio_of"] == "laws":
+        marks.append("of laws")
+    elif row["ratio_support"] != Support.SUPPORTED:
+        marks.append("no support")
+    elif row["certain"]:
+        marks.append(row["certain"])
+    if row["ratio_outside"]:
+        marks.append("!")
+    return " ".join([text, *marks])
 
 
 def _constants(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
     cells = {}
     for name, named in named_fits.items():
         rows = tables.rows(named.constants)
-        cells[name] = {row["constant"]: _cell(row, _CONSTANT, digits=5) for row in rows}
+        cells[name] = {row["constant"]: _interval_text(row, _CONSTANT, digits=5) for row in rows}
     yield ""
     yield "Constants with their 95 % intervals"
     yield pd.DataFrame(cells).fillna("-").to_string()
@@ -148,17 +258,16 @@ def _draw(curves: pd.DataFrame, conditions: Mapping[str, float], *, simulated: b
     left, right = figure.subplots(1, 2)
     curve_of_fit = {str(name): curve for name, curve in curves.groupby("fit", sort=False)}
     names = list(curve_of_fit)
-    doubtful = {
-        name: (curve["outside"] | curve["over_limit"]).to_numpy()
-        for name, curve in curve_of_fit.items()
-    }
     first = names[0]
     for name, curve in curve_of_fit.items():
         colour = style.oil_colour(name, names)
-        _draw_curve(left, curve, _MU, doubtful[name], colour, name)
+        doubtful = (curve["outside"] | curve["over_limit"]).to_numpy()
+        _draw_curve(left, curve, _MU, doubtful, colour, name)
         if name != first:
-            # a ratio is doubtful where one of the two is
-            _draw_curve(right, curve, _RATIO, doubtful[name] | doubtful[first], colour, name)
+            no_support = curve["ratio_support"] != Support.SUPPORTED
+            ratio_doubtful = (curve["ratio_outside"] | no_support).to_numpy()
+            label = name if curve["ratio_of"].iloc[0] == "runs" else f"{name}, of the two laws"
+            _draw_curve(right, curve, _RATIO, ratio_doubtful, colour, label)
     right.axhline(1, color=style.GREY, linewidth=0.6)
     for axis, label in ((left, style.TRACTION_LABEL), (right, f"Ratio to {first}")):
         axis.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
@@ -166,7 +275,7 @@ def _draw(curves: pd.DataFrame, conditions: Mapping[str, float], *, simulated: b
     title = _conditions_text(conditions)
     if simulated:
         title = f"SIMULATED data. {title}"
-    if any(marks.any() for marks in doubtful.values()):
+    if curves[["outside", "over_limit", "ratio_outside", "ratio_support"]].any(axis=None):
         title += _DOTTED
     figure.suptitle(title, fontsize=8)
     return figure
@@ -194,16 +303,12 @@ def _conditions_text(conditions: Mapping[str, float]) -> str:
     )
 
 
-def _cell(row: Mapping[str, Any], columns: Sequence[str], digits: int) -> str:
-    """A value with its interval and a mark where it is doubtful."""
+def _interval_text(row: Mapping[str, Any], columns: Sequence[str], digits: int) -> str:
+    """A value with its interval."""
     value, low, high = (row[name] for name in columns)
     if np.isnan(value):
         return "not known"
     text = f"{value:.{digits}f}"
     if not np.isnan(low):
         text += f" ({low:.{digits}f} to {high:.{digits}f})"
-    if row.get("over_limit"):
-        text += " IMPOSSIBLE"
-    elif row.get("outside"):
-        text += " !"
     return text

@@ -161,8 +161,8 @@ def predict(command: Command) -> None:
 def compare(command: Command) -> None:
     """Set fitted oils or campaigns side by side.
 
-    It shows mu of each at the same condition, the ratio to the first one with its interval, and
-    the constants.
+    It shows mu of each at the same condition, the ratio to the first one with its interval and
+    whether it is certain, and the constants.
 
     Example: oilfilm compare results/june results/july --temperature 70degC
     """

@@ -1,6 +1,7 @@
 """Fits of several oils or campaigns side by side: mu at the same conditions, and ratios of mu.
 
-Decides: the conditions at which fits are compared; the interval of a ratio of two mu.
+Decides: the conditions at which fits are compared; the interval of a ratio of two laws; when one
+oil is certainly higher.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,6 +13,10 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE
 from oilfilm.fits.fitted import SLIP, FittedLaw
+from oilfilm.fits.oil_pairs import OilPair
+from oilfilm.surface.ratio import RatioSurface
+from oilfilm.surface.support import Support
+from oilfilm.traction.law import CONDITIONS
 
 _PREDICTED_COLUMNS = (
     "traction_coefficient",
@@ -56,11 +61,12 @@ def ratio_interval(
         x_ends = np.log(ends)
         y = np.log(base)
         y_ends = np.log(base_ends)
+        difference = x - y
     # the ratio is smallest with the lower end of x and the upper end of y
     half_width = np.hypot(x_ends - x, (y_ends - y)[::-1])
     half_width[~np.isfinite(half_width)] = np.nan
     side = np.array([[-1.0], [1.0]])
-    return np.asarray(np.exp(x - y + side * half_width))
+    return np.asarray(np.exp(difference + side * half_width))
 
 
 def middle_of_tested(fits: Mapping[str, FittedLaw], given: Mapping[str, float]) -> dict[str, float]:
@@ -111,21 +117,27 @@ def _middle_of_condition(fits: Mapping[str, FittedLaw], condition: str) -> float
 
 
 def side_by_side(
-    fits: Mapping[str, FittedLaw], at: Mapping[str, float], slips: Sequence[float] | FloatArray
+    fits: Mapping[str, FittedLaw],
+    at: Mapping[str, float],
+    slips: Sequence[float] | FloatArray,
+    pairs: Mapping[str, OilPair] | None = None,
 ) -> pd.DataFrame:
     """mu of each fit at one operating point, and its ratio to the first fit, with their intervals.
 
-    The intervals are those of the next good run.
+    The intervals of mu are those of the next good run. The ratio is that of the runs where a pair
+    has one, else that of the two laws, which is never certain.
 
     Args:
         fits: Fits by name.
         at: Conditions of the operating point by their columns' names.
         slips: Slide-roll ratios.
+        pairs: What the runs say of the ratio of a fit to the first one, by the name of the fit.
 
     Returns:
         One row per fit and slip: `fit`, `slide_roll_ratio`, `traction_coefficient`,
-        `obs_ci_lower`, `obs_ci_upper`, `ratio`, `ratio_lower`, `ratio_upper`, `outside`,
-        `over_limit`.
+        `obs_ci_lower`, `obs_ci_upper`, `outside`, `over_limit`, `ratio`, `ratio_lower`,
+        `ratio_upper`, `ratio_of` (`runs` or `laws`), `ratio_support` (code of `Support`),
+        `ratio_outside` and `certain` (`higher`, `lower` or empty).
     """
     slip = np.asarray(slips, dtype=float)
     frames = []
@@ -136,14 +148,54 @@ def side_by_side(
         for column in _PREDICTED_COLUMNS:
             frame[column] = getattr(predicted, column)
         frames.append(frame)
-    base_mu = frames[0]["traction_coefficient"].to_numpy()
-    base_ends = frames[0][["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
-    for frame in frames:
-        mu = frame["traction_coefficient"].to_numpy()
-        ends = frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
-        with np.errstate(invalid="ignore", divide="ignore"):
-            frame["ratio"] = mu / base_mu
-        lower, upper = ratio_interval(mu, ends, base_mu, base_ends)
-        frame["ratio_lower"] = lower
-        frame["ratio_upper"] = upper
+    for label, frame in zip(fits, frames, strict=True):
+        pair = (pairs or {}).get(label)
+        if pair is not None and isinstance(pair.ratio, RatioSurface):
+            ratio = _of_runs(pair.ratio, at, slip)
+        else:
+            ratio = _of_laws(frame, frames[0])
+        frame[ratio.columns] = ratio
     return pd.concat(frames, ignore_index=True)
+
+
+def _of_laws(frame: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
+    """The ratio of two laws with its interval, one row per slip."""
+    mu = frame["traction_coefficient"].to_numpy()
+    base_mu = base["traction_coefficient"].to_numpy()
+    ends = frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
+    base_ends = base[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = mu / base_mu
+    lower, upper = ratio_interval(mu, ends, base_mu, base_ends)
+    return pd.DataFrame(
+        {
+            "ratio": ratio,
+            "ratio_lower": lower,
+            "ratio_upper": upper,
+            "ratio_of": "laws",
+            "ratio_support": Support.SUPPORTED,
+            "ratio_outside": frame["outside"] | base["outside"],
+            "certain": "",
+        }
+    )
+
+
+def _of_runs(surface: RatioSurface, at: Mapping[str, float], slip: FloatArray) -> pd.DataFrame:
+    """The ratio by the runs with its interval, one row per slip; nan at rolling."""
+    conditions = np.tile([at[name] for name in CONDITIONS], (len(slip), 1))
+    # traction is odd in slip, so that a ratio is even; at rolling both mu are 0
+    is_rolling = slip == 0
+    predicted = surface.predict(conditions, np.where(is_rolling, 1.0, np.abs(slip)))
+    lower, upper = predicted.interval(surface.interval_factors.point)
+    columns = {"ratio": predicted.ratio, "ratio_lower": lower, "ratio_upper": upper}
+    frame = pd.DataFrame(columns)
+    frame[is_rolling] = np.nan
+    is_known = ~predicted.outside
+    higher = is_known & (frame["ratio_lower"] > 1)
+    lower_than_base = is_known & (frame["ratio_upper"] < 1)
+    return frame.assign(
+        ratio_of="runs",
+        ratio_support=np.where(is_rolling, Support.SUPPORTED, predicted.support),
+        ratio_outside=predicted.outside & ~is_rolling,
+        certain=np.select([higher, lower_than_base], ["higher", "lower"], ""),
+    )

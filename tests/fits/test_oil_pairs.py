@@ -1,0 +1,88 @@
+"""Two oils by their runs: which pairs have a ratio, and why others have none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fit_points import LAW, accepted_points
+from lawless_truths import DENG_CONSTANTS, TRUTHS
+from oilfilm.base.errors import OilfilmError
+from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, measurements_of, oil_pair
+from oilfilm.surface.ratio import RatioSurface
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import CONDITIONS, to_constants
+from surface_campaigns import PRESSURES, SPEEDS, TEMPERATURES, ends, grid
+
+SLIP = np.array([0.0, 2e-4, 0.01, 0.05, 0.2])
+CORNERS = grid(ends(PRESSURES), ends(SPEEDS), ends(TEMPERATURES))
+FIT = FittedLaw(LAW, Coefficients.bare(LAW, to_constants(LAW.signs, DENG_CONSTANTS)))
+
+
+def oil(factor: float, conditions: np.ndarray, seed: int, rig: str = "one") -> MeasuredOil:
+    """Runs of an oil of Deng's law, times a factor, with gains of 0.5 % and noise."""
+    random = np.random.default_rng(seed)
+    frame = pd.DataFrame(conditions, columns=list(CONDITIONS)).assign(load_n=80.0)
+    at = (np.repeat(column, len(SLIP)) for column in conditions.T)
+    mu = factor * TRUTHS["own"](*at, np.tile(SLIP, len(conditions)))
+    mu *= np.repeat(1 + 0.005 * random.standard_normal(len(conditions)), len(SLIP))
+    return MeasuredOil(FIT, accepted_points("oil", frame, SLIP, mu, 1e-5, random), frozenset([rig]))
+
+
+def test_a_planted_ratio_is_found_by_pairs_of_runs_whatever_their_names_are() -> None:
+    first, second = oil(1.0, CORNERS, 61), oil(1.2, CORNERS, 62)
+    pair = oil_pair(first, second)
+    assert (pair.paired, pair.alone) == (8, 0)
+    assert isinstance(pair.ratio, RatioSurface)
+    at, slip = np.array([[1.2, 32.0, 70.0]]), np.array([0.05])
+    # the mean of 8 gains of 0.5 % of each oil has an error of 0.25 %
+    assert pair.ratio.predict(at, slip).ratio[0] == pytest.approx(1.2, rel=0.01)
+
+    names = second.points["run_id"].map(lambda name: f"z{name[::-1]}")
+    renamed = replace(second, points=second.points.assign(run_id=names).iloc[::-1])
+    again = oil_pair(first, renamed)
+    assert isinstance(again.ratio, RatioSurface)
+    assert again.ratio.predict(at, slip).ratio[0] == pair.ratio.predict(at, slip).ratio[0]
+
+
+def test_points_at_rolling_and_refused_points_count_for_nothing() -> None:
+    points = oil(1.0, CORNERS, 63).points
+    assert measurements_of(points).slip.min() == 0.01
+    points.loc[points["slide_roll_ratio"] > 0.1, "accepted"] = False
+    assert measurements_of(points).slip.max() == 0.05
+
+
+def test_few_common_conditions_give_no_ratio() -> None:
+    # three corners are common; the other five of the second oil are 20 K colder
+    other = CORNERS.copy()
+    other[3:, 2] -= np.where(other[3:, 2] > 50, 20, -20)
+    pair = oil_pair(oil(1.0, CORNERS, 64), oil(1.2, other, 65))
+    assert pair.ratio is Obstacle.FEW_PAIRS
+    assert (pair.paired, pair.alone) == (3, 10)
+
+
+def test_runs_whose_speed_is_not_known_give_no_ratio() -> None:
+    first, second = oil(1.0, CORNERS, 68), oil(1.2, CORNERS, 69)
+    without_speed = second.points.assign(entrainment_speed_m_s=np.nan)
+    pair = oil_pair(first, replace(second, points=without_speed))
+    assert pair.ratio is Obstacle.UNKNOWN_CONDITIONS
+
+
+def test_mu_that_is_too_small_by_its_unit_ends_in_a_sentence() -> None:
+    first, second = oil(1.0, CORNERS, 70), oil(1e-3, CORNERS, 71)
+    with pytest.raises(OilfilmError, match="check the unit of mu"):
+        oil_pair(first, second)
+
+
+def test_the_same_runs_give_no_ratio() -> None:
+    one = oil(1.0, CORNERS, 66)
+    assert oil_pair(one, one).ratio is Obstacle.SAME_RUNS
+
+
+def test_a_law_of_other_conditions_gives_no_ratio() -> None:
+    first, law = oil(1.0, CORNERS, 67), LAWS["wang-deng-load"]
+    constants = np.ones(len(law.constants)) * np.where(law.signs < 0, -1, 1)
+    other = replace(first, fit=FittedLaw(law, Coefficients.bare(law, constants)))
+    assert oil_pair(first, other).ratio is Obstacle.OTHER_CONDITIONS

@@ -1,0 +1,142 @@
+"""Two oils by their runs: which runs make pairs, and whether a ratio of the oils follows from them.
+
+Decides: how many conditions two oils must have in common for a ratio by their runs.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.base.errors import OilfilmError
+from oilfilm.fits.fitted import FittedLaw, read_fit
+from oilfilm.fits.problem import curve_data
+from oilfilm.surface.law_mean import FreeLaw
+from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction.law import CONDITIONS, to_internal
+
+# With fewer, left-out conditions allow less than 80 %.
+_FEWEST_PAIRED = 4
+# Points at lower slip are at rolling, where the error of the slip is larger than the slip.
+_LEAST_SLIP = 1e-3
+
+
+class Obstacle(StrEnum):
+    """Why the runs of two oils give no ratio."""
+
+    SAME_RUNS = "same runs"
+    FEW_PAIRS = "few pairs"
+    OTHER_CONDITIONS = "other conditions"
+    UNKNOWN_CONDITIONS = "unknown conditions"
+
+
+@dataclass(frozen=True)
+class MeasuredOil:
+    """The runs of one oil, and its fit.
+
+    Attributes:
+        fit: The fitted law.
+        points: Its rows of the table of points.
+        rigs: Names of the rigs of its accepted runs.
+    """
+
+    fit: FittedLaw
+    points: pd.DataFrame
+    rigs: frozenset[str]
+
+
+@dataclass(frozen=True)
+class OilPair:
+    """What the runs of two oils say of their ratio.
+
+    Attributes:
+        ratio: The ratio over slip and conditions, or why there is none.
+        paired: Number of conditions that both oils have.
+        alone: Number of conditions that only one oil has.
+        rigs: Names of the rigs of the first and of the second oil.
+    """
+
+    ratio: RatioSurface | Obstacle
+    paired: int
+    alone: int
+    rigs: tuple[frozenset[str], frozenset[str]]
+
+
+def read_oil(folder: Path, oil: str) -> MeasuredOil:
+    """The runs and the configured fit of one oil, from a campaign's results or a saved fit.
+
+    Args:
+        folder: Folder of the results, which contains the folder `tables`.
+        oil: Name of the oil.
+    """
+    results = CampaignTables.in_folder(folder)
+    points, runs = results.points, results.runs
+    points = points[points["oil"] == oil]
+    of_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
+    return MeasuredOil(read_fit(folder, oil), points, frozenset(runs.loc[of_points, "rig"]))
+
+
+def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
+    """What the runs of two oils say of mu of the second one over that of the first."""
+    rigs = (first.rigs, second.rigs)
+    if any(oil.fit.law.conditions != CONDITIONS for oil in (first, second)):
+        return OilPair(Obstacle.OTHER_CONDITIONS, 0, 0, rigs)
+    oils = (_of_pair(first), _of_pair(second))
+    if any(len(oil.measurements.conditions) == 0 for oil in oils):
+        return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rigs)
+    runs = PairedRuns(oils[0].measurements, oils[1].measurements)
+    is_paired = runs.is_paired()
+    paired = int(np.count_nonzero(is_paired))
+    ratio: RatioSurface | Obstacle
+    if runs.share_runs():
+        ratio = Obstacle.SAME_RUNS
+    elif paired < _FEWEST_PAIRED:
+        ratio = Obstacle.FEW_PAIRS
+    else:
+        ratio = _fitted(*oils)
+    return OilPair(ratio, paired, len(is_paired) - paired, rigs)
+
+
+def _fitted(first: OilOfPair, second: OilOfPair) -> RatioSurface:
+    """The ratio by the runs.
+
+    Raises:
+        OilfilmError: The points cannot have one.
+    """
+    try:
+        return fit_ratio(first, second)
+    except ValueError as error:
+        raise OilfilmError(f"the ratio of two oils by their runs: {error}.") from None
+
+
+def measurements_of(points: pd.DataFrame) -> Measurements:
+    """The accepted points of one oil above rolling, of runs whose conditions are all known.
+
+    Args:
+        points: Rows of the table of points.
+    """
+    data = curve_data(points)
+    # a surface takes logarithms of the conditions, and no law goes below 0 degC
+    is_complete = np.all(np.isfinite(data.conditions) & (data.conditions > 0), axis=1)
+    is_taken = is_complete[data.curve] & (data.slip >= _LEAST_SLIP)
+    curves, curve = np.unique(data.curve[is_taken], return_inverse=True)
+    return Measurements(data.conditions[curves], curve, data.slip[is_taken], data.mu[is_taken])
+
+
+def _of_pair(oil: MeasuredOil) -> OilOfPair:
+    """The oil as a surface takes it."""
+    law, coefficients = oil.fit.law, oil.fit.coefficients
+    followed = {
+        name for name, follows in zip(law.groups, coefficients.followed, strict=True) if follows
+    }
+    is_free = []
+    for constant in law.constants:
+        # X0 belongs to no condition
+        has_effect = constant.condition is None or constant.condition in followed
+        is_free.append(constant.prescribed is None and has_effect)
+    constants = to_internal(law, coefficients.constants)
+    return OilOfPair(measurements_of(oil.points), FreeLaw(law, constants, np.array(is_free)))

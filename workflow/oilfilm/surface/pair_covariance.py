@@ -1,0 +1,234 @@
+"""Covariance of the runs of two oils, and its most likely sizes.
+
+Each point of the oils i = 1, 2 has
+
+    ln mu_i = law + c -+ r/2 + effects of its run + noise,   r = ln(mu_2 / mu_1)
+
+c is the departure of both oils from one law. r has a constant part that nothing limits, a
+difference of the constants of the law, and a departure of its own. c and r are independent, so that
+at conditions and slips at which both oils were tested r depends on the difference of their ln mu
+only: c cancels.
+
+Decides: what is known of the ratio of two oils before the data.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+import scipy.sparse
+
+from oilfilm.base.units import FloatArray, IndexArray
+from oilfilm.surface.effects import LogNormal, RunErrorSizes
+from oilfilm.surface.kernels import ConditionBox
+from oilfilm.surface.posterior import smooth_covariance
+from oilfilm.surface.reduction import Coordinates, ReducedCurves
+from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, FoundSizes, Sizes, priors
+
+# Standard deviation of the constant part of r: a factor of e either way.
+_CONSTANT_SD = 1.0
+# Size of the departure of r. The smallest one is for oils that differ by a factor alone.
+DEPARTURE = LogNormal(0.05, 1.0, 0.005, 1.0)
+# Difference of the constants of the law, over their standard deviation in a surface.
+LAW_DIFFERENCE = LogNormal(0.1, 0.7, 0.03, 3.0)
+# Where oils differ, the tested conditions show less of it than there is between them: an interval
+# takes a larger departure than the most likely one.
+_CAUTION = 3.0
+_ITERATIONS = 100
+_ERROR_SIZES = len(RunErrorSizes().in_order())
+_NOISE = _ERROR_SIZES - 1
+
+
+@dataclass(frozen=True)
+class PairSizes:
+    """All sizes of a pair.
+
+    Attributes:
+        common: Sizes of the effects of runs, of the noise and of c.
+        ratio: The same effects and noise, and the sizes of r.
+        law_difference: Standard deviation of the difference of the constants of the law, over that
+            of a constant in a surface.
+    """
+
+    common: Sizes
+    ratio: Sizes
+    law_difference: float
+
+    @classmethod
+    def from_logarithms(cls, logarithms: FloatArray) -> "PairSizes":
+        """The sizes from their logarithms.
+
+        Args:
+            logarithms: Those of `common` in the order of `size_names`, then those of `ratio`
+                without effects and noise, then that of `law_difference`.
+        """
+        end_of_common = (len(logarithms) - 1 + _ERROR_SIZES) // 2
+        of_ratio = np.concatenate([logarithms[:_ERROR_SIZES], logarithms[end_of_common:-1]])
+        return cls(
+            common=Sizes.from_logarithms(logarithms[:end_of_common]),
+            ratio=Sizes.from_logarithms(of_ratio),
+            law_difference=float(np.exp(logarithms[-1])),
+        )
+
+    def with_caution(self) -> "PairSizes":
+        """The sizes for intervals, from the most likely ones."""
+        departure = self.ratio.departure
+        cautious = replace(departure, kappa=_CAUTION * departure.kappa)
+        return replace(self, ratio=replace(self.ratio, departure=cautious))
+
+
+def pair_priors(errors: RunErrorSizes) -> tuple[LogNormal, ...]:
+    """What is known of each size before the data, in the order of `PairSizes`."""
+    of_ratio = priors(errors, DEPARTURE)[_ERROR_SIZES:]
+    return (*priors(errors, CAUTIOUS), *of_ratio, LAW_DIFFERENCE)
+
+
+@dataclass(frozen=True)
+class PairCovariance:
+    """Covariance of the coordinates of the curves of both oils.
+
+    Attributes:
+        common: Covariance of what has no oil: law, c, effects of runs and noise.
+        ratio: Covariance of r at the same coordinates. Its effects and noise are not used.
+        half: -1/2 for the first oil and 1/2 for the second, shape (coordinates,).
+        law_difference: See `PairSizes`.
+    """
+
+    common: CurveCovariance
+    ratio: CurveCovariance
+    half: FloatArray
+    law_difference: float
+
+    @classmethod
+    def of_curves(
+        cls, curves: ReducedCurves, box: ConditionBox, oil: IndexArray, sizes: PairSizes
+    ) -> "PairCovariance":
+        """The covariance of curves.
+
+        Args:
+            curves: The curves of both oils.
+            box: The box of the tested conditions.
+            oil: 0 for curves of the first oil and 1 for those of the second, shape (curves,).
+            sizes: The sizes.
+        """
+        slopes = _slopes_of_ratio(curves.to_slips, curves.law_slopes, sizes.law_difference)
+        # between two levels the ratio bends by its own size: what laws miss there, both oils share
+        box_of_ratio = replace(box, level_counts=np.maximum(box.level_counts, 3))
+        return cls(
+            common=CurveCovariance(curves, box, sizes.common),
+            ratio=CurveCovariance(replace(curves, law_slopes=slopes), box_of_ratio, sizes.ratio),
+            half=oil[curves.curve].astype(float) - 0.5,
+            law_difference=sizes.law_difference,
+        )
+
+    @cached_property
+    def measured(self) -> Coordinates:
+        """All coordinates, as values of ln mu."""
+        return self.common.curves.part(np.arange(len(self.half)))
+
+    def matrix(self) -> FloatArray:
+        """The covariance, shape (coordinates, coordinates)."""
+        return self.common.matrix() + self.half[:, np.newaxis] * self.with_ratio(self.measured)
+
+    def with_ratio(self, places: Coordinates) -> FloatArray:
+        """Covariance of r at some places with the coordinates, shape (places, coordinates)."""
+        across = smooth_covariance(self.ratio, self.as_ratio(places), self.as_ratio(self.measured))
+        return across * self.half
+
+    def with_oil(self, places: Coordinates, oil: int) -> FloatArray:
+        """Covariance of ln mu of an oil with the coordinates, shape (places, coordinates).
+
+        Args:
+            places: Where ln mu is wanted.
+            oil: 0 or 1.
+        """
+        of_common = smooth_covariance(self.common, places, self.measured)
+        return of_common + (oil - 0.5) * self.with_ratio(places)
+
+    def as_ratio(self, places: Coordinates) -> Coordinates:
+        """Values of r where the places are values of ln mu."""
+        slopes = _slopes_of_ratio(places.weights, places.law_slopes, self.law_difference)
+        return replace(places, law_slopes=slopes)
+
+    def slopes(self, weight: FloatArray) -> FloatArray:
+        """Sums of `weight` times the derivative by each logarithm, in the order of `PairSizes`.
+
+        Args:
+            weight: Symmetric, shape (coordinates, coordinates).
+        """
+        weight_of_ratio = weight * np.outer(self.half, self.half)
+        of_ratio = self.ratio.slopes(weight_of_ratio)[_ERROR_SIZES:]
+        by_law = self.law_difference * self.common.curves.law_slopes
+        of_law = 2 * np.sum(by_law * (weight_of_ratio @ by_law))
+        return np.concatenate([self.common.slopes(weight), of_ratio, [of_law]])
+
+
+def objective(
+    logarithms: FloatArray,
+    covariance_of: Callable[[PairSizes], PairCovariance],
+    known: tuple[LogNormal, ...],
+) -> tuple[float, FloatArray]:
+    """Negative logarithm of the restricted likelihood and the priors, and its gradient.
+
+    Args:
+        logarithms: Logarithms of the sizes, in the order of `PairSizes`.
+        covariance_of: The covariance with some sizes.
+        known: The priors of the sizes.
+    """
+    covariance = covariance_of(PairSizes.from_logarithms(logarithms))
+    curves = covariance.common.curves
+    factor = scipy.linalg.cholesky(covariance.matrix(), lower=True)
+    inverse = scipy.linalg.cho_solve((factor, True), np.eye(len(factor)))
+    weights = inverse @ curves.departure
+    value = 0.5 * curves.departure @ weights + np.sum(np.log(np.diag(factor)))
+    gradient = covariance.slopes(inverse - np.outer(weights, weights)) / 2
+
+    scaled_squares = np.sum(curves.remainder**2) / np.exp(2 * logarithms[_NOISE])
+    value += curves.degrees_left * logarithms[_NOISE] + scaled_squares / 2
+    gradient[_NOISE] += curves.degrees_left - scaled_squares
+
+    medians = np.log([prior.median for prior in known])
+    deviations = np.array([prior.ln_sd for prior in known])
+    scores = (logarithms - medians) / deviations
+    return value + np.sum(scores**2) / 2, gradient + scores / deviations
+
+
+def most_likely_pair(
+    covariance_of: Callable[[PairSizes], PairCovariance], known: tuple[LogNormal, ...]
+) -> FoundSizes:
+    """The most likely sizes of a pair, as logarithms in the order of `PairSizes`.
+
+    Args:
+        covariance_of: The covariance with some sizes.
+        known: The priors of the sizes.
+    """
+    bounds = scipy.optimize.Bounds(
+        np.log([prior.smallest for prior in known]), np.log([prior.largest for prior in known])
+    )
+    search = scipy.optimize.minimize(
+        objective,
+        np.log([prior.median for prior in known]),
+        args=(covariance_of, known),
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        options={"maxiter": _ITERATIONS, "ftol": 1e-8},
+    )
+    return FoundSizes(np.asarray(search.x), bool(search.success))
+
+
+def _slopes_of_ratio(
+    weights: scipy.sparse.csr_array, law_slopes: FloatArray, law_difference: float
+) -> FloatArray:
+    """Slopes of r by its constant part and by the constants of the law, shape (rows, slopes).
+
+    Args:
+        weights: Weight of each slip in each row, shape (rows, slips).
+        law_slopes: Slopes of the law at the rows, shape (rows, slopes).
+        law_difference: See `PairSizes`.
+    """
+    constant = weights @ np.full(weights.shape[1], _CONSTANT_SD)
+    return np.column_stack([constant, law_difference * law_slopes])
