@@ -10,7 +10,7 @@ from fit_points import LAW, accepted_points
 from lawless_truths import DENG_CONSTANTS, TRUTHS
 from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, measurements_of, oil_pair
+from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, oil_pair
 from oilfilm.surface.ratio import RatioSurface
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, to_constants
@@ -45,13 +45,6 @@ def test_a_planted_ratio_is_found_by_pairs_of_runs_whatever_their_names_are() ->
     again = oil_pair(first, renamed)
     assert isinstance(again.ratio, RatioSurface)
     assert again.ratio.predict(at, slip).ratio[0] == pair.ratio.predict(at, slip).ratio[0]
-
-
-def test_points_at_rolling_and_refused_points_count_for_nothing() -> None:
-    points = oil(1.0, CORNERS, 63).points
-    assert measurements_of(points).slip.min() == 0.01
-    points.loc[points["slide_roll_ratio"] > 0.1, "accepted"] = False
-    assert measurements_of(points).slip.max() == 0.05
 
 
 def test_few_common_conditions_give_no_ratio() -> None:

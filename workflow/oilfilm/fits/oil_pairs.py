@@ -12,17 +12,13 @@ import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw, read_fit
-from oilfilm.fits.problem import curve_data
-from oilfilm.surface.law_mean import FreeLaw
-from oilfilm.surface.measurements import Measurements
+from oilfilm.fits.measured_surface import Contact, free_law, measured
 from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction.law import CONDITIONS, to_internal
+from oilfilm.traction.law import CONDITIONS
 
 # With fewer, left-out conditions allow less than 80 %.
 _FEWEST_PAIRED = 4
-# Points at lower slip are at rolling, where the error of the slip is larger than the slip.
-_LEAST_SLIP = 1e-3
 
 
 class Obstacle(StrEnum):
@@ -85,9 +81,9 @@ def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
     rigs = (first.rigs, second.rigs)
     if any(oil.fit.law.conditions != CONDITIONS for oil in (first, second)):
         return OilPair(Obstacle.OTHER_CONDITIONS, 0, 0, rigs)
-    oils = (_of_pair(first), _of_pair(second))
-    if any(len(oil.measurements.conditions) == 0 for oil in oils):
+    if _has_unknown_condition(first) or _has_unknown_condition(second):
         return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rigs)
+    oils = (_of_pair(first), _of_pair(second))
     runs = PairedRuns(oils[0].measurements, oils[1].measurements)
     is_paired = runs.is_paired()
     paired = int(np.count_nonzero(is_paired))
@@ -113,30 +109,16 @@ def _fitted(first: OilOfPair, second: OilOfPair) -> RatioSurface:
         raise OilfilmError(f"the ratio of two oils by their runs: {error}.") from None
 
 
-def measurements_of(points: pd.DataFrame) -> Measurements:
-    """The accepted points of one oil above rolling, of runs whose conditions are all known.
-
-    Args:
-        points: Rows of the table of points.
-    """
-    data = curve_data(points)
-    # a surface takes logarithms of the conditions, and no law goes below 0 degC
-    is_complete = np.all(np.isfinite(data.conditions) & (data.conditions > 0), axis=1)
-    is_taken = is_complete[data.curve] & (data.slip >= _LEAST_SLIP)
-    curves, curve = np.unique(data.curve[is_taken], return_inverse=True)
-    return Measurements(data.conditions[curves], curve, data.slip[is_taken], data.mu[is_taken])
-
-
 def _of_pair(oil: MeasuredOil) -> OilOfPair:
     """The oil as a surface takes it."""
-    law, coefficients = oil.fit.law, oil.fit.coefficients
-    followed = {
-        name for name, follows in zip(law.groups, coefficients.followed, strict=True) if follows
-    }
-    is_free = []
-    for constant in law.constants:
-        # X0 belongs to no condition
-        has_effect = constant.condition is None or constant.condition in followed
-        is_free.append(constant.prescribed is None and has_effect)
-    constants = to_internal(law, coefficients.constants)
-    return OilOfPair(measurements_of(oil.points), FreeLaw(law, constants, np.array(is_free)))
+    contact = Contact.of_points(oil.points[oil.points["accepted"]])
+    fitted = oil.fit.coefficients
+    law = free_law(oil.fit.law, fitted.constants, fitted.followed, contact)
+    _, measurements = measured(oil.points, law, contact)
+    return OilOfPair(measurements, law)
+
+
+def _has_unknown_condition(oil: MeasuredOil) -> bool:
+    """Whether a condition is not known of any accepted run: it may be another one in each oil."""
+    accepted = oil.points[oil.points["accepted"]]
+    return bool(accepted[list(CONDITIONS)].isna().all().any())

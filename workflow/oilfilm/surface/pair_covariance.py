@@ -25,7 +25,7 @@ from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.effects import LogNormal, RunErrorSizes
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.posterior import smooth_covariance
-from oilfilm.surface.reduction import Coordinates, ReducedCurves
+from oilfilm.surface.reduction import Coordinates, ReducedCurves, SlipWeights
 from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, FoundSizes, Sizes, priors
 
 # Standard deviation of the constant part of r: a factor of e either way.
@@ -221,7 +221,7 @@ def most_likely_pair(
 
 
 def _slopes_of_ratio(
-    weights: scipy.sparse.csr_array, law_slopes: FloatArray, law_difference: float
+    weights: SlipWeights, law_slopes: FloatArray, law_difference: float
 ) -> FloatArray:
     """Slopes of r by its constant part and by the constants of the law, shape (rows, slopes).
 

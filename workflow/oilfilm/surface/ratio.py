@@ -68,6 +68,9 @@ class PairedRuns:
     @cached_property
     def stacked(self) -> Measurements:
         """The points of both, as if they were one oil."""
+        noise_ratio = None
+        if self.first.noise_ratio is not None and self.second.noise_ratio is not None:
+            noise_ratio = np.concatenate([self.first.noise_ratio, self.second.noise_ratio])
         return Measurements(
             conditions=np.vstack([self.first.conditions, self.second.conditions]),
             curve=np.concatenate(
@@ -75,6 +78,7 @@ class PairedRuns:
             ),
             slip=np.concatenate([self.first.slip, self.second.slip]),
             mu=np.concatenate([self.first.mu, self.second.mu]),
+            noise_ratio=noise_ratio,
         )
 
     @cached_property
@@ -151,12 +155,15 @@ class PairedRuns:
             of_law = law.log_mu(oil.point_conditions, oil.slip)
             departures.append(response(oil, of_oil, zero_sd) - of_law)
             designs.append(effect_design(of_oil, oil.point_conditions, oil.slip))
-        departure = np.concatenate(departures)
+        weight = np.ones(len(self.stacked.slip))
+        if self.stacked.noise_ratio is not None:
+            weight = 1 / self.stacked.noise_ratio
+        departure = weight * np.concatenate(departures)
         coordinates = curves.vectors.T @ departure
         return replace(
             curves,
             departure=coordinates,
-            effects=curves.vectors.T @ np.vstack(designs),
+            effects=curves.vectors.T @ (weight[:, np.newaxis] * np.vstack(designs)),
             remainder=departure - curves.vectors @ coordinates,
         )
 
