@@ -52,8 +52,17 @@ def test_one_high_step_is_named_with_its_point_and_its_size():
     assert odd.curve == 7
     assert odd.point == np.flatnonzero(measured.mu != clean.mu)
     # the step is 15 % too high; the error of the gain of a run is 0.8 %
-    assert odd.deviation == pytest.approx(np.log(1.15), abs=0.03)
     assert odd.expected_mu == pytest.approx(clean.mu[odd.point], rel=0.03)
+
+
+def test_expected_traction_is_right_where_a_curve_is_ten_times_too_low():
+    random = np.random.default_rng(37)
+    clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)
+    low = replace(clean, mu=np.where(clean.curve == 4, clean.mu / 10, clean.mu))
+    (odd,) = [shape for shape in curve_shapes(low, PAPER_LAW) if shape.is_odd]
+    assert odd.curve == 4
+    # the spread of a new run at low traction is up to 3 %
+    assert odd.expected_mu == pytest.approx(clean.mu[odd.point], rel=0.06)
 
 
 def test_shapes_do_not_depend_on_the_order_of_curves_and_points():

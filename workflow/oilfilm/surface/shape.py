@@ -9,7 +9,8 @@ A bad curve makes the departure and the noise large, and so hides itself. It als
 beside it look odd. So a curve is judged by the retained curves only, and the law and the sizes are
 fitted to these:
 
-1. All curves are judged by a first fit. The quarter that agrees least is left out.
+1. All curves are judged by the sizes that are expected before the data. A quarter is left out, one
+   after the other, each the one that agrees least.
 2. Law and sizes are fitted to the retained curves, and all curves are judged by these. Curves that
    agree are retained again. The one that contradicts most is left out, until none does.
 3. Step 2 is repeated until the retained curves stay the same.
@@ -80,20 +81,23 @@ class CurveShape:
         curve: Row of the curve in the measurements.
         point: Row of the point in the measurements that is farthest from what the other curves say,
             over its standard deviation.
-        deviation: ln of its mu over the expected mu.
         expected_mu: mu at this point, as the other curves say.
         spread: Standard deviation of ln mu of a new run at this point, by the other curves.
-        largest_spread: Largest standard deviation at a point of the curve.
+        usual_spread: Median of this standard deviation over the points of the curve.
         size: How far the curve is above the limits; above 1 it is odd.
     """
 
     curve: int
     point: int
-    deviation: float
     expected_mu: float
     spread: float
-    largest_spread: float
+    usual_spread: float
     size: float
+
+    @property
+    def smallest_seen(self) -> float:
+        """Smallest change of a usual point, in ln mu, that makes the curve odd."""
+        return _ODD_POINT * self.usual_spread
 
     @property
     def is_odd(self) -> bool:
@@ -174,6 +178,11 @@ class CurveJudge:
     covariance: FloatArray
     noise: float
 
+    @property
+    def departure(self) -> FloatArray:
+        """ln mu less that of the law at each point, shape (points,)."""
+        return self.curves.vectors @ self.curves.departure + self.curves.remainder
+
     def predicted(self, retained: IndexArray) -> Iterator[PredictedCurve]:
         """Each curve, as the retained curves but for itself predict it.
 
@@ -229,11 +238,13 @@ class CurveJudge:
         return retained
 
     def most_agreeing(self) -> IndexArray:
-        """Rows of the curves that agree best with all others; some are left out in any case."""
+        """Rows of the curves that are left when a quarter has been left out, the worst first."""
         count = len(self.curves.conditions)
-        sizes = self.sizes(np.arange(count))
-        left_out = int(_FIRST_LEFT_OUT * count)
-        return np.sort(np.argsort(sizes, kind="stable")[: count - left_out])
+        retained = np.arange(count)
+        for _ in range(int(_FIRST_LEFT_OUT * count)):
+            worst = int(first_largest(self.sizes(retained)[retained]))
+            retained = np.delete(retained, worst)
+        return retained
 
 
 @dataclass(frozen=True)
@@ -279,39 +290,45 @@ def curve_shapes(
     if len(measurements.conditions) < FEWEST_CURVES:
         raise ValueError(f"{len(measurements.conditions)} curves; expected {FEWEST_CURVES} or more")
     curves, points = measurements.canonical_order()
-    ordered = _at_common_slips(measurements.in_canonical_order(), law, errors)
+    ordered, moved = _at_common_slips(measurements.in_canonical_order(), law, errors)
     box = box_of(ordered)
     fit = _fit_without_odd_curves(ordered, law, errors, box)
     shapes: list[CurveShape] = []
     for rows in _parts(scaled_conditions(ordered.conditions)):
         points_of_part = np.flatnonzero(np.isin(ordered.curve, rows))
-        judge = fit.judge(ordered.of_curves(rows), box)
-        retained = judge.settled(judge.most_agreeing())
+        part = ordered.of_curves(rows)
+        judge = fit.judge(part, box)
+        of_law = fit.law.log_mu(part.point_conditions, part.slip)
+        retained = judge.settled(np.arange(len(rows)))
         for row, predicted in zip(rows, judge.predicted(retained), strict=True):
-            rows_of_points = points[points_of_part[predicted.points]]
-            mu = measurements.mu[rows_of_points]
-            shapes.append(_shape(int(curves[row]), rows_of_points, mu, predicted))
+            rows_of_points = points_of_part[predicted.points]
+            expected = of_law[predicted.points] + judge.departure[predicted.points]
+            expected -= predicted.deviations() + moved[rows_of_points]
+            shapes.append(
+                _shape(int(curves[row]), points[rows_of_points], np.exp(expected), predicted)
+            )
     return tuple(sorted(shapes, key=lambda shape: shape.curve))
 
 
-def _shape(curve: int, points: IndexArray, mu: FloatArray, predicted: PredictedCurve) -> CurveShape:
+def _shape(
+    curve: int, points: IndexArray, expected: FloatArray, predicted: PredictedCurve
+) -> CurveShape:
     """What is stated on a curve.
 
     Args:
         curve: Row of the curve in the measurements.
         points: Rows of its points in the measurements, shape (points,).
-        mu: Its traction coefficients, shape (points,).
+        expected: mu at its points, as the others say, shape (points,).
         predicted: The curve as the others predict it.
     """
-    deviations, spreads = predicted.deviations(), predicted.spreads()
-    farthest = int(first_largest(np.abs(deviations) / spreads))
+    spreads = predicted.spreads()
+    farthest = int(first_largest(np.abs(predicted.deviations()) / spreads))
     return CurveShape(
         curve=curve,
         point=int(points[farthest]),
-        deviation=float(deviations[farthest]),
-        expected_mu=float(mu[farthest] * np.exp(-deviations[farthest])),
+        expected_mu=float(expected[farthest]),
         spread=float(spreads[farthest]),
-        largest_spread=float(spreads.max()),
+        usual_spread=float(np.median(spreads)),
         size=predicted.size,
     )
 
@@ -348,7 +365,8 @@ def _fit(
         law: The law to be fitted.
         errors: Sizes of the errors of the rig, before the data.
         box: The box of the tested conditions.
-        last: An earlier fit; without one, only points clear of zero traction count.
+        last: An earlier fit. Without one, only points clear of zero traction count, and the sizes
+            are those before the data: a bad curve must not raise them.
     """
     known = priors(errors, CAUTIOUS)
     zero_sd = errors.zero.median if last is None else last.zero_sd
@@ -356,7 +374,7 @@ def _fit(
     if last is None:
         clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO * zero_sd)
         curves = reduced(measurements.of_points(clear), free_law, free_law.log_mu, zero_sd, box)
-        logarithms = most_likely_sizes(curves, box, known)
+        logarithms = np.log([prior.median for prior in known])
     else:
         curves = reduced(measurements, free_law, last.log_mu, _LARGEST_ZERO * zero_sd, box)
         logarithms = most_likely_sizes(curves, box, known, last.logarithms)
@@ -370,8 +388,10 @@ def _fit(
     return _Fit(free_law, log_mu, logarithms, float(covariance.sizes.effects[_ZERO]))
 
 
-def _at_common_slips(ordered: Measurements, law: Law, errors: RunErrorSizes) -> Measurements:
-    """The points at slips that curves share, moved there along the law.
+def _at_common_slips(
+    ordered: Measurements, law: Law, errors: RunErrorSizes
+) -> tuple[Measurements, FloatArray]:
+    """The points at slips that curves share, and by how much ln mu moves along the law to there.
 
     Measured slips of one set point differ a little. The cost depends on the number of slips.
 
@@ -386,7 +406,8 @@ def _at_common_slips(ordered: Measurements, law: Law, errors: RunErrorSizes) -> 
     slip = unscaled_slip(_SLIP_STEP * np.maximum(steps, 1))
     conditions = ordered.point_conditions
     moved = free_law.log_mu(conditions, slip) - free_law.log_mu(conditions, ordered.slip)
-    return Measurements(ordered.conditions, ordered.curve, slip, ordered.mu * np.exp(moved))
+    mu = ordered.mu * np.exp(moved)
+    return Measurements(ordered.conditions, ordered.curve, slip, mu), moved
 
 
 def _sample(ordered: Measurements) -> IndexArray:
