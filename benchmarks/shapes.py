@@ -2,7 +2,8 @@
 
 Campaigns of 24 runs have two bad curves, those of 12 runs have one. `named` and `refused` count bad
 curves that are odd, and those that are so by more than the limit of a refusal; `good named` and
-`good refused` count good curves beside them. Clean campaigns have twelve or six slips.
+`good refused` count good curves beside them. Clean campaigns have fifteen or six slips. A line per
+campaign is printed while it runs.
 
     python benchmarks/shapes.py bad [first seed] [last seed]      (six defects, four truths)
     python benchmarks/shapes.py clean [first seed] [last seed]    (all truths)
@@ -11,6 +12,7 @@ curves that are odd, and those that are so by more than the limit of a refusal; 
 Takes 2 minutes per seed. Parts with different seeds can run one after the other.
 """
 
+import itertools
 import sys
 import time
 from pathlib import Path
@@ -63,8 +65,9 @@ def trial(
     start = time.perf_counter()
     sizes = np.array([shape.size for shape in curve_shapes(points, PAPER_LAW)])
     is_named, is_refused = sizes > 1, sizes > REFUSED_SIZE
-    return {
+    row: dict[str, object] = {
         "damage": name,
+        "truth": truth,
         "truths": "kinks" if truth == "pw" else "smooth",
         "runs": len(conditions),
         "slips": len(slips),
@@ -77,6 +80,13 @@ def trial(
         "largest good": sizes[~is_bad].max(),
         "s": time.perf_counter() - start,
     }
+    print(
+        " ".join(
+            f"{value:.3g}" if isinstance(value, float) else str(value) for value in row.values()
+        ),
+        flush=True,
+    )
+    return row
 
 
 COUNTS = ["bad", "named", "refused", "good", "good named", "good refused"]
@@ -85,11 +95,10 @@ COUNTS = ["bad", "named", "refused", "good", "good named", "good refused"]
 def bad(seeds: range) -> None:
     """Print how many bad curves are named, and how many good ones beside them."""
     rows = []
-    for damage in DAMAGES:
-        for truth in DAMAGED_TRUTHS:
-            for conditions, bad_count in ((latin(), 2), (TWELVE, 1)):
-                for seed in seeds:
-                    rows.append(trial(damage, truth, conditions, bad_count, seed))
+    for seed in seeds:
+        for damage, truth in itertools.product(DAMAGES, DAMAGED_TRUTHS):
+            rows.append(trial(damage, truth, TWELVE, 1, seed))
+            rows.append(trial(damage, truth, latin(), 2, seed))
     table = pd.DataFrame(rows)
     for groups in (["damage", "truths", "runs"], ["runs"]):
         print(table.groupby(groups, sort=False)[COUNTS].sum().to_string(), end="\n\n")
