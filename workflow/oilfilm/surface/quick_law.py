@@ -23,7 +23,9 @@ _USUAL_RESIDUAL = 0.1
 _STEPS = 60
 
 
-def quick_law(law: Law, measurements: Measurements, smallest_mu: float) -> FreeLaw:
+def quick_law(
+    law: Law, measurements: Measurements, smallest_mu: float, near: FreeLaw | None = None
+) -> FreeLaw:
     """The law fitted to the logarithms of points by robust least squares.
 
     Exponents of conditions with one level are 0 and are not free.
@@ -32,6 +34,7 @@ def quick_law(law: Law, measurements: Measurements, smallest_mu: float) -> FreeL
         law: A law by the maximum Hertz pressure, the speed and the temperature.
         measurements: The points.
         smallest_mu: Points of less traction do not count.
+        near: A fit to nearly the same points, at which the search starts.
 
     Raises:
         ValueError: No point has as much traction.
@@ -60,7 +63,7 @@ def quick_law(law: Law, measurements: Measurements, smallest_mu: float) -> FreeL
         return with_free(values).log_slopes(conditions, slip)
 
     searches = []
-    for start in _starts(law):
+    for start in _starts(law) if near is None else [near.constants]:
         search = scipy.optimize.least_squares(
             residuals,
             np.clip(start, lower, upper)[free],

@@ -183,6 +183,12 @@ class CurveJudge:
         """ln mu less that of the law at each point, shape (points,)."""
         return self.curves.vectors @ self.curves.departure + self.curves.remainder
 
+    @cached_property
+    def by_curve(self) -> list[tuple[IndexArray, IndexArray, FloatArray]]:
+        """Indices of the coordinates, rows of the points, and V of each curve."""
+        of_curves = coordinates_by_group(self.curves.curve, np.arange(len(self.curves.conditions)))
+        return [(own, *self.curves.vectors_of(own)) for own in of_curves]
+
     def predicted(self, retained: IndexArray) -> Iterator[PredictedCurve]:
         """Each curve, as the retained curves but for itself predict it.
 
@@ -196,8 +202,7 @@ class CurveJudge:
         position[given] = np.arange(len(given))
         inverse = scipy.linalg.inv(self.covariance[np.ix_(given, given)])
         weights = inverse @ self.curves.departure[given]
-        groups = coordinates_by_group(self.curves.curve, np.arange(count))
-        for row, coordinates in enumerate(groups):
+        for row, (coordinates, points, vectors) in enumerate(self.by_curve):
             if is_retained[row]:
                 own = position[coordinates]
                 spread = scipy.linalg.inv(inverse[np.ix_(own, own)])
@@ -207,7 +212,6 @@ class CurveJudge:
                 spread = self.covariance[np.ix_(coordinates, coordinates)]
                 spread = spread - across @ inverse @ across.T
                 error = self.curves.departure[coordinates] - across @ weights
-            points, vectors = self.curves.vectors_of(coordinates)
             remainder = self.curves.remainder[points]
             spread = (spread + spread.T) / 2
             yield PredictedCurve(points, vectors, error, spread, remainder, self.noise)
@@ -290,9 +294,12 @@ def curve_shapes(
     if len(measurements.conditions) < FEWEST_CURVES:
         raise ValueError(f"{len(measurements.conditions)} curves; expected {FEWEST_CURVES} or more")
     curves, points = measurements.canonical_order()
-    ordered, moved = _at_common_slips(measurements.in_canonical_order(), law, errors)
+    as_measured = measurements.in_canonical_order()
+    sample = as_measured.of_curves(_sample(as_measured))
+    first_law = quick_law(law, sample, _LARGEST_ZERO * errors.zero.median)
+    ordered, moved = _at_common_slips(as_measured, first_law)
     box = box_of(ordered)
-    fit = _fit_without_odd_curves(ordered, law, errors, box)
+    fit = _fit_without_odd_curves(ordered, first_law, errors, box)
     shapes: list[CurveShape] = []
     for rows in _parts(scaled_conditions(ordered.conditions)):
         points_of_part = np.flatnonzero(np.isin(ordered.curve, rows))
@@ -334,78 +341,94 @@ def _shape(
 
 
 def _fit_without_odd_curves(
-    ordered: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
+    ordered: Measurements, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox
 ) -> _Fit:
-    """Law and sizes by the curves that do not contradict each other."""
+    """Law and sizes by the curves that do not contradict each other.
+
+    Args:
+        ordered: The points, in canonical order.
+        law: The law, fitted to all curves.
+        errors: Sizes of the errors of the rig, before the data.
+        box: The box of the tested conditions.
+    """
     sample = ordered.of_curves(_sample(ordered))
     retained = np.arange(len(sample.conditions))
-    fit = _fit(sample, law, errors, box, None)
-    judge = fit.judge(sample, box)
-    left = judge.most_agreeing()
+    fit = _first_fit(sample, law, errors, box)
+    left = fit.judge(sample, box).most_agreeing()
     for _ in range(_MOST_ROUNDS):
         if np.array_equal(left, retained):
             break
         retained = left
-        fit = _fit(sample.of_curves(retained), law, errors, box, fit)
+        fit = _next_fit(sample.of_curves(retained), errors, box, fit)
         left = fit.judge(sample, box).settled(retained)
     return fit
 
 
-def _fit(
-    measurements: Measurements,
-    law: Law,
-    errors: RunErrorSizes,
-    box: ConditionBox,
-    last: _Fit | None,
+def _first_fit(
+    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox
 ) -> _Fit:
-    """Law and sizes by some curves.
+    """The sizes that are expected before the data: a bad curve must not raise them.
+
+    Points near zero traction do not count, because their logarithm needs a surface.
 
     Args:
         measurements: The points.
-        law: The law to be fitted.
+        law: The law, fitted to all curves.
         errors: Sizes of the errors of the rig, before the data.
         box: The box of the tested conditions.
-        last: An earlier fit. Without one, only points clear of zero traction count, and the sizes
-            are those before the data: a bad curve must not raise them.
     """
-    known = priors(errors, CAUTIOUS)
-    zero_sd = errors.zero.median if last is None else last.zero_sd
-    free_law = quick_law(law, measurements, _LARGEST_ZERO * zero_sd)
-    if last is None:
-        clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO * zero_sd)
-        curves = reduced(measurements.of_points(clear), free_law, free_law.log_mu, zero_sd, box)
-        logarithms = np.log([prior.median for prior in known])
-    else:
-        curves = reduced(measurements, free_law, last.log_mu, _LARGEST_ZERO * zero_sd, box)
-        logarithms = most_likely_sizes(curves, box, known, last.logarithms)
+    zero_sd = errors.zero.median
+    is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO * zero_sd)
+    curves = reduced(measurements.of_points(is_clear), law, law.log_mu, zero_sd, box)
+    logarithms = np.log([prior.median for prior in priors(errors, CAUTIOUS)])
+    return _with_surface(curves, law, logarithms, box)
+
+
+def _next_fit(
+    measurements: Measurements, errors: RunErrorSizes, box: ConditionBox, last: _Fit
+) -> _Fit:
+    """Law and sizes by the retained curves.
+
+    Args:
+        measurements: The points of the retained curves.
+        errors: Sizes of the errors of the rig, before the data.
+        box: The box of the tested conditions.
+        last: The fit before.
+    """
+    largest_zero = _LARGEST_ZERO * last.zero_sd
+    law = quick_law(last.law.law, measurements, largest_zero, last.law)
+    curves = reduced(measurements, law, last.log_mu, largest_zero, box)
+    logarithms = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), last.logarithms)
+    return _with_surface(curves, law, logarithms, box)
+
+
+def _with_surface(
+    curves: ReducedCurves, law: FreeLaw, logarithms: FloatArray, box: ConditionBox
+) -> _Fit:
+    """A fit with the surface that its curves give."""
     covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
     posterior = DensePosterior(covariance)
 
     def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """ln mu of the surface."""
-        return log_mu_of(free_law, posterior, box, conditions, slip)
+        return log_mu_of(law, posterior, box, conditions, slip)
 
-    return _Fit(free_law, log_mu, logarithms, float(covariance.sizes.effects[_ZERO]))
+    return _Fit(law, log_mu, logarithms, float(covariance.sizes.effects[_ZERO]))
 
 
-def _at_common_slips(
-    ordered: Measurements, law: Law, errors: RunErrorSizes
-) -> tuple[Measurements, FloatArray]:
+def _at_common_slips(ordered: Measurements, law: FreeLaw) -> tuple[Measurements, FloatArray]:
     """The points at slips that curves share, and by how much ln mu moves along the law to there.
 
     Measured slips of one set point differ a little. The cost depends on the number of slips.
 
     Args:
         ordered: The points, in canonical order.
-        law: The law to be fitted.
-        errors: Sizes of the errors of the rig, before the data.
+        law: The law, fitted to all curves.
     """
-    sample = ordered.of_curves(_sample(ordered))
-    free_law = quick_law(law, sample, _LARGEST_ZERO * errors.zero.median)
     steps = np.round(scaled_slip(ordered.slip) / _SLIP_STEP)
     slip = unscaled_slip(_SLIP_STEP * np.maximum(steps, 1))
     conditions = ordered.point_conditions
-    moved = free_law.log_mu(conditions, slip) - free_law.log_mu(conditions, ordered.slip)
+    moved = law.log_mu(conditions, slip) - law.log_mu(conditions, ordered.slip)
     mu = ordered.mu * np.exp(moved)
     return Measurements(ordered.conditions, ordered.curve, slip, mu), moved
 
