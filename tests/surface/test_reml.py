@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from lawless_truths import DENG_CONSTANTS, TRUTHS
+from oilfilm.surface import reml
 from oilfilm.surface.effects import LogNormal, RunErrorSizes
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.reduction import box_of, reduced
-from oilfilm.surface.reml import MISFIT, Sizes, most_likely_sizes, objective, priors, size_names
+from oilfilm.surface.reml import MISFIT, most_likely_sizes, objective, priors, size_names
 from oilfilm.traction import PAPER_LAW
 from surface_campaigns import PlantedErrors, fitted_law, grid, simulated
 
@@ -79,6 +80,26 @@ def test_misfit_tells_a_true_law_from_a_wrong_one():
     assert kappa["own"] < 0.02 < kappa["sol"]
 
 
+def test_a_search_that_is_cut_short_is_not_called_converged(monkeypatch):
+    curves, box = curves_about(LAW, simulated(TRUTHS["jt"], CUBE, np.random.default_rng(9)))
+    known = priors(RunErrorSizes(), MISFIT)
+    whole = most_likely_sizes(curves, box, known)
+    monkeypatch.setattr(reml, "_ITERATIONS", 3)
+    short = most_likely_sizes(curves, box, known)
+    assert whole.converged and not short.converged
+    # at a maximum no size gains by a change; 0.5 is the gain of one standard deviation
+    assert largest_slope(whole, curves, box, known) < 0.5 < largest_slope(short, curves, box, known)
+
+
+def largest_slope(found, curves, box, known):
+    """Largest slope of the likelihood by the logarithm of a size that is at no bound."""
+    _, slopes = objective(found.logarithms, curves, box, known)
+    lower = np.log([prior.smallest for prior in known])
+    upper = np.log([prior.largest for prior in known])
+    is_inside = (found.logarithms > lower) & (found.logarithms < upper)
+    return np.abs(slopes[is_inside]).max()
+
+
 def _most_likely(law, measured):
     curves, box = curves_about(law, measured)
-    return Sizes.from_logarithms(most_likely_sizes(curves, box, priors(OPEN, MISFIT)))
+    return most_likely_sizes(curves, box, priors(OPEN, MISFIT)).sizes

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, scaled_slip
 from oilfilm.surface.support import SlipCoverage, Support, support_codes
 
+DEFAULTS = SurfaceLimits()
 NOTHING_AT_BOUND = np.zeros((1, 0))
 
 
@@ -17,14 +19,15 @@ def coverage(slips):
     return SlipCoverage.of_measurements(Measurements(conditions, curve, both, 0.5 * both))
 
 
-def code(slips, slip, spread=0.01, of_constants=NOTHING_AT_BOUND):
+def code(slips, slip, spread=0.01, of_constants=NOTHING_AT_BOUND, limits=DEFAULTS):
     point, at_level = np.array([slip]), np.zeros(1, dtype=bool)
-    return support_codes(coverage(slips), point, np.array([spread]), of_constants, at_level)[0]
+    spreads = np.array([spread])
+    return support_codes(limits, coverage(slips), point, spreads, of_constants, at_level)[0]
 
 
-def test_reach_is_half_the_widest_gap():
+def test_widest_gap_is_that_of_a_curve():
     gap = scaled_slip(np.array([0.25])) - scaled_slip(np.array([0.05]))
-    assert coverage([0.01, 0.05, 0.25]).reach == pytest.approx(gap[0] / 2)
+    assert coverage([0.01, 0.05, 0.25]).widest_gap == pytest.approx(gap[0])
 
 
 @pytest.mark.parametrize(
@@ -55,3 +58,27 @@ def test_a_constant_at_its_bound_counts_where_it_moves_mu():
     slips = (0.01, 0.05, 0.25)
     assert code(slips, 0.05, of_constants=np.array([[0.001, 0.06]])) == Support.CONSTANT_AT_BOUND
     assert code(slips, 0.05, of_constants=np.array([[0.001, 0.04]])) == Support.SUPPORTED
+
+
+@pytest.mark.parametrize(
+    ("limits", "slip", "spread", "of_constants"),
+    [
+        (SurfaceLimits(largest_spread=0.009), 0.05, 0.01, NOTHING_AT_BOUND),
+        (SurfaceLimits(fewest_slips=4), 0.12, 0.01, NOTHING_AT_BOUND),
+        # 0.12 is 0.46 of the gap above 0.05
+        (SurfaceLimits(reach_in_gaps=0.4), 0.12, 0.01, NOTHING_AT_BOUND),
+        (SurfaceLimits(largest_spread_of_bound=0.01), 0.05, 0.01, np.array([[0.02]])),
+    ],
+)
+def test_a_stricter_limit_takes_the_support_from_an_answer(limits, slip, spread, of_constants):
+    slips = (0.01, 0.05, 0.25)
+    assert code(slips, slip, spread, of_constants) == Support.SUPPORTED
+    assert code(slips, slip, spread, of_constants, limits) != Support.SUPPORTED
+
+
+@pytest.mark.parametrize(
+    "impossible", [{"level": 95}, {"largest_spread": 0}, {"fewest_slips": -1}, {"reach_in_gaps": 0}]
+)
+def test_a_limit_that_means_nothing_is_refused_by_its_name(impossible):
+    with pytest.raises(ValueError, match=next(iter(impossible))):
+        SurfaceLimits(**impossible)

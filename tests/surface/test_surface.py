@@ -9,7 +9,9 @@ from threadpoolctl import threadpool_limits
 from lawless_truths import DENG_CONSTANTS, TRUTHS
 from oilfilm.surface import surface as surface_module
 from oilfilm.surface.law_mean import FreeLaw
+from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.reml import CAUTIOUS, MISFIT, most_likely_sizes
 from oilfilm.surface.support import Support
 from oilfilm.surface.surface import fit_surface
 from oilfilm.traction import PAPER_LAW
@@ -91,7 +93,7 @@ def test_repeated_runs_raise_no_claim():
     measured = simulated(TRUTHS["own"], np.repeat(CORNERS, 3, axis=0), random, slips=SLIPS)
     factors = fit_surface(measured, fitted_law(measured)).interval_factors
     assert factors.level == pytest.approx(8 / 9)
-    assert factors.curve >= factors.point >= 1.96
+    assert factors.curve >= factors.point >= 1.959
 
 
 def test_standard_errors_of_constants_hold_the_planted_constants():
@@ -123,6 +125,19 @@ def test_a_law_that_misses_points_near_zero_by_a_third_does_not_move_the_rest():
     np.testing.assert_allclose(prediction.mu, truth, rtol=0.02)
 
 
+@pytest.mark.parametrize("cut_short", [MISFIT, CAUTIOUS])
+def test_a_surface_says_whether_both_searches_of_sizes_converged(
+    measured, law, fitted, monkeypatch, cut_short
+):
+    def most_likely(curves, box, known, start=None):
+        found = most_likely_sizes(curves, box, known, start)
+        return replace(found, converged=cut_short not in known)
+
+    monkeypatch.setattr(surface_module, "most_likely_sizes", most_likely)
+    assert fitted.converged
+    assert not fit_surface(measured, law).converged
+
+
 def test_points_that_are_all_near_zero_are_refused_with_a_reason(measured, law):
     with pytest.raises(ValueError, match="check the unit of mu"):
         fit_surface(replace(measured, mu=measured.mu * 1e-4), law)
@@ -133,6 +148,13 @@ def test_no_interval_is_given_without_support(fitted):
     assert prediction.support.tolist() == [Support.SUPPORTED, Support.FAR_FROM_TESTED_SLIPS]
     lower, upper = prediction.interval(2.0)
     assert np.isfinite(lower[0]) and np.isnan([lower[1], upper[1]]).all()
+
+
+def test_a_lower_level_gives_a_narrower_interval_of_the_same_surface(measured, law, fitted):
+    modest = fit_surface(measured, law, limits=SurfaceLimits(level=0.8))
+    assert modest.interval_factors.level == pytest.approx(0.8)
+    assert modest.interval_factors.point < fitted.interval_factors.point
+    np.testing.assert_array_equal(modest.log_mu(NEW, NEW_SLIP), fitted.log_mu(NEW, NEW_SLIP))
 
 
 def test_pure_rolling_is_refused(fitted):

@@ -198,13 +198,32 @@ def objective(
     return value + np.sum(scores**2) / 2, gradient + scores / deviations
 
 
+@dataclass(frozen=True)
+class FoundSizes:
+    """Where the search for the most likely sizes ended.
+
+    Attributes:
+        logarithms: Logarithms of the sizes, in the order of `size_names`.
+        converged: Whether the search reached a maximum of the likelihood. If not, the sizes are
+            those of its last step.
+    """
+
+    logarithms: FloatArray
+    converged: bool
+
+    @property
+    def sizes(self) -> Sizes:
+        """The sizes."""
+        return Sizes.from_logarithms(self.logarithms)
+
+
 def most_likely_sizes(
     curves: ReducedCurves,
     box: ConditionBox,
     known: tuple[LogNormal, ...],
     start: FloatArray | None = None,
-) -> FloatArray:
-    """Logarithms of the most likely sizes, in the order of `size_names`.
+) -> FoundSizes:
+    """The most likely sizes.
 
     Args:
         curves: The curves.
@@ -225,7 +244,7 @@ def most_likely_sizes(
         bounds=scipy.optimize.Bounds(lower, upper),
         options={"maxiter": _ITERATIONS, "ftol": 1e-8},
     )
-    return np.asarray(search.x)
+    return FoundSizes(np.asarray(search.x), bool(search.success))
 
 
 def _inverse(factor: FloatArray) -> FloatArray:

@@ -1,7 +1,4 @@
-"""Where a surface has support: the reasons for which it gives no answer.
-
-Decides: when there is no support.
-"""
+"""Where a surface has support: the reasons for which it gives no answer."""
 
 from dataclasses import dataclass
 from enum import IntEnum
@@ -9,16 +6,11 @@ from enum import IntEnum
 import numpy as np
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
+from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, scaled_slip
 
-# Largest standard deviation of the surface in ln mu.
-_LARGEST_SPREAD = 0.15
-# A curve with fewer slips does not show the shape between them.
-_FEWEST_SLIPS = 3
 # Scaled slips within this distance are the same slip: 0.02 is 2 % of a slip far above 0.003.
 _SAME_SLIP = 0.02
-# A constant at its bound matters where its own uncertainty moves ln mu by more.
-_BOUND_MATTERS = 0.05
 
 
 class Support(IntEnum):
@@ -38,36 +30,37 @@ class SlipCoverage:
 
     Attributes:
         scaled: Scaled slips in ascending order, shape (slips,).
-        reach: Largest distance from a tested slip that has support, between tested slips.
+        widest_gap: Widest gap between the slips of a curve, median over the curves.
         per_curve: Different slips in a curve, median over the curves.
     """
 
     scaled: FloatArray
-    reach: float
+    widest_gap: float
     per_curve: float
 
     @classmethod
     def of_measurements(cls, measurements: Measurements) -> "SlipCoverage":
-        """The tested slips of points in canonical order.
-
-        The reach is half the widest gap of a curve, median over the curves.
-        """
+        """The tested slips of points in canonical order."""
         scaled = scaled_slip(measurements.slip)
         ends = np.flatnonzero(np.diff(measurements.curve)) + 1
         gaps = [np.diff(of_curve) for of_curve in np.split(scaled, ends)]
         counts = [1 + np.count_nonzero(gap > _SAME_SLIP) for gap in gaps]
         widest = [gap.max(initial=0.0) for gap in gaps]
-        return cls(np.unique(scaled), float(np.median(widest)) / 2, float(np.median(counts)))
+        return cls(np.unique(scaled), float(np.median(widest)), float(np.median(counts)))
 
-    def is_far(self, slip: FloatArray) -> BoolArray:
+    def is_far(self, slip: FloatArray, reach_in_gaps: float) -> BoolArray:
         """Whether each slip is too far from the tested ones, shape (points,).
 
         Beyond the first and the last tested slip only one neighbour holds the surface, so that
         half the reach is left.
+
+        Args:
+            slip: Slide-roll ratio of each point, shape (points,).
+            reach_in_gaps: Reach of a tested slip, over the widest gap.
         """
         scaled = scaled_slip(slip)
         beyond = (scaled < self.scaled[0]) | (scaled > self.scaled[-1])
-        reach = np.where(beyond, self.reach / 2, self.reach)
+        reach = reach_in_gaps * self.widest_gap * np.where(beyond, 0.5, 1.0)
         return self.distance(slip) > reach + _SAME_SLIP
 
     def distance(self, slip: FloatArray) -> FloatArray:
@@ -78,13 +71,9 @@ class SlipCoverage:
         to_above = np.abs(self.scaled[above] - scaled)
         return np.minimum(to_above, np.abs(self.scaled[below] - scaled))
 
-    @property
-    def few(self) -> bool:
-        """Whether a curve has too few slips to show its shape."""
-        return self.per_curve < _FEWEST_SLIPS
-
 
 def support_codes(
+    limits: SurfaceLimits,
     slips: SlipCoverage,
     slip: FloatArray,
     spread: FloatArray,
@@ -94,6 +83,7 @@ def support_codes(
     """Code of `Support` of each point; the last reason that applies counts, shape (points,).
 
     Args:
+        limits: What is asked of a surface.
         slips: The tested slips.
         slip: Slide-roll ratio of each point, shape (points,).
         spread: Standard deviation of the surface in ln mu, shape (points,).
@@ -102,12 +92,14 @@ def support_codes(
         leaves_single_level: Whether a condition that was not varied has another value,
             shape (points,).
     """
-    distance = slips.distance(slip)
+    is_between = slips.distance(slip) > _SAME_SLIP
+    too_few = slips.per_curve < limits.fewest_slips
+    at_bound = np.any(of_constants > limits.largest_spread_of_bound, axis=1)
     reasons: list[tuple[Support, BoolArray]] = [
-        (Support.CONSTANT_AT_BOUND, np.any(of_constants > _BOUND_MATTERS, axis=1)),
-        (Support.SPREAD_TOO_LARGE, spread > _LARGEST_SPREAD),
-        (Support.FAR_FROM_TESTED_SLIPS, slips.is_far(slip)),
-        (Support.FEW_SLIPS, slips.few & (distance > _SAME_SLIP)),
+        (Support.CONSTANT_AT_BOUND, at_bound),
+        (Support.SPREAD_TOO_LARGE, spread > limits.largest_spread),
+        (Support.FAR_FROM_TESTED_SLIPS, slips.is_far(slip, limits.reach_in_gaps)),
+        (Support.FEW_SLIPS, too_few & is_between),
         (Support.CONDITION_NOT_VARIED, leaves_single_level),
     ]
     codes = np.full(len(slip), Support.SUPPORTED, dtype=np.int64)

@@ -14,6 +14,7 @@ from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes, effect_design
 from oilfilm.surface.interval import IntervalFactors, interval_factors
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
+from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, Posterior, spread_out
 from oilfilm.surface.reduction import ReducedCurves, at_points, box_of, is_near_zero, reduced
@@ -89,6 +90,9 @@ class Surface:
         measurements: The points, in canonical order.
         verdict: What the measurements say of the law.
         misfit_covariance: Covariance of the curves without the caution of intervals.
+        limits: What is asked of an answer.
+        converged: Whether the sizes are most likely, those of the misfit and the cautious ones. If
+            not, intervals and the verdict rest on the last step of a search that found no maximum.
     """
 
     law: FreeLaw
@@ -98,6 +102,8 @@ class Surface:
     measurements: Measurements
     verdict: LawVerdict
     misfit_covariance: CurveCovariance
+    limits: SurfaceLimits
+    converged: bool
 
     @with_one_blas_thread
     def log_mu(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -138,7 +144,12 @@ class Surface:
             surface_sd=spread,
             next_run_sd=np.sqrt(next_run),
             support=support_codes(
-                self.slips, slip, spread, np.concatenate(of_bounds), np.concatenate(single)
+                self.limits,
+                self.slips,
+                slip,
+                spread,
+                np.concatenate(of_bounds),
+                np.concatenate(single),
             ),
         )
 
@@ -172,14 +183,57 @@ def _interval_factors(surface: Surface) -> IntervalFactors:
         surface.measurements.curve,
         condition,
         surface.posterior.left_out(condition),
+        surface.limits.level,
     )
 
 
-@with_one_blas_thread
+@dataclass(frozen=True)
+class SurfaceSizes:
+    """The sizes of a surface, as logarithms in the order of `oilfilm.surface.reml.size_names`.
+
+    With the points and the law they give the whole surface, without a search.
+
+    Attributes:
+        first: Of the first surface, which takes the points whose logarithm is safe.
+        misfit: With an open mind on the misfit of the law.
+        interval: With the caution that intervals need.
+        converged: Whether `misfit` and `interval` are most likely. If not, they are the last step
+            of a search that found no maximum.
+    """
+
+    first: FloatArray
+    misfit: FloatArray
+    interval: FloatArray
+    converged: bool
+
+
 def fit_surface(
-    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes | None = None
+    measurements: Measurements,
+    law: FreeLaw,
+    errors: RunErrorSizes | None = None,
+    limits: SurfaceLimits | None = None,
 ) -> Surface:
     """The surface of measured points about a fitted law.
+
+    Args:
+        measurements: The points, in any order.
+        law: The best fitted law.
+        errors: Sizes of the errors of the rig, before the data.
+        limits: What is asked of an answer.
+
+    Raises:
+        ValueError: No point is clear of zero traction.
+    """
+    errors = errors or RunErrorSizes()
+    sizes = most_likely_surface(measurements, law, errors)
+    return surface_of_sizes(measurements, law, errors, sizes, limits)
+
+
+@with_one_blas_thread
+def most_likely_surface(
+    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes
+) -> SurfaceSizes:
+    """The most likely sizes of a surface.
 
     The first pass takes the points whose logarithm is safe and the slopes of the law. The second
     pass takes all points, and the slopes of the first surface.
@@ -192,19 +246,50 @@ def fit_surface(
     Raises:
         ValueError: No point is clear of zero traction.
     """
-    errors = errors or RunErrorSizes()
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
     sample = _sample(ordered)
-    log_mu, zero_sd, start = _first_pass(sample, law, errors, box)
-
+    first_curves = _clear_curves(sample, law, errors, box)
+    first = most_likely_sizes(first_curves, box, priors(errors, CAUTIOUS))
+    log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first.sizes)
     curves = reduced(sample, law, log_mu, zero_sd, box)
-    of_misfit = most_likely_sizes(curves, box, priors(errors, MISFIT), start)
-    cautious = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), start)
-    if len(sample.conditions) < len(ordered.conditions):
-        curves = reduced(ordered, law, log_mu, zero_sd, box)
-    posterior, covariance = _posterior(curves, box, cautious)
-    misfit_posterior, misfit_covariance = _posterior(curves, box, of_misfit)
+    of_misfit = most_likely_sizes(curves, box, priors(errors, MISFIT), first.logarithms)
+    cautious = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), first.logarithms)
+    return SurfaceSizes(
+        first=first.logarithms,
+        misfit=of_misfit.logarithms,
+        interval=cautious.logarithms,
+        converged=of_misfit.converged and cautious.converged,
+    )
+
+
+@with_one_blas_thread
+def surface_of_sizes(
+    measurements: Measurements,
+    law: FreeLaw,
+    errors: RunErrorSizes,
+    sizes: SurfaceSizes,
+    limits: SurfaceLimits | None = None,
+) -> Surface:
+    """The surface of measured points, a law and known sizes.
+
+    Args:
+        measurements: The points, in any order.
+        law: The law of the search.
+        errors: Sizes of the errors of the rig, as in the search.
+        sizes: The sizes.
+        limits: What is asked of an answer.
+    """
+    ordered = measurements.in_canonical_order()
+    box = box_of(ordered)
+    first_curves = _clear_curves(_sample(ordered), law, errors, box)
+    first_sizes = Sizes.from_logarithms(sizes.first)
+    log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first_sizes)
+    curves = reduced(ordered, law, log_mu, zero_sd, box)
+    posterior, covariance = _posterior(curves, box, Sizes.from_logarithms(sizes.interval))
+    misfit_posterior, misfit_covariance = _posterior(
+        curves, box, Sizes.from_logarithms(sizes.misfit)
+    )
     return Surface(
         law=law,
         posterior=posterior,
@@ -213,13 +298,19 @@ def fit_surface(
         measurements=ordered,
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
+        limits=limits or SurfaceLimits(),
+        converged=sizes.converged,
     )
 
 
-def _first_pass(
+def _clear_curves(
     sample: Measurements, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox
-) -> tuple[LogMu, float, FloatArray]:
-    """ln mu of the first surface, the error of the zero, and the logarithms of the sizes."""
+) -> ReducedCurves:
+    """The curves of the points whose logarithm is safe.
+
+    Raises:
+        ValueError: No point is clear of zero traction.
+    """
     zero_sd = errors.zero.median
     is_clear = ~is_near_zero(sample.mu, zero_sd)
     if not is_clear.any():
@@ -227,9 +318,14 @@ def _first_pass(
             f"no mu is above ten times the error of the zero, {zero_sd:g}; check the unit of mu "
             "and the zero of the rig"
         )
-    curves = reduced(sample.of_points(is_clear), law, law.log_mu, zero_sd, box)
-    logarithms = most_likely_sizes(curves, box, priors(errors, CAUTIOUS))
-    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    return reduced(sample.of_points(is_clear), law, law.log_mu, zero_sd, box)
+
+
+def _first_surface(
+    curves: ReducedCurves, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox, sizes: Sizes
+) -> tuple[LogMu, float]:
+    """ln mu of the first surface, and the error of the zero."""
+    covariance = CurveCovariance(curves, box, sizes)
     posterior = DensePosterior(covariance)
 
     def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -237,7 +333,7 @@ def _first_pass(
         return log_mu_of(law, posterior, box, conditions, slip)
 
     # a rig may have a larger zero than it states: more points are then near zero
-    return log_mu, max(zero_sd, float(covariance.sizes.effects[_ZERO])), logarithms
+    return log_mu, max(errors.zero.median, float(sizes.effects[_ZERO]))
 
 
 def log_mu_of(
@@ -252,10 +348,10 @@ def log_mu_of(
 
 
 def _posterior(
-    curves: ReducedCurves, box: ConditionBox, logarithms: FloatArray
+    curves: ReducedCurves, box: ConditionBox, sizes: Sizes
 ) -> tuple[Posterior, CurveCovariance]:
     """The posterior of curves: exact where they are few."""
-    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    covariance = CurveCovariance(curves, box, sizes)
     if len(curves.conditions) <= LARGEST_DENSE:
         return DensePosterior(covariance), covariance
     chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)

@@ -1,0 +1,36 @@
+"""What is asked of a surface before it gives an answer.
+
+Decides: the level of an interval; when there is no support.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SurfaceLimits:
+    """Limits that a laboratory may choose.
+
+    Attributes:
+        level: Share of points of new runs that an interval should hold, where there are conditions
+            enough.
+        largest_spread: Largest standard deviation of the surface in ln mu that has support.
+        fewest_slips: Fewest slips of a curve that show the shape between them.
+        reach_in_gaps: Largest distance from a tested slip that has support, over the widest gap
+            between tested slips.
+        largest_spread_of_bound: Largest standard deviation in ln mu by a constant at its bound that
+            has support.
+    """
+
+    level: float = 0.95
+    largest_spread: float = 0.15
+    fewest_slips: int = 3
+    reach_in_gaps: float = 0.5
+    largest_spread_of_bound: float = 0.05
+
+    def __post_init__(self) -> None:
+        if not 0 < self.level < 1:
+            raise ValueError(f"level is {self.level:g}; expected a share between 0 and 1")
+        for name in ("largest_spread", "fewest_slips", "reach_in_gaps", "largest_spread_of_bound"):
+            limit = getattr(self, name)
+            if not limit > 0:
+                raise ValueError(f"{name} is {limit:g}; expected a number above 0")
