@@ -22,11 +22,6 @@ def scaled_slip(slip: FloatArray) -> FloatArray:
     return np.arcsinh(np.asarray(slip, dtype=float) / _SLIP_SCALE)
 
 
-def unscaled_slip(scaled: FloatArray) -> FloatArray:
-    """Slide-roll ratio from scaled slips."""
-    return _SLIP_SCALE * np.sinh(scaled)
-
-
 def scaled_conditions(conditions: FloatArray) -> FloatArray:
     """ln P / 0.6, ln U / 1.5 and T / 75 K, shape (rows, 3).
 

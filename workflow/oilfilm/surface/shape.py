@@ -36,7 +36,7 @@ from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import FreeLaw
-from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled_slip, unscaled_slip
+from oilfilm.surface.measurements import Measurements, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, spread_out
 from oilfilm.surface.quick_law import quick_law
 from oilfilm.surface.reduction import ReducedCurves, box_of, is_near_zero, reduced
@@ -68,9 +68,6 @@ _LARGEST_PART = 80
 # in it: at mu ten times this error it is so within 0.5 %.
 _LARGEST_ZERO = 4.0
 _ZERO = EFFECTS.index("zero")
-# Distance of the common slips, scaled: 1 % of a slip far above 0.003. A point is moved by half of
-# it at most, so that an error of a fifth in the slope of the law moves mu by 0.1 %.
-_SLIP_STEP = 0.01
 
 
 @dataclass(frozen=True)
@@ -294,12 +291,9 @@ def curve_shapes(
     if len(measurements.conditions) < FEWEST_CURVES:
         raise ValueError(f"{len(measurements.conditions)} curves; expected {FEWEST_CURVES} or more")
     curves, points = measurements.canonical_order()
-    as_measured = measurements.in_canonical_order()
-    sample = as_measured.of_curves(_sample(as_measured))
-    first_law = quick_law(law, sample, _LARGEST_ZERO * errors.zero.median)
-    ordered, moved = _at_common_slips(as_measured, first_law)
+    ordered = measurements.in_canonical_order()
     box = box_of(ordered)
-    fit = _fit_without_odd_curves(ordered, first_law, errors, box)
+    fit = _fit_without_odd_curves(ordered, law, errors, box)
     shapes: list[CurveShape] = []
     for rows in _parts(scaled_conditions(ordered.conditions)):
         points_of_part = np.flatnonzero(np.isin(ordered.curve, rows))
@@ -310,7 +304,7 @@ def curve_shapes(
         for row, predicted in zip(rows, judge.predicted(retained), strict=True):
             rows_of_points = points_of_part[predicted.points]
             expected = of_law[predicted.points] + judge.departure[predicted.points]
-            expected -= predicted.deviations() + moved[rows_of_points]
+            expected -= predicted.deviations()
             shapes.append(
                 _shape(int(curves[row]), points[rows_of_points], np.exp(expected), predicted)
             )
@@ -341,16 +335,9 @@ def _shape(
 
 
 def _fit_without_odd_curves(
-    ordered: Measurements, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox
+    ordered: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
 ) -> _Fit:
-    """Law and sizes by the curves that do not contradict each other.
-
-    Args:
-        ordered: The points, in canonical order.
-        law: The law, fitted to all curves.
-        errors: Sizes of the errors of the rig, before the data.
-        box: The box of the tested conditions.
-    """
+    """Law and sizes by the curves that do not contradict each other."""
     sample = ordered.of_curves(_sample(ordered))
     retained = np.arange(len(sample.conditions))
     fit = _first_fit(sample, law, errors, box)
@@ -365,23 +352,24 @@ def _fit_without_odd_curves(
 
 
 def _first_fit(
-    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox
+    measurements: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
 ) -> _Fit:
-    """The sizes that are expected before the data: a bad curve must not raise them.
+    """The law, and sizes that are expected before the data: a bad curve must not raise them.
 
     Points near zero traction do not count, because their logarithm needs a surface.
 
     Args:
         measurements: The points.
-        law: The law, fitted to all curves.
+        law: The law to be fitted.
         errors: Sizes of the errors of the rig, before the data.
         box: The box of the tested conditions.
     """
     zero_sd = errors.zero.median
+    fitted = quick_law(law, measurements, _LARGEST_ZERO * zero_sd)
     is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO * zero_sd)
-    curves = reduced(measurements.of_points(is_clear), law, law.log_mu, zero_sd, box)
+    curves = reduced(measurements.of_points(is_clear), fitted, fitted.log_mu, zero_sd, box)
     logarithms = np.log([prior.median for prior in priors(errors, CAUTIOUS)])
-    return _with_surface(curves, law, logarithms, box)
+    return _with_surface(curves, fitted, logarithms, box)
 
 
 def _next_fit(
@@ -398,8 +386,9 @@ def _next_fit(
     largest_zero = _LARGEST_ZERO * last.zero_sd
     law = quick_law(last.law.law, measurements, largest_zero, last.law)
     curves = reduced(measurements, law, last.log_mu, largest_zero, box)
-    logarithms = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), last.logarithms)
-    return _with_surface(curves, law, logarithms, box)
+    # a search that did not end gives sizes that are good enough: faults are far beyond the limits
+    found = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), last.logarithms)
+    return _with_surface(curves, law, found.logarithms, box)
 
 
 def _with_surface(
@@ -414,23 +403,6 @@ def _with_surface(
         return log_mu_of(law, posterior, box, conditions, slip)
 
     return _Fit(law, log_mu, logarithms, float(covariance.sizes.effects[_ZERO]))
-
-
-def _at_common_slips(ordered: Measurements, law: FreeLaw) -> tuple[Measurements, FloatArray]:
-    """The points at slips that curves share, and by how much ln mu moves along the law to there.
-
-    Measured slips of one set point differ a little. The cost depends on the number of slips.
-
-    Args:
-        ordered: The points, in canonical order.
-        law: The law, fitted to all curves.
-    """
-    steps = np.round(scaled_slip(ordered.slip) / _SLIP_STEP)
-    slip = unscaled_slip(_SLIP_STEP * np.maximum(steps, 1))
-    conditions = ordered.point_conditions
-    moved = law.log_mu(conditions, slip) - law.log_mu(conditions, ordered.slip)
-    mu = ordered.mu * np.exp(moved)
-    return Measurements(ordered.conditions, ordered.curve, slip, mu), moved
 
 
 def _sample(ordered: Measurements) -> IndexArray:
