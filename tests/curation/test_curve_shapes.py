@@ -1,6 +1,7 @@
 """Logs of a campaign whose curves contradict the others, and logs that no others can judge."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import bad_logs
@@ -10,8 +11,9 @@ from campaigns import rig_contact
 from lawless_truths import TRUTHS
 from oilfilm.base.units import FloatArray
 from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curve_shapes import judged_shapes
 from oilfilm.physics.contact import load_for_max_hertz_pressure
-from surface_campaigns import grid, latin
+from surface_campaigns import grid, latin, simulated
 
 # The film is thick enough at these temperatures for the gate `thin_film`.
 TWELVE = grid((1.0, 1.5), (25.0, 40.0), (25.0, 45.0, 70.0))
@@ -139,3 +141,54 @@ def test_first_log_alone_is_accepted_where_an_oil_may_have_its_curve(slips: Floa
 def test_defects_are_told_where_three_logs_are_too_few_to_judge_each_other():
     conditions = np.vstack([TWELVE[:2], ALONE])
     assert list(told(judged(conditions, EVEN_SLIPS, {2: film_collapse}))) == ["02.csv"]
+
+
+def tables_of(
+    truth: str, conditions: FloatArray, slips: FloatArray, same_oil: bool
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Points and runs of clean curves of one oil, or of one oil per curve."""
+    measured = simulated(TRUTHS[truth], conditions, np.random.default_rng(6), slips=slips)
+    names = np.array([f"{row:02d}" for row in range(len(conditions))])
+    pressure, speed, celsius = measured.point_conditions.T
+    points = pd.DataFrame(
+        {
+            "run_id": names[measured.curve],
+            "oil": "oil" if same_oil else names[measured.curve],
+            "max_hertz_pressure_gpa": pressure,
+            "entrainment_speed_m_s": speed,
+            "inlet_temperature_c": celsius,
+            "slide_roll_ratio": measured.slip,
+            "traction_coefficient": measured.mu,
+            "traction_coefficient_se": 0.003 * measured.mu,
+            "first_row": 0,
+            "last_row": 1,
+            "accepted": True,
+        }
+    )
+    return points, pd.DataFrame({"run_id": names, "rig": "rig", "verdict": "accepted"})
+
+
+@pytest.mark.parametrize("truth", TRUTHS)
+@pytest.mark.parametrize("slips", [TEN_SLIPS, SIX_SLIPS, EVEN_SLIPS], ids=["ten", "six", "even"])
+def test_no_oil_is_beyond_the_limits_that_hold_for_any(truth: str, slips: FloatArray):
+    verdicts = judged_shapes(*tables_of(truth, latin(), slips, same_oil=False))
+    assert (verdicts.refused, verdicts.warnings) == ([], [])
+
+
+def test_curves_that_are_far_from_each_other_are_said_to_be_not_judged():
+    conditions = np.array(
+        [(0.6, 5.0, 25.0), (1.0, 15.0, 60.0), (1.5, 40.0, 90.0), (2.4, 90.0, 120.0)]
+    )
+    verdicts = judged_shapes(*tables_of("mix", conditions, TEN_SLIPS, same_oil=True))
+    assert verdicts.refused == []
+    assert verdicts.not_judged
+    for _, sentence in verdicts.warnings:
+        assert sentence.startswith("shape_not_judged")
+
+
+def test_points_without_pressure_are_not_judged_by_others():
+    points, runs = tables_of("sol", TWELVE, TEN_SLIPS, same_oil=True)
+    points.loc[points["run_id"] == "03", "traction_coefficient"] *= 1.5
+    assert [refusal.run_id for refusal in judged_shapes(points, runs).refused] == ["03"]
+    unknown = points.assign(max_hertz_pressure_gpa=np.nan)
+    assert judged_shapes(unknown, runs).refused == []

@@ -17,7 +17,6 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-
 # Warnings that other runs of the campaign give.
 OF_CAMPAIGN = ("constant_channel", "unusual_shape", "odd_alone")
 
