@@ -181,7 +181,13 @@ def test_no_oil_is_beyond_the_limits_that_hold_for_any(truth: str, slips: FloatA
 
 def test_curves_that_are_far_from_each_other_are_said_to_be_not_judged():
     conditions = np.array(
-        [(0.6, 5.0, 25.0), (1.0, 15.0, 60.0), (1.5, 40.0, 90.0), (2.4, 90.0, 120.0)]
+        [
+            (0.6, 5.0, 25.0),
+            (1.0, 15.0, 60.0),
+            (1.5, 40.0, 90.0),
+            (2.4, 90.0, 120.0),
+            (0.7, 90.0, 40.0),
+        ]
     )
     verdicts = judged_shapes(*tables_of("mix", conditions, TEN_SLIPS, same_oil=True))
     assert verdicts.refused == []

@@ -135,7 +135,15 @@ def test_curve_is_judged_by_the_covariance_of_all_points():
         assert curve.spreads() == pytest.approx(np.sqrt(np.diag(spreads)), rel=1e-5)
 
 
-def test_three_curves_cannot_judge_each_other():
-    measured = simulated(TRUTHS["jt"], TWELVE[:3], np.random.default_rng(36), slips=SLIPS)
-    with pytest.raises(ValueError, match="3 curves; expected 4 or more"):
+def test_no_curve_is_refused_where_half_of_them_contradict_the_others():
+    random = np.random.default_rng(38)
+    clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)
+    half = damaged(clean, [0, 2, 4, 6, 8, 10], film_collapse)
+    shapes = curve_shapes(half, PAPER_LAW)
+    assert max(shape.size for shape in shapes) <= REFUSED_SIZE
+
+
+def test_four_curves_cannot_judge_each_other():
+    measured = simulated(TRUTHS["jt"], TWELVE[:4], np.random.default_rng(36), slips=SLIPS)
+    with pytest.raises(ValueError, match="4 curves; expected 5 or more"):
         curve_shapes(measured, PAPER_LAW)

@@ -96,7 +96,7 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
     """Add the verdicts on curves of one oil and rig, each beside the others.
 
     Args:
-        points: Points of four curves or more, sorted by run and slip.
+        points: Points of five curves or more, sorted by run and slip.
         verdicts: Verdicts, to which those of these curves are added.
     """
     names, curve = np.unique(points["run_id"].to_numpy(str), return_inverse=True)

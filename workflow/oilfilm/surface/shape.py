@@ -57,8 +57,9 @@ _ODD_CURVE = 5.5
 _ODD_DEVIATION = 0.05
 # The size of a curve, in these limits, from which on no other cause than a fault explains it.
 REFUSED_SIZE = 2.0
-# Fewer curves cannot judge each other.
-FEWEST_CURVES = 4
+# Fewer curves cannot judge each other: with one of them left out, four must agree.
+FEWEST_CURVES = 5
+_FEWEST_RETAINED = 4
 # A curve is odd only if its size by the fit to all curves is 1 over this factor or more. A corner
 # of the plan where the oil behaves otherwise is far from a fit without it, and near a fit with it.
 _BY_ALL = 2.0
@@ -234,7 +235,7 @@ class CurveJudge:
             retained: Rows of curves to begin with, most of which agree.
         """
         count = len(self.curves.conditions)
-        fewest = max(FEWEST_CURVES, int(np.ceil((1 - _MOST_LEFT_OUT) * count)))
+        fewest = max(_FEWEST_RETAINED, int(np.ceil((1 - _MOST_LEFT_OUT) * count)))
         for _ in range(2 * count):
             sizes = self.sizes(retained)
             is_retained = np.isin(np.arange(count), retained)
@@ -290,7 +291,7 @@ def curve_shapes(
     """Each curve beside the others that do not contradict each other, in the order of the curves.
 
     Args:
-        measurements: The points; four curves or more.
+        measurements: The points; five curves or more.
         law: A law by the maximum Hertz pressure, the speed and the temperature.
         errors: Sizes of the errors of the rig, before the data.
 
@@ -317,6 +318,8 @@ def curve_shapes(
         sizes_by_all = np.full(len(rows), np.inf)
         if len(retained) < len(rows):
             sizes_by_all = fit_of_all.judge(part, box).sizes(everyone)
+        # where retained curves contradict each other, no majority says which of them are right
+        largest_size = REFUSED_SIZE if np.any(judge.sizes(retained)[retained] > 1) else np.inf
         judged = zip(rows, judge.predicted(retained), sizes_by_all, strict=True)
         for row, predicted, size_by_all in judged:
             rows_of_points = points_of_part[predicted.points]
@@ -328,7 +331,7 @@ def curve_shapes(
                     points[rows_of_points],
                     np.exp(np.minimum(expected, _LARGEST_LOG_MU)),
                     predicted,
-                    size_by_all,
+                    min(_BY_ALL * size_by_all, largest_size),
                 )
             )
     return tuple(sorted(shapes, key=lambda shape: shape.curve))
@@ -339,7 +342,7 @@ def _shape(
     points: IndexArray,
     expected: FloatArray,
     predicted: PredictedCurve,
-    size_by_all: float,
+    largest_size: float,
 ) -> CurveShape:
     """What is stated on a curve.
 
@@ -348,7 +351,7 @@ def _shape(
         points: Rows of its points in the measurements, shape (points,).
         expected: mu at its points, as the others say, shape (points,).
         predicted: The curve as the others predict it.
-        size_by_all: Its size where law and sizes are fitted to all curves.
+        largest_size: Largest size that is stated.
     """
     spreads = predicted.spreads()
     farthest = int(first_largest(np.abs(predicted.deviations()) / spreads))
@@ -358,7 +361,7 @@ def _shape(
         expected_mu=float(expected[farthest]),
         spread=float(spreads[farthest]),
         usual_spread=float(np.median(spreads)),
-        size=min(predicted.size, _BY_ALL * size_by_all),
+        size=min(predicted.size, largest_size),
     )
 
 
