@@ -19,13 +19,12 @@ the same errors. The columns:
     python benchmarks/surface.py all [seeds]         (ten designs, each with one kind of errors)
     python benchmarks/surface.py table [seeds]       (all truths x designs x kinds of errors)
     python benchmarks/surface.py gaps [seeds]        (slips between and beyond the tested ones)
-    python benchmarks/surface.py shapes [seeds]      (bad curves that are named, good ones too)
     python benchmarks/surface.py scale               (time and memory over the number of runs)
 
 `table` writes docs/explanation/surface_coverage.csv, with one row per truth, design and kind of
 errors.
 
-Takes 1 minute; `all` takes 3, `table` 12, `shapes` and `scale` 3.
+Takes 1 minute; `all` takes 3, `table` 12, `scale` 3.
 """
 
 import itertools
@@ -41,12 +40,10 @@ import pandas as pd
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.surface.shape import odd_curves
 from oilfilm.surface.surface import fit_surface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from bad_curves import DAMAGES, Damage, damaged
 from lawless_truths import INDEPENDENT_TRUTHS, TRUTHS
 from surface_campaigns import (
     PRESSURES,
@@ -258,43 +255,6 @@ def gaps(seeds: int) -> None:
     print(summary.round(3).to_string())
 
 
-def shapes(seeds: int) -> None:
-    """Print how many bad curves are named by their shape, and how many good ones."""
-    rows = []
-    for damage in (*DAMAGES, None):
-        for name in ("jt", "own", "sol", "pw"):
-            for conditions, bad_count in ((latin(), 2), (TWELVE, 1)):
-                for seed in range(seeds):
-                    rows.append(shape_trial(damage, name, conditions, bad_count, seed))
-    table = pd.DataFrame(rows)
-    table["truths"] = np.where(table["truth"] == "pw", "kinks", "smooth")
-    groups = ["damage", "truths", "curves"]
-    print(table.groupby(groups, sort=False)[["bad", "named", "good", "good named"]].sum())
-
-
-def shape_trial(
-    damage: Damage | None, truth: str, conditions: FloatArray, bad_count: int, seed: int
-) -> dict[str, object]:
-    """One campaign with some bad curves: how many are named."""
-    name = damage.__name__ if damage else "clean"
-    random = generator(23, "shapes", name, truth, str(len(conditions)), str(seed))
-    points = simulated(TRUTHS[truth], conditions, random)
-    bad: set[int] = set()
-    if damage:
-        bad = {int(row) for row in random.permutation(len(conditions))[:bad_count]}
-        points = damaged(points, sorted(bad), damage)
-    named = {odd.curve for odd in odd_curves(points, fitted_law(points))}
-    return {
-        "damage": name,
-        "truth": truth,
-        "curves": len(conditions),
-        "bad": len(bad),
-        "named": len(named & bad),
-        "good": len(conditions) - len(bad),
-        "good named": len(named - bad),
-    }
-
-
 def scale() -> None:
     """Print seconds, and the largest memory of arrays in a fit, over the number of runs."""
     print("  runs      s    MB  err95")
@@ -326,8 +286,6 @@ def main(arguments: list[str]) -> None:
             coverage(tuple(DESIGNS), tuple(TRUTHS), ERROR_KINDS, seeds, TABLE)
         case ["gaps"]:
             gaps(seeds)
-        case ["shapes"]:
-            shapes(seeds)
         case ["scale"]:
             scale()
         case []:

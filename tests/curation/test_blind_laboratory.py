@@ -39,7 +39,7 @@ def test_no_sound_log_is_refused_and_every_row_of_it_is_used(
 def test_faults_are_stopped_or_named_with_a_right_reason(result: Outcome) -> None:
     assert result.faults >= 60
     assert result.misnamed == []
-    # what a curve alone does not show, the fit of all may (`curve_off`)
+    # a whole curve that is too low may be the oil, and steps with a slow filter are uncertain
     assert set(result.silent) <= {"force in lbf, labelled N", "filter of 1.5 s"}
 
 

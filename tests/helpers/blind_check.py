@@ -17,6 +17,9 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
+# Warnings that other runs of the campaign give.
+OF_CAMPAIGN = ("constant_channel", "unusual_shape", "odd_alone")
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -68,7 +71,7 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
         .reindex(runs.index.union(said.index), fill_value="")
         .items()
         if file in said
-        or any(name in warning for name in (*(each.name for each in WARNINGS), "constant_channel"))
+        or any(name in warning for name in (*(each.name for each in WARNINGS), *OF_CAMPAIGN))
     }
     sound = {log.file for log in laboratory.sound}
     accepted = set(runs.index[runs["verdict"] == "accepted"])
@@ -94,7 +97,7 @@ def with_fits(
         residuals = fit.curve_residuals
         odd = set(residuals.loc[residuals["odd"], "run_id"])
         for log in laboratory.logs:
-            if log.file in odd and log.fault in outcome.silent and "curve_off" in log.rules:
+            if log.file in odd and log.fault in outcome.silent and "odd_shape" in log.rules:
                 outcome.silent.remove(log.fault)
                 outcome.named.append(log.fault)
             elif log.file in odd and not log.fault:

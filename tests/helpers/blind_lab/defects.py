@@ -319,7 +319,8 @@ def no_text(sound: Draft, random: Random) -> Draft:
 
 _KGF, _LBF = 9.80665, 4.4482216152605
 _HOT, _LOAD = "temperature_off_nominal", "load_off_nominal"
-_UNIT, _LARGE = "little_traction no_traction curve_off", "traction_unphysical impossible_traction"
+_UNIT = "little_traction no_traction odd_shape unusual_shape"
+_LARGE = "traction_unphysical impossible_traction"
 
 FAULTS = {
     "force sensor frozen": Fault("stuck_sensor stuck_channel", frozen("force")),
@@ -328,10 +329,12 @@ FAULTS = {
     "load frozen": Fault("stuck_channel", frozen("load")),
     "temperature frozen": Fault("stuck_channel", frozen("celsius")),
     "force in kgf, labelled N": Fault(_UNIT, scaled("force", 1 / _KGF)),
-    "force in lbf, labelled N": Fault("little_traction curve_off", scaled("force", 1 / _LBF)),
+    "force in lbf, labelled N": Fault(
+        "little_traction odd_shape unusual_shape", scaled("force", 1 / _LBF)
+    ),
     "force in mN, labelled N": Fault("force_scale", scaled("force", 1e3)),
     "force in kN, labelled N": Fault("no_traction", scaled("force", 1e-3)),
-    "force seven times too large": Fault(f"{_LARGE} curve_off", scaled("force", 7.0)),
+    "force seven times too large": Fault(f"{_LARGE} odd_shape unusual_shape", scaled("force", 7.0)),
     "force polarity": Fault("swapped_sign", scaled("force", -1.0)),
     "ball and disc exchanged": Fault("swapped_channels", exchanged(every)),
     "load in kgf, labelled N": Fault(_LOAD, scaled("load", 1 / _KGF)),
@@ -348,10 +351,12 @@ FAULTS = {
     "temperature drifts by 6 K": Fault(f"temperature_drift {_HOT}", drifting("celsius", 6.0)),
     "open thermocouple": Fault(f"{_HOT} stuck_channel", scaled("celsius", 0, 850.0)),
     "force saturated": Fault("saturated", on("force", saturated)),
-    "force softly saturated": Fault("curve_off soft_saturation", on("force", soft_limit)),
+    "force softly saturated": Fault(
+        "odd_shape unusual_shape soft_saturation", on("force", soft_limit)
+    ),
     "15 % wild readings": Fault("spiky not_steady no_point_left", on("force", wild)),
     "zero drifts by 1 N": Fault("zero_drift", drifting("force", 1.0)),
-    "force cable off": Fault("no_traction curve_off", noise("force", 0.3, 0.008)),
+    "force cable off": Fault("no_traction odd_shape unusual_shape", noise("force", 0.3, 0.008)),
     "clock set back": Fault("time_disorder", in_rows("time", late, 1, -60.0)),
     "logger paused": Fault("clock_jump", in_rows("time", late, 1, 60.0)),
     "rows written twice": Fault("time_disorder", only(lambda run: np.arange(2 * len(run)) // 2)),
@@ -371,13 +376,15 @@ FAULTS = {
         "same_channel", on("ball", lambda _, run, random: run.signals["disc"])
     ),
     "force in the opposite order": Fault(
-        "order_of_time", on("force", lambda force, *_: force[::-1])
+        "odd_shape unusual_shape", on("force", lambda force, *_: force[::-1])
     ),
-    "range switch": Fault("gain_jump", in_rows("force", above_slip_of_0_1, 1.5)),
-    "gain changes within the run": Fault("gain_jump", in_rows("force", second, 1.3)),
-    "zero jumps and returns": Fault("gain_jump", in_rows("force", middle, 1, 0.4)),
+    "range switch": Fault("odd_shape unusual_shape", in_rows("force", above_slip_of_0_1, 1.5)),
+    "gain changes within the run": Fault("odd_shape unusual_shape", in_rows("force", second, 1.3)),
+    "zero jumps and returns": Fault("odd_shape unusual_shape", in_rows("force", middle, 1, 0.4)),
     "way back is 10 % higher": Fault(
-        "branches_apart branches_differ", in_rows("force", way_back, 1.1), slips(there_and_back)
+        "branches_apart branches_differ odd_shape unusual_shape",
+        in_rows("force", way_back, 1.1),
+        slips(there_and_back),
     ),
     "load is one number": Fault("constant_channel", constant("load")),
     "temperature is one number": Fault("constant_channel", constant("celsius")),

@@ -40,6 +40,7 @@ from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
 from oilfilm.settings.resolve import campaign_names, resolve
 from oilfilm.settings.resolved import Settings
+from oilfilm.surface.shape import FEWEST_CURVES
 from oilfilm.tables import failed_gates
 
 # Columns of plateaus that a check reports, by kind of rig.
@@ -227,7 +228,9 @@ def _checked_run(
     checked["set_points"] = _set_points(run, sources) if is_traction else {}
     checked["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
     checked["failed_gates"] = list(_failed_gates(points, kind))
-    checked["gates_not_applied"] = list(_gates_without_data(run, points, settings, kind))
+    checked["gates_not_applied"] = list(
+        _gates_without_data(run, curated.runs, points, settings, kind)
+    )
     return checked
 
 
@@ -262,15 +265,31 @@ def _failed_gates(points: pd.DataFrame, kind: type[RigKind]) -> Iterator[Plain]:
 
 
 def _gates_without_data(
-    run: Mapping[str, Any], points: pd.DataFrame, settings: Settings, kind: type[RigKind]
+    run: Mapping[str, Any],
+    runs: pd.DataFrame,
+    points: pd.DataFrame,
+    settings: Settings,
+    kind: type[RigKind],
 ) -> Iterator[Plain]:
-    """The gates that lack what they need, where the run has plateaus to be judged."""
+    """The gates that lack what they need, where the run has plateaus to be judged.
+
+    Args:
+        run: The run.
+        runs: Table of all runs that are checked.
+        points: Points of the run.
+        settings: Settings of the campaign.
+        kind: The kind of rig.
+    """
     if points.empty:
         return
     gates: list[Gate[Any]] = [*RUN_GATES.for_rig(kind.name), *PLATEAU_GATES.for_rig(kind.name)]
     for gate in gates:
         if gate.needs and not _has(gate.needs, run, points, kind(settings)):
             yield {"gate": gate.name, "reason": RULES["lacking"][gate.needs]}
+    if kind.name == TRACTION and run["verdict"] == "accepted":
+        same = (runs["oil"] == run["oil"]) & (runs["rig"] == run["rig"])
+        if (same & (runs["verdict"] == "accepted")).sum() < FEWEST_CURVES:
+            yield {"gate": "odd_shape", "reason": RULES["lacking"]["other_curves"]}
 
 
 def _has(need: str, run: Mapping[str, Any], points: pd.DataFrame, rig: RigKind) -> bool:

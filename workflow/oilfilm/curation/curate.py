@@ -6,7 +6,7 @@ everything in which the rigs differ.
 Runs that repeat each other are copies, conditions run twice, or wrong labels. A rule compares the
 accepted runs of a campaign with each other. If several of them can be right, the first by name is
 kept. If two contradict each other, both are refused. Of more, those that most others contradict are
-refused.
+refused. Then the shape of each curve is judged beside the others (`curve_shapes`).
 
 Decides: when a run repeats an earlier one, and which of them is kept; warnings about a run beside
 the others of its rig.
@@ -25,6 +25,7 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
+from oilfilm.curation.curve_shapes import ShapeVerdicts, judged_shapes
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
@@ -232,17 +233,29 @@ def _curve(points: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def with_campaign_warnings(
-    runs: pd.DataFrame, points: pd.DataFrame, kind: type[RigKind], settings: Settings
+    runs: pd.DataFrame,
+    points: pd.DataFrame,
+    kind: type[RigKind],
+    settings: Settings,
+    of_shapes: Iterable[tuple[str, str]],
 ) -> pd.DataFrame:
-    """Runs with warnings that only the other runs of their rig, or its file, can give."""
+    """Runs with warnings that only the other runs of their rig, or its file, can give.
+
+    Args:
+        runs: Table of runs.
+        points: Table of points.
+        kind: The kind of rig.
+        settings: Settings of the run.
+        of_shapes: Warnings about the shapes of curves: id of the run and a sentence.
+    """
     if kind.name != TRACTION:
         return runs
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
     texts = {run_id: list(own_texts) for run_id, own_texts in accepted["warning"].items()}
     points = points[points["run_id"].isin(accepted.index)]
     constant = _constant_channels(points, accepted, settings.gates)
-    constant = _constant_channels(points, accepted, settings.gates)
-    for run_id, text in chain(constant, _of_rig(points, accepted["rig"], settings)):
+    of_rig = _of_rig(points, accepted["rig"], settings)
+    for run_id, text in chain(of_shapes, constant, of_rig):
         texts[run_id].append(text)
     warnings = [tuple(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.lists(warnings, runs.index))
@@ -549,19 +562,30 @@ def collect(curated: Curated, settings: Settings, kind: type[RigKind] = Traction
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    points, runs, quarantine = curated.points, curated.runs, curated.quarantine
-    refused = repeated(points, runs, kind, settings)
-    if refused:
-        points = _refuse_plateaus(points, refused, kind)
-        runs = _with_verdicts(runs, points, refused)
-        quarantine = pd.concat([quarantine, quarantine_rows(refused, runs, kind)])
-    runs = with_campaign_warnings(runs, points, kind, settings)
+    refused = repeated(curated.points, curated.runs, kind, settings)
+    judged = _without(curated, refused, kind)
+    shapes = ShapeVerdicts()
+    if kind.name == TRACTION:
+        shapes = judged_shapes(judged.points, judged.runs)
+        judged = _without(judged, shapes.refused, kind)
+    points, quarantine = judged.points, judged.quarantine
+    runs = with_campaign_warnings(judged.runs, points, kind, settings, shapes.warnings)
     order = ["file", "run_id", "first_row", "rule"]
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         runs.sort_values("run_id", ignore_index=True),
         quarantine.sort_values(order, ignore_index=True),
     )
+
+
+def _without(curated: Curated, refused: list[Refusal], kind: type[RigKind]) -> Curated:
+    """The tables with some more runs refused."""
+    if not refused:
+        return curated
+    points = _refuse_plateaus(curated.points, refused, kind)
+    runs = _with_verdicts(curated.runs, points, refused)
+    new_rows = quarantine_rows(refused, runs, kind)
+    return Curated(points, runs, pd.concat([curated.quarantine, new_rows]))
 
 
 def arrays_of(samples: pd.DataFrame) -> Columns:

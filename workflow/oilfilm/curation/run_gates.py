@@ -278,56 +278,6 @@ def _ways(run: Run, rig: TractionRig) -> list[tuple[FloatArray, FloatArray]]:
     return ways
 
 
-def _curves(run: Run, rig: TractionRig) -> list[tuple[FloatArray, FloatArray]]:
-    """The ways of a sweep that have enough plateaus with slip, without their other plateaus."""
-    curves = []
-    for slip, mu in _ways(run, rig):
-        sliding = slip > 0
-        if sliding.sum() >= rig.gates.curve_points_min:
-            curves.append((slip[sliding], mu[sliding]))
-    return curves
-
-
-@gate
-def order_of_time(run: Run, rig: TractionRig) -> Faults:
-    """The traction falls to nothing at the largest slip, as if the force ran the other way."""
-    for _, mu in _curves(run, rig):
-        largest = mu.max()
-        at_small_slip = mu[:3].max()
-        last = mu[-3:]
-        falls = -np.diff(last)
-        steep = falls.min() > rig.gates.order_fall_max * largest
-        far = falls.sum() > (largest - last[-1]) / 2
-        if steep and far and at_small_slip > last[0]:
-            yield {"begin": last[0], "end": last[-1], "small": at_small_slip}
-
-
-@gate
-def gain_jump(run: Run, rig: TractionRig) -> Faults:
-    """The traction jumps between two slips, and changes little on either side."""
-    for slip, mu in _curves(run, rig):
-        largest = float(np.abs(mu).max())
-        for index in range(3, len(slip) - 1):
-            before = slice(index - 3, index)
-            after = slice(index, index + 3)
-            # where the curve still rises, or one level repeats, its shape is unknown
-            high = min(mu[before].min(), mu[after].min()) > largest / 2
-            gap = slip[index] - slip[index - 1]
-            wide = min(np.ptp(slip[before]), np.ptp(slip[after])) > gap / 2
-            jump = mu[index] - mu[index - 1]
-            range_beside = max(np.ptp(mu[before]), np.ptp(mu[after]))
-            allowed = max(
-                rig.gates.traction_jump_max * largest, rig.gates.jump_range_factor * range_beside
-            )
-            if high and wide and abs(jump) > allowed:
-                yield {
-                    "jump": jump,
-                    "before": slip[index - 1],
-                    "after": slip[index],
-                    "largest": largest,
-                }
-
-
 @gate
 def saturated(run: Run, rig: RigKind) -> Faults:
     """A sensor is at the end of its range for part of the run."""

@@ -142,12 +142,6 @@ class GateSettings(SignalGateSettings):
     slip_tolerance: q.SlipChange = key("Distance of S from the nearest planned value.")
     branch_difference_max: q.TractionChange = key("Median difference of mu of branches.")
     branch_ratio_max: q.Tolerance = key("Relative difference of branches that is a warning.")
-    traction_jump_max: q.Tolerance = key("Jump of mu between two slips, over the largest mu.")
-    jump_range_factor: q.AboveOne = key("... and over the range of three levels on either side.")
-    order_fall_max: q.Tolerance = key(
-        "Fall of mu, over the largest, at each of the two last slips: the order is wrong."
-    )
-    curve_points_min: int = key("With fewer slips the two gates before do not judge.", ge=4)
     branch_points: int = key("Fewest points of a branch.", ge=2)
     film_trend_factor: q.AboveOne = key("Largest factor between a film and its power law in speed.")
     sign_slip_min: q.SlideRollRatioOrZero = key("The force's sign is judged above this |S|.")

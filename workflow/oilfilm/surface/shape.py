@@ -1,148 +1,484 @@
 """Curves whose shape contradicts what the other curves of the oil say.
 
 Each point is judged by all other points, those of its own curve included, and each curve by all
-other curves. Both follow from the inverse covariance in closed form, so nothing is fitted again.
-Over all points it is V K^-1 V' + (I - V V')/s^2, with K the covariance of the coordinates of curves
-and s the noise of points.
+other curves. Both follow from the inverse covariance in closed form. Over all points it is
+V K^-1 V' + (I - V V')/s^2, with K the covariance of the coordinates of curves and s the noise of
+points.
 
-The sizes are fitted with the bad curve among the others. A fault that is smooth in slip, as that of
-a contact that starves, then raises the size of the departure. It may hide itself, above all in few
-runs.
+A bad curve makes the departure and the noise large, and so hides itself. It also makes good curves
+beside it look odd. So a curve is judged by the retained curves only, and the law and the sizes are
+fitted to these:
+
+1. All curves are judged by the sizes that are expected before the data. A quarter is left out, one
+   after the other, each the one that agrees least.
+2. Law and sizes are fitted to the retained curves, and all curves are judged by these. Curves that
+   agree are retained again. The one that contradicts most is left out, until none does.
+3. Step 2 is repeated until the retained curves stay the same.
+4. A curve that was left out may show what the retained ones do not: a corner of the plan where the
+   oil behaves otherwise. So it must also be odd, by half of the limit, where the departure from the
+   law is fitted to all curves. The errors of the rig are those of the retained curves.
+
+This is the search for outliers by a subset without them, as in the minimum covariance determinant.
+In a large campaign law and sizes come from a sample, and a curve is judged by the curves in its
+part of the tested conditions, so that the cost is linear in the number of curves.
+
+Reference: P. J. Rousseeuw, K. Van Driessen, Technometrics 41 (1999) 212 (concentration steps).
 
 Decides: when the shape of a curve contradicts the others.
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
+import scipy.linalg
 
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import FloatArray, IndexArray
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import EFFECTS, LogMu, LogNormal, RunErrorSizes
+from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import FreeLaw
-from oilfilm.surface.measurements import Measurements
-from oilfilm.surface.posterior import Posterior
-from oilfilm.surface.reml import CurveCovariance
-from oilfilm.surface.surface import fit_surface
+from oilfilm.surface.measurements import Measurements, scaled_conditions
+from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, spread_out
+from oilfilm.surface.quick_law import quick_law
+from oilfilm.surface.reduction import ReducedCurves, box_of, is_near_zero, reduced
+from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, Sizes, most_likely_sizes, priors
+from oilfilm.surface.surface import log_mu_of
 from oilfilm.surface.threads import with_one_blas_thread
+from oilfilm.traction.law import Law
 
 # Errors of a point over its standard deviation, and squares of a curve per point, above which the
-# shape is odd. A trial named none of 432 clean curves of smooth oils.
+# shape is odd.
 _ODD_POINT = 6.0
 _ODD_CURVE = 5.5
-# Fewer curves cannot judge each other.
-_FEWEST_CURVES = 4
+# A curve whose mu is nowhere farther in ln mu from what the others say is not odd: in quiet
+# campaigns even errors are significant that no law and no bearing would notice.
+_ODD_DEVIATION = 0.05
+# The size of a curve, in these limits, from which on no other cause than a fault explains it.
+REFUSED_SIZE = 2.0
+# Fewer curves cannot judge each other: with one of them left out, four must agree.
+FEWEST_CURVES = 5
+_FEWEST_RETAINED = 4
+# A curve is odd only if its size by the fit to all curves is 1 over this factor or more. A corner
+# of the plan where the oil behaves otherwise is far from a fit without it, and near a fit with it.
+_BY_ALL = 2.0
+# Standard deviation of the logarithm of a size that is known.
+_KNOWN_LN_SD = 0.01
+# ln mu that no expected traction reaches; where the others say nothing, it might overflow.
+_LARGEST_LOG_MU = 0.0
+# Share of the curves that is left out at first. More bad curves than this may hide.
+_FIRST_LEFT_OUT = 0.25
+# Share of the curves that is left out at most. With more, no majority says what is right.
+_MOST_LEFT_OUT = 1 / 3
+_MOST_ROUNDS = 5
+# Curves by which law and sizes are fitted, and curves that are judged together.
+_CURVES_OF_SAMPLE = 40
+_LARGEST_PART = 80
+# The zero of a run may be so many standard deviations off. The logarithm of a point must be linear
+# in it: at mu ten times this error it is so within 0.5 %.
+_LARGEST_ZERO = 4.0
+_ZERO = EFFECTS.index("zero")
 
 
 @dataclass(frozen=True)
-class OddCurve:
-    """A curve that contradicts the others.
+class CurveShape:
+    """A curve beside the other curves of the oil.
 
     Attributes:
         curve: Row of the curve in the measurements.
-        point: Row of its oddest point in the measurements.
-        point_score: Error of this point over its standard deviation, given all other points.
-        squares_per_point: Squares of the errors of the curve over their covariance, given all
-            other curves, per point.
+        point: Row of the point in the measurements that is farthest from what the other curves say,
+            over its standard deviation.
+        expected_mu: mu at this point, as the other curves say.
+        spread: Standard deviation of ln mu of a new run at this point, by the other curves.
+        usual_spread: Median of this standard deviation over the points of the curve.
+        size: How far the curve is above the limits; above 1 it is odd.
     """
 
     curve: int
     point: int
-    point_score: float
-    squares_per_point: float
+    expected_mu: float
+    spread: float
+    usual_spread: float
+    size: float
+
+    @property
+    def smallest_seen(self) -> float:
+        """Smallest change of a usual point, in ln mu, that makes the curve odd."""
+        return _ODD_POINT * self.usual_spread
+
+    @property
+    def is_odd(self) -> bool:
+        """Whether the curve contradicts the others."""
+        return self.size > 1
+
+
+@dataclass(frozen=True)
+class PredictedCurve:
+    """The coordinates of a curve, as some other curves predict them.
+
+    Attributes:
+        points: Rows of its points, shape (points,).
+        vectors: V of the curve, shape (points, coordinates).
+        error: Measured less predicted coordinates, shape (coordinates,).
+        covariance: Their covariance, shape (coordinates, coordinates).
+        remainder: What V leaves of the departure at each point, shape (points,).
+        noise: Standard deviation of the noise of points.
+    """
+
+    points: IndexArray
+    vectors: FloatArray
+    error: FloatArray
+    covariance: FloatArray
+    remainder: FloatArray
+    noise: float
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """Inverse of the covariance."""
+        inverse = scipy.linalg.inv(self.covariance)
+        return np.asarray((inverse + inverse.T) / 2)
+
+    @property
+    def squares_per_point(self) -> float:
+        """Squares of the errors over their covariance, per point."""
+        squares = self.error @ self.precision @ self.error
+        squares += np.sum(self.remainder**2) / self.noise**2
+        return float(squares) / len(self.points)
+
+    def point_scores(self) -> FloatArray:
+        """Error of each point over its standard deviation, given all other points."""
+        weights = self.vectors @ (self.precision @ self.error) + self.remainder / self.noise**2
+        outside = (1 - np.sum(self.vectors**2, axis=1)) / self.noise**2
+        precision = np.sum((self.vectors @ self.precision) * self.vectors, axis=1) + outside
+        return np.abs(weights) / np.sqrt(precision)
+
+    def deviations(self) -> FloatArray:
+        """ln of each measured mu over the one that the other curves predict, shape (points,)."""
+        return self.vectors @ self.error + self.remainder
+
+    def spreads(self) -> FloatArray:
+        """Standard deviation of each deviation, shape (points,)."""
+        outside = self.noise**2 * (1 - np.sum(self.vectors**2, axis=1))
+        variance = np.sum((self.vectors @ self.covariance) * self.vectors, axis=1) + outside
+        return np.sqrt(variance)
 
     @property
     def size(self) -> float:
-        """How far the curve is above the limits; above 1 it is odd."""
-        return max(self.point_score / _ODD_POINT, self.squares_per_point / _ODD_CURVE)
+        """See `CurveShape.size`."""
+        largest_score = float(self.point_scores().max())
+        significance = max(largest_score / _ODD_POINT, self.squares_per_point / _ODD_CURVE)
+        largest_deviation = float(np.abs(self.deviations()).max())
+        return min(significance, largest_deviation / _ODD_DEVIATION)
 
 
-def odd_curves(
-    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes | None = None
-) -> tuple[OddCurve, ...]:
-    """Curves that contradict the others, the worst first.
+@dataclass(frozen=True)
+class CurveJudge:
+    """Curves with a covariance among them, for the judgement of each by some others.
 
-    The worst curve is left out and the rest is fitted again, until no curve is odd: a bad curve
-    makes good ones beside it look odd. At most a third of the curves is left out.
-
-    Args:
-        measurements: The points.
-        law: The best fitted law.
-        errors: Sizes of the errors of the rig, before the data.
+    Attributes:
+        curves: The curves.
+        covariance: Their covariance, shape (coordinates, coordinates).
+        noise: Standard deviation of the noise of points.
     """
-    curves, points = measurements.canonical_order()
-    ordered = measurements.in_canonical_order()
-    kept = np.arange(len(curves))
-    odd: list[OddCurve] = []
-    while len(kept) >= max(_FEWEST_CURVES, 2 * len(curves) / 3):
-        rows_of_points = np.flatnonzero(np.isin(ordered.curve, kept))
-        worst = _worst(ordered.of_curves(kept), law, errors)
-        if worst.size <= 1:
-            break
-        row = kept[worst.curve]
-        odd.append(
-            OddCurve(
-                curve=int(curves[row]),
-                point=int(points[rows_of_points[worst.point]]),
-                point_score=worst.point_score,
-                squares_per_point=worst.squares_per_point,
-            )
-        )
-        kept = kept[kept != row]
-    return tuple(odd)
+
+    curves: ReducedCurves
+    covariance: FloatArray
+    noise: float
+
+    @property
+    def departure(self) -> FloatArray:
+        """ln mu less that of the law at each point, shape (points,)."""
+        return self.curves.vectors @ self.curves.departure + self.curves.remainder
+
+    @cached_property
+    def by_curve(self) -> list[tuple[IndexArray, IndexArray, FloatArray]]:
+        """Indices of the coordinates, rows of the points, and V of each curve."""
+        of_curves = coordinates_by_group(self.curves.curve, np.arange(len(self.curves.conditions)))
+        return [(own, *self.curves.vectors_of(own)) for own in of_curves]
+
+    def predicted(self, retained: IndexArray) -> Iterator[PredictedCurve]:
+        """Each curve, as the retained curves but for itself predict it.
+
+        Args:
+            retained: Rows of the retained curves, in ascending order.
+        """
+        count = len(self.curves.conditions)
+        is_retained = np.isin(np.arange(count), retained)
+        given = np.flatnonzero(is_retained[self.curves.curve])
+        position = np.zeros(len(self.curves.curve), dtype=np.int64)
+        position[given] = np.arange(len(given))
+        inverse = scipy.linalg.inv(self.covariance[np.ix_(given, given)])
+        weights = inverse @ self.curves.departure[given]
+        for row, (coordinates, points, vectors) in enumerate(self.by_curve):
+            if is_retained[row]:
+                own = position[coordinates]
+                spread = scipy.linalg.inv(inverse[np.ix_(own, own)])
+                error = spread @ weights[own]
+            else:
+                across = self.covariance[np.ix_(coordinates, given)]
+                spread = self.covariance[np.ix_(coordinates, coordinates)]
+                spread = spread - across @ inverse @ across.T
+                error = self.curves.departure[coordinates] - across @ weights
+            remainder = self.curves.remainder[points]
+            spread = (spread + spread.T) / 2
+            yield PredictedCurve(points, vectors, error, spread, remainder, self.noise)
+
+    def sizes(self, retained: IndexArray) -> FloatArray:
+        """`PredictedCurve.size` of each curve, shape (curves,)."""
+        return np.array([curve.size for curve in self.predicted(retained)])
+
+    def settled(self, retained: IndexArray) -> IndexArray:
+        """The retained curves, changed until those agree that are retained and no others.
+
+        Args:
+            retained: Rows of curves to begin with, most of which agree.
+        """
+        count = len(self.curves.conditions)
+        fewest = max(_FEWEST_RETAINED, int(np.ceil((1 - _MOST_LEFT_OUT) * count)))
+        for _ in range(2 * count):
+            sizes = self.sizes(retained)
+            is_retained = np.isin(np.arange(count), retained)
+            returning = np.flatnonzero(~is_retained & (sizes <= 1))
+            worst = int(first_largest(np.where(is_retained, sizes, 0.0)))
+            if len(returning):
+                retained = np.sort(np.append(retained, returning))
+            elif sizes[worst] > 1 and len(retained) > fewest:
+                retained = retained[retained != worst]
+            else:
+                break
+        return retained
+
+    def most_agreeing(self) -> IndexArray:
+        """Rows of the curves that are left when a quarter has been left out, the worst first."""
+        count = len(self.curves.conditions)
+        retained = np.arange(count)
+        for _ in range(int(_FIRST_LEFT_OUT * count)):
+            worst = int(first_largest(self.sizes(retained)[retained]))
+            retained = np.delete(retained, worst)
+        return retained
 
 
-def point_scores(posterior: Posterior, covariance: CurveCovariance) -> FloatArray:
-    """Error of each point over its standard deviation, given all other points, shape (points,).
+@dataclass(frozen=True)
+class _Fit:
+    """A law and the sizes of a surface about it, fitted to some curves.
 
-    Args:
-        posterior: The posterior.
-        covariance: Covariance of the curves.
+    Attributes:
+        law: The law.
+        log_mu: ln mu of the surface.
+        logarithms: Logarithms of the sizes.
+        zero_sd: Standard deviation of the zero, as a traction coefficient.
     """
-    curves, noise_variance = covariance.curves, covariance.sizes.noise**2
-    weights = curves.remainder / noise_variance
-    precision = np.zeros(len(weights))
-    for left_out in posterior.left_out(np.arange(len(curves.conditions))):
-        points, vectors = curves.vectors_of(left_out.coordinates)
-        weights[points] += vectors @ left_out.weights
-        of_noise = (1 - np.sum(vectors**2, axis=1)) / noise_variance
-        precision[points] = np.sum((vectors @ left_out.precision) * vectors, axis=1) + of_noise
-    return np.abs(weights) / np.sqrt(precision)
 
+    law: FreeLaw
+    log_mu: LogMu
+    logarithms: FloatArray
+    zero_sd: float
 
-def squares_per_point(
-    posterior: Posterior, covariance: CurveCovariance, curve: IndexArray
-) -> FloatArray:
-    """Squares of each curve's errors over their covariance, per point, given all other curves.
-
-    Args:
-        posterior: The posterior.
-        covariance: Covariance of the curves.
-        curve: Curve of each point, shape (points,).
-    """
-    curves, noise = covariance.curves, covariance.sizes.noise
-    squares = np.bincount(curve, (curves.remainder / noise) ** 2)
-    for row, left_out in enumerate(posterior.left_out(np.arange(len(curves.conditions)))):
-        squares[row] += left_out.error @ left_out.precision @ left_out.error
-    return squares / np.bincount(curve)
+    def judge(self, measurements: Measurements, box: ConditionBox) -> CurveJudge:
+        """The judge of some curves."""
+        largest_zero = _LARGEST_ZERO * self.zero_sd
+        curves = reduced(measurements, self.law, self.log_mu, largest_zero, box)
+        sizes = Sizes.from_logarithms(self.logarithms)
+        covariance = CurveCovariance(curves, box, sizes)
+        return CurveJudge(curves, covariance.matrix(), sizes.noise)
 
 
 @with_one_blas_thread
-def _worst(measurements: Measurements, law: FreeLaw, errors: RunErrorSizes | None) -> OddCurve:
-    """The curve that contradicts the others most.
+def curve_shapes(
+    measurements: Measurements, law: Law, errors: RunErrorSizes | None = None
+) -> tuple[CurveShape, ...]:
+    """Each curve beside the others that do not contradict each other, in the order of the curves.
 
     Args:
-        measurements: The points, in canonical order.
-        law: The best fitted law.
+        measurements: The points; five curves or more.
+        law: A law by the maximum Hertz pressure, the speed and the temperature.
         errors: Sizes of the errors of the rig, before the data.
+
+    Raises:
+        ValueError: There are fewer curves, or no point is clear of zero traction.
     """
-    surface = fit_surface(measurements, law, errors)
-    scores = point_scores(surface.posterior, surface.covariance)
-    squares = squares_per_point(surface.posterior, surface.covariance, measurements.curve)
-    ends = np.cumsum(np.bincount(measurements.curve))[:-1]
-    points_of_curves = np.split(np.arange(len(scores)), ends)
-    candidates = []
-    for row, points in enumerate(points_of_curves):
-        point = points[first_largest(scores[points])]
-        candidates.append(OddCurve(row, int(point), float(scores[point]), float(squares[row])))
-    return candidates[int(first_largest([candidate.size for candidate in candidates]))]
+    errors = errors or RunErrorSizes()
+    if len(measurements.conditions) < FEWEST_CURVES:
+        raise ValueError(f"{len(measurements.conditions)} curves; expected {FEWEST_CURVES} or more")
+    curves, points = measurements.canonical_order()
+    ordered = measurements.in_canonical_order()
+    box = box_of(ordered)
+    sample = ordered.of_curves(_sample(ordered))
+    fit = _fit_without_odd_curves(sample, law, errors, box)
+    fit_of_all = _next_fit(sample, _as_known(fit, errors), box, fit)
+    shapes: list[CurveShape] = []
+    for rows in _parts(scaled_conditions(ordered.conditions)):
+        points_of_part = np.flatnonzero(np.isin(ordered.curve, rows))
+        part = ordered.of_curves(rows)
+        judge = fit.judge(part, box)
+        of_law = fit.law.log_mu(part.point_conditions, part.slip)
+        everyone = np.arange(len(rows))
+        retained = judge.settled(everyone)
+        sizes_by_all = np.full(len(rows), np.inf)
+        if len(retained) < len(rows):
+            sizes_by_all = fit_of_all.judge(part, box).sizes(everyone)
+        # where retained curves contradict each other, no majority says which of them are right
+        largest_size = REFUSED_SIZE if np.any(judge.sizes(retained)[retained] > 1) else np.inf
+        judged = zip(rows, judge.predicted(retained), sizes_by_all, strict=True)
+        for row, predicted, size_by_all in judged:
+            rows_of_points = points_of_part[predicted.points]
+            expected = of_law[predicted.points] + judge.departure[predicted.points]
+            expected -= predicted.deviations()
+            shapes.append(
+                _shape(
+                    int(curves[row]),
+                    points[rows_of_points],
+                    np.exp(np.minimum(expected, _LARGEST_LOG_MU)),
+                    predicted,
+                    min(_BY_ALL * size_by_all, largest_size),
+                )
+            )
+    return tuple(sorted(shapes, key=lambda shape: shape.curve))
+
+
+def _shape(
+    curve: int,
+    points: IndexArray,
+    expected: FloatArray,
+    predicted: PredictedCurve,
+    largest_size: float,
+) -> CurveShape:
+    """What is stated on a curve.
+
+    Args:
+        curve: Row of the curve in the measurements.
+        points: Rows of its points in the measurements, shape (points,).
+        expected: mu at its points, as the others say, shape (points,).
+        predicted: The curve as the others predict it.
+        largest_size: Largest size that is stated.
+    """
+    spreads = predicted.spreads()
+    farthest = int(first_largest(np.abs(predicted.deviations()) / spreads))
+    return CurveShape(
+        curve=curve,
+        point=int(points[farthest]),
+        expected_mu=float(expected[farthest]),
+        spread=float(spreads[farthest]),
+        usual_spread=float(np.median(spreads)),
+        size=min(predicted.size, largest_size),
+    )
+
+
+def _fit_without_odd_curves(
+    sample: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
+) -> _Fit:
+    """Law and sizes by the curves that do not contradict each other."""
+    retained = np.arange(len(sample.conditions))
+    fit = _first_fit(sample, law, errors, box)
+    left = fit.judge(sample, box).most_agreeing()
+    for _ in range(_MOST_ROUNDS):
+        if np.array_equal(left, retained):
+            break
+        retained = left
+        fit = _next_fit(sample.of_curves(retained), errors, box, fit)
+        left = fit.judge(sample, box).settled(retained)
+    return fit
+
+
+def _first_fit(
+    measurements: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
+) -> _Fit:
+    """The law, and sizes that are expected before the data: a bad curve must not raise them.
+
+    Points near zero traction do not count, because their logarithm needs a surface.
+
+    Args:
+        measurements: The points.
+        law: The law to be fitted.
+        errors: Sizes of the errors of the rig, before the data.
+        box: The box of the tested conditions.
+    """
+    zero_sd = errors.zero.median
+    fitted = quick_law(law, measurements, _LARGEST_ZERO * zero_sd)
+    is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO * zero_sd)
+    curves = reduced(measurements.of_points(is_clear), fitted, fitted.log_mu, zero_sd, box)
+    logarithms = np.log([prior.median for prior in priors(errors, CAUTIOUS)])
+    return _with_surface(curves, fitted, logarithms, box)
+
+
+def _next_fit(
+    measurements: Measurements, errors: RunErrorSizes, box: ConditionBox, last: _Fit
+) -> _Fit:
+    """Law and sizes by the retained curves.
+
+    Args:
+        measurements: The points of the retained curves.
+        errors: Sizes of the errors of the rig, before the data.
+        box: The box of the tested conditions.
+        last: The fit before.
+    """
+    largest_zero = _LARGEST_ZERO * last.zero_sd
+    law = quick_law(last.law.law, measurements, largest_zero, last.law)
+    curves = reduced(measurements, law, last.log_mu, largest_zero, box)
+    # a search that did not end gives sizes that are good enough: faults are far beyond the limits
+    found = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), last.logarithms)
+    return _with_surface(curves, law, found.logarithms, box)
+
+
+def _as_known(fit: _Fit, errors: RunErrorSizes) -> RunErrorSizes:
+    """The sizes of the errors of the rig as a fit has them, hardly free.
+
+    Args:
+        fit: The fit.
+        errors: The sizes before the data, whose names are those of the result.
+    """
+    names = [field.name for field in fields(errors)]
+    sizes = np.exp(fit.logarithms[: len(names)])
+    known = {}
+    for name, size in zip(names, sizes, strict=True):
+        reach = np.exp(_KNOWN_LN_SD)
+        known[name] = LogNormal(float(size), _KNOWN_LN_SD, float(size / reach), float(size * reach))
+    return RunErrorSizes(**known)
+
+
+def _with_surface(
+    curves: ReducedCurves, law: FreeLaw, logarithms: FloatArray, box: ConditionBox
+) -> _Fit:
+    """A fit with the surface that its curves give."""
+    covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
+    posterior = DensePosterior(covariance)
+
+    def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
+        """ln mu of the surface."""
+        return log_mu_of(law, posterior, box, conditions, slip)
+
+    return _Fit(law, log_mu, logarithms, float(covariance.sizes.effects[_ZERO]))
+
+
+def _sample(ordered: Measurements) -> IndexArray:
+    """Rows of curves that stand for all where law and sizes are fitted.
+
+    Half of them are far from each other. The other half are the next ones in the canonical order,
+    so that repeated runs show the effects of runs.
+    """
+    count = len(ordered.conditions)
+    if count <= _CURVES_OF_SAMPLE:
+        return np.arange(count)
+    chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_OF_SAMPLE // 2)
+    return np.union1d(chosen, np.minimum(chosen + 1, count - 1))
+
+
+def _parts(conditions: FloatArray) -> list[IndexArray]:
+    """Rows of curves in parts that are dense enough: cuts halve the widest condition.
+
+    Args:
+        conditions: Scaled conditions of the curves, shape (curves, 3).
+    """
+    finished: list[IndexArray] = []
+    open_parts = [np.arange(len(conditions))]
+    while open_parts:
+        rows = open_parts.pop()
+        if len(rows) <= _LARGEST_PART:
+            finished.append(rows)
+            continue
+        widest = int(first_largest(np.ptp(conditions[rows], axis=0)))
+        by_value = rows[np.argsort(conditions[rows, widest], kind="stable")]
+        middle = len(rows) // 2
+        open_parts += [np.sort(by_value[:middle]), np.sort(by_value[middle:])]
+    return finished

@@ -1,0 +1,205 @@
+"""Logs of a campaign whose curves contradict the others, and logs that no others can judge."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import bad_logs
+from bad_curves import DAMAGES, Damage, film_collapse, late_by_a_step
+from bad_logs import CONFIG, RATE_HZ
+from campaigns import rig_contact
+from lawless_truths import TRUTHS
+from oilfilm.base.units import FloatArray
+from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curve_shapes import judged_shapes
+from oilfilm.physics.contact import load_for_max_hertz_pressure
+from surface_campaigns import grid, latin, simulated
+
+# The film is thick enough at these temperatures for the gate `thin_film`.
+TWELVE = grid((1.0, 1.5), (25.0, 40.0), (25.0, 45.0, 70.0))
+TEN_SLIPS = np.geomspace(0.004, 0.28, 10)
+SIX_SLIPS = np.geomspace(0.006, 0.29, 6)
+# At this condition the traction has fallen by a fifth from its peak before the film collapses.
+ALONE, EVEN_SLIPS = grid((1.5,), (40.0,), (25.0,)), np.linspace(0.02, 0.28, 9)
+# The full scale of the force sensor is 10 N.
+SHARE_OF_TRUTH = 0.8
+QUICK = (late_by_a_step,)
+
+
+def late_by_a_zero(mu: FloatArray, slip: FloatArray, pressure_gpa: float) -> FloatArray:
+    """The force is late by one step, and the first one shows that of pure rolling."""
+    return np.append(0.0, mu[:-1])
+
+
+def log(condition: FloatArray, slips: FloatArray, seed: int, damage: Damage | None = None) -> bytes:
+    """A log of an oil of no law, in steps of slip between two phases of pure rolling."""
+    random = np.random.default_rng(seed)
+    pressure, speed, celsius = condition
+    true_celsius = celsius + 0.3 * random.standard_normal()
+    mu = SHARE_OF_TRUTH * TRUTHS["sol"](pressure, speed, true_celsius, slips)
+    if damage is not None:
+        mu = damage(mu, slips, pressure)
+    contact = rig_contact()
+    load_n = load_for_max_hertz_pressure(
+        pressure * 1e9, contact.radius_m, contact.reduced_modulus_pa
+    )
+    samples = 4 * RATE_HZ
+    levels = np.repeat([0.0, *slips, 0.0], samples)
+    force_n = np.repeat([0.0, *mu, 0.0], samples) * load_n
+    force_n *= 1 + 0.005 * random.standard_normal()
+
+    def noise(size: float) -> FloatArray:
+        return size * random.standard_normal(len(levels))
+
+    per_rpm = 2 * np.pi / 60
+    rig = CONFIG.rigs["ball-on-disc-20mm"]
+    ball, disc = speed * (1 - levels / 2) + noise(0.005), speed * (1 + levels / 2) + noise(0.005)
+    values = {
+        "time": np.arange(len(levels)) / RATE_HZ,
+        "load": load_n + noise(0.1),
+        "traction_force": force_n + 0.2 + noise(0.02),
+        "ball_speed": ball / (per_rpm * rig.ball_track_radius_m),
+        "disc_speed": disc / (per_rpm * rig.disc_track_radius_m),
+        "inlet_temperature": celsius + noise(0.05),
+    }
+    keys = {
+        "max_hertz_pressure_gpa": pressure,
+        "entrainment_speed_m_s": speed,
+        "inlet_temperature_c": celsius,
+    }
+    return bad_logs.csv(values, **keys)
+
+
+def judged(
+    conditions: FloatArray, slips: FloatArray, bad: dict[int, Damage] | None = None
+) -> Curated:
+    """The verdicts on one log per condition, some of them with a defect."""
+    damages = bad or {}
+    logs = []
+    for row, condition in enumerate(conditions):
+        logs.append((f"{row:02d}.csv", log(condition, slips, row, damages.get(row))))
+    return check_logs(logs, CONFIG)
+
+
+def told(curated: Curated) -> dict[str, str]:
+    """File -> rule or warning, of the runs that are not simply accepted."""
+    texts = {}
+    for run in curated.runs.itertuples():
+        text = run.rule or "; ".join(run.warning)
+        if text:
+            texts[run.file] = text
+    return texts
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        pytest.param(damage, marks=() if damage in QUICK else pytest.mark.nightly)
+        for damage in DAMAGES
+    ],
+    ids=lambda damage: damage.__name__,
+)
+def test_log_with_a_defect_that_no_oil_has_is_refused_or_warned_about_and_no_other(damage: Damage):
+    curated = judged(TWELVE, TEN_SLIPS, {5: damage})
+    texts = told(curated)
+    assert list(texts) == ["05.csv"]
+    if texts["05.csv"].startswith("unusual_shape"):
+        return
+    assert texts["05.csv"] == "odd_shape"
+    (row,) = curated.quarantine.itertuples()
+    (run,) = curated.runs[curated.runs["file"] == "05.csv"].itertuples()
+    # the rows are those of one step of slip
+    assert 0 < row.last_row - row.first_row <= 4 * RATE_HZ
+    assert row.last_row < run.samples
+    assert not curated.points.loc[curated.points["run_id"] == run.run_id, "accepted"].any()
+
+
+def test_clean_logs_at_six_log_spaced_slips_are_accepted():
+    conditions = latin()
+    conditions[:, 2] = 25 + (conditions[:, 2] - 25) * 45 / 95
+    assert told(judged(conditions, SIX_SLIPS)) == {}
+
+
+@pytest.mark.parametrize(
+    ("damage", "slips", "sentence"),
+    [
+        (film_collapse, EVEN_SLIPS, "two peaks"),
+        (late_by_a_zero, EVEN_SLIPS, "faster than the slip"),
+    ],
+)
+def test_first_log_alone_is_warned_about_what_no_oil_does(
+    damage: Damage, slips: FloatArray, sentence: str
+):
+    curated = judged(ALONE, slips, {0: damage})
+    assert sentence in told(curated)["00.csv"]
+    assert "Too few other curves" in told(curated)["00.csv"]
+    assert (curated.runs["verdict"] == "accepted").all()
+
+
+@pytest.mark.parametrize("slips", [TEN_SLIPS, SIX_SLIPS, EVEN_SLIPS], ids=["ten", "six", "even"])
+def test_first_log_alone_is_accepted_where_an_oil_may_have_its_curve(slips: FloatArray):
+    for condition in (TWELVE[:1], TWELVE[-1:], ALONE):
+        assert told(judged(condition, slips)) == {}
+
+
+def test_defects_are_told_where_three_logs_are_too_few_to_judge_each_other():
+    conditions = np.vstack([TWELVE[:2], ALONE])
+    assert list(told(judged(conditions, EVEN_SLIPS, {2: film_collapse}))) == ["02.csv"]
+
+
+def tables_of(
+    truth: str, conditions: FloatArray, slips: FloatArray, same_oil: bool
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Points and runs of clean curves of one oil, or of one oil per curve."""
+    measured = simulated(TRUTHS[truth], conditions, np.random.default_rng(6), slips=slips)
+    names = np.array([f"{row:02d}" for row in range(len(conditions))])
+    pressure, speed, celsius = measured.point_conditions.T
+    points = pd.DataFrame(
+        {
+            "run_id": names[measured.curve],
+            "oil": "oil" if same_oil else names[measured.curve],
+            "max_hertz_pressure_gpa": pressure,
+            "entrainment_speed_m_s": speed,
+            "inlet_temperature_c": celsius,
+            "slide_roll_ratio": measured.slip,
+            "traction_coefficient": measured.mu,
+            "traction_coefficient_se": 0.003 * measured.mu,
+            "first_row": 0,
+            "last_row": 1,
+            "accepted": True,
+        }
+    )
+    return points, pd.DataFrame({"run_id": names, "rig": "rig", "verdict": "accepted"})
+
+
+@pytest.mark.parametrize("truth", TRUTHS)
+@pytest.mark.parametrize("slips", [TEN_SLIPS, SIX_SLIPS, EVEN_SLIPS], ids=["ten", "six", "even"])
+def test_no_oil_is_beyond_the_limits_that_hold_for_any(truth: str, slips: FloatArray):
+    verdicts = judged_shapes(*tables_of(truth, latin(), slips, same_oil=False))
+    assert (verdicts.refused, verdicts.warnings) == ([], [])
+
+
+def test_curves_that_are_far_from_each_other_are_said_to_be_not_judged():
+    conditions = np.array(
+        [
+            (0.6, 5.0, 25.0),
+            (1.0, 15.0, 60.0),
+            (1.5, 40.0, 90.0),
+            (2.4, 90.0, 120.0),
+            (0.7, 90.0, 40.0),
+        ]
+    )
+    verdicts = judged_shapes(*tables_of("mix", conditions, TEN_SLIPS, same_oil=True))
+    assert verdicts.refused == []
+    assert verdicts.not_judged
+    for _, sentence in verdicts.warnings:
+        assert sentence.startswith("shape_not_judged")
+
+
+def test_points_without_pressure_are_not_judged_by_others():
+    points, runs = tables_of("sol", TWELVE, TEN_SLIPS, same_oil=True)
+    is_scuffed = (points["run_id"] == "03") & (points["slide_roll_ratio"] > 0.05)
+    points.loc[is_scuffed, "traction_coefficient"] *= 1.5
+    assert [refusal.run_id for refusal in judged_shapes(points, runs).refused] == ["03"]
+    unknown = points.assign(max_hertz_pressure_gpa=np.nan)
+    assert judged_shapes(unknown, runs).refused == []
