@@ -88,7 +88,8 @@ rule fits:
     params:
         code=lambda wildcards: code("fits.py", tables=rules.fits.output.keys()),
         config=part(
-            *("compare", "fit", "oils", "rigs", "same_condition", "same_set_point", "steadiness"),
+            *("compare", "fit", "oils", "rigs", "same_condition", "same_set_point"),
+            *("steadiness", "surface"),
             campaign=("matrix", "rigs"),
         ),
     script:

@@ -3,7 +3,7 @@
 Each draw changes these inputs:
 
 - the law: one refit, moved by calibration errors of the traction rig's sensors;
-- the law and its slip: scaled by the error of a curve left out of the fit;
+- all traction: a factor with the error of a run, by the surface of measured mu;
 - the oil's viscosity, where a similar oil stands in for the oil;
 - each other term of the balance: a random factor.
 
