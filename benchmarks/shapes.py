@@ -9,7 +9,8 @@ campaign is printed while it runs.
     python benchmarks/shapes.py clean [first seed] [last seed]    (all truths)
     python benchmarks/shapes.py scale                             (time over the number of runs)
 
-Takes 2 minutes per seed. Parts with different seeds can run one after the other.
+Takes 3 minutes per seed, `scale` half a minute. Parts with different seeds can run one after the
+other.
 """
 
 import itertools
