@@ -43,6 +43,8 @@ COLUMN_OF_EFFECT = {
 }
 # Limits in the table of surfaces, beside the level that the conditions allow.
 LIMITS = ("largest_spread", "fewest_slips", "reach_in_gaps", "largest_spread_of_bound")
+# Share of the readings that may be below zero by chance.
+_RARE = 0.005
 # Searches of the sizes of a surface, as in `SurfaceSizes`.
 SEARCHES = ("first", "misfit", "interval")
 
@@ -277,7 +279,7 @@ def measured(
     slides = is_complete[data.curve] & (data.slip > 0)
     point_conditions = conditions[data.curve[slides]]
     mu_of_law = np.exp(law.log_mu(point_conditions, data.slip[slides]))
-    carries = mu_of_law > _CARRIES_TRACTION * RunErrorSizes().zero.median
+    carries = mu_of_law > _smallest_traction(data.mu[slides])
     points_used = np.flatnonzero(slides)[carries]
     rows, curve = np.unique(data.curve[points_used], return_inverse=True)
     slip = data.slip[points_used]
@@ -291,6 +293,16 @@ def measured(
         ),
     )
     return tuple(data.runs[row] for row in rows.tolist()), measurements
+
+
+def _smallest_traction(mu: FloatArray) -> float:
+    """mu of the law above which a point carries traction, and not only the error of the zero.
+
+    Readings below zero show the size of that error, where it is larger than rigs usually have.
+    """
+    usual = _CARRIES_TRACTION * RunErrorSizes().zero.median
+    below_zero = -float(np.quantile(mu, _RARE)) if len(mu) else 0.0
+    return max(usual, below_zero)
 
 
 def _noise_ratio(mu_se: FloatArray, slip_se: FloatArray) -> FloatArray | None:

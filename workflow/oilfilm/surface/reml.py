@@ -37,6 +37,8 @@ MISFIT = LogNormal(0.03, 2.0, 1e-4, 3.0)
 # For intervals. Left-out levels do not show what is between them, so no law is taken as exact.
 CAUTIOUS = LogNormal(0.25, 0.7, 0.12, 3.0)
 _ITERATIONS = 100
+# Added to each variance, in units of the mean variance.
+_JITTER = 1e-12
 
 
 @dataclass(frozen=True)
@@ -156,7 +158,9 @@ class CurveCovariance:
         covariance += of_level
         covariance += curves.law_slopes @ curves.law_slopes.T
         covariance[curves.pairs] += curves.effect_products @ self.sizes.effects**2
-        covariance[np.diag_indices_from(covariance)] += self.sizes.noise**2
+        diagonal = np.diag_indices_from(covariance)
+        # rounding of large variances, as of a kappa above 1, must not make the matrix indefinite
+        covariance[diagonal] += self.sizes.noise**2 + _JITTER * np.mean(covariance[diagonal])
         return covariance
 
     def slopes(self, weight: FloatArray) -> FloatArray:

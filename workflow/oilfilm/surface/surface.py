@@ -178,12 +178,15 @@ class Surface:
 @with_one_blas_thread
 def _interval_factors(surface: Surface) -> IntervalFactors:
     """See `Surface.interval_factors`."""
-    condition = surface.measurements.condition_numbers()
+    group = surface.measurements.condition_numbers()
+    if group.max() == 0:
+        # nothing is said of other conditions, so that the runs of the only one count
+        group = np.arange(len(group))
     return interval_factors(
         surface.covariance,
         surface.measurements.curve,
-        condition,
-        surface.posterior.left_out(condition),
+        group,
+        surface.posterior.left_out(group),
         surface.limits.level,
     )
 
