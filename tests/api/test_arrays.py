@@ -78,10 +78,11 @@ def test_result_shows_itself(fitted: ArrayFit) -> None:
     (band,), (label,) = axes.collections, axes.get_legend().get_texts()
     assert label.get_text() == "1.2 GPa, 30 m/s, 70 degC"
     # the interval of the next run
-    at = fitted.predict(1.2, 30, 70, 0.3)
+    row, slip = np.array([[1.2, 30.0, 70.0]]), np.array([0.3])
+    at = fitted.law.predict(row, slip, whole_curve=True)
     ends = band.get_paths()[0].vertices
     last = ends[np.isclose(ends[:, 0], 0.3), 1]
-    np.testing.assert_allclose([last.min(), last.max()], [at.obs_ci_lower, at.obs_ci_upper])
+    np.testing.assert_allclose([last.min(), last.max()], [at.obs_ci_lower[0], at.obs_ci_upper[0]])
 
 
 def test_predictions_keep_the_index_of_a_column(points: pd.DataFrame) -> None:

@@ -70,7 +70,7 @@ def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) ->
     assert set(supported["oil"]) == {oil}
     true = supported["true_traction_coefficient"]
     held = true.between(supported["obs_ci_lower"], supported["obs_ci_upper"])
-    assert held.mean() > 0.9
+    assert held.mean() > 0.8
 
 
 def test_errors_are_those_of_a_known_shift() -> None:

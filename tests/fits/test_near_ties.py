@@ -10,6 +10,7 @@ import pytest
 
 from campaigns import printed
 from fit_points import LAW, make_points, matrix, polished
+from measured_surfaces import with_measured_surface
 from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.fits.best_law import best_laws
@@ -18,7 +19,7 @@ from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit_tables import certify
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.measured_curves import FormError, choose
-from oilfilm.fits.steady_campaign import change_columns, measured_campaign
+from oilfilm.fits.steady_campaign import MeasuredCampaign, change_columns
 from oilfilm.settings.resolved import Settings
 from reports import rows
 
@@ -150,8 +151,10 @@ def test_of_a_group_and_all_other_runs_the_smaller_one_is_blamed_whatever_the_na
     run = points["run_id"].str.removeprefix("run").astype(int).to_numpy()
     gain = np.where(few, 1.05, 1.0) * (1 + bits * (np.arange(len(few)) % 3))
     points["traction_coefficient"] *= gain[run]
-    campaign = measured_campaign(FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"])), points)
-    assert campaign is not None
+    fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"]))
+    surface = with_measured_surface(fitted, points, config.surface).surface
+    assert surface is not None
+    campaign = MeasuredCampaign.of_surface(surface)
     runs = np.array([f"run{number:03d}" for number in range(len(few))])
     groups = {f"rig {names[0]}": set(runs[few]), f"rig {names[1]}": set(runs[~few])}
     row = change_columns(campaign, groups, config.steadiness)

@@ -11,6 +11,7 @@ import pytest
 
 from campaigns import printed
 from fit_points import LAW
+from measured_surfaces import with_measured_surface
 from oilfilm import tables
 from oilfilm.fits.conditions import FixedCondition, to_text
 from oilfilm.fits.fit import fit_oil
@@ -74,9 +75,9 @@ def verdict(
     coefficients = replace(
         Coefficients.bare(LAW, printed()[oil]), followed=np.array(known, dtype=bool)
     )
-    fitted = FittedLaw(LAW, coefficients)
+    fitted = with_measured_surface(FittedLaw(LAW, coefficients), points, settings.surface, oil)
     row = QUALITY | (quality or {})
-    return verdict_of_fit(row, fitted, points, settings.fit, settings.steadiness, runs)
+    return verdict_of_fit(row, fitted, points, settings, runs)
 
 
 def runs_table(texts: list[tuple[str, ...]], column: str = "stated") -> pd.DataFrame:
@@ -129,7 +130,8 @@ def test_a_change_is_named_about_a_law_of_the_load(
     fit = fit_oil(points, "4050", config.fit.model_copy(update=quick), 1)
     (quality,) = tables.rows(fit.fit_quality)
     fitted = FittedLaw.from_tables(fit.coefficients, "4050", fit.refits, fit.fit_quality)
-    row = verdict_of_fit(quality, fitted, points, config.fit, config.steadiness)
+    fitted = with_measured_surface(fitted, points, config.surface)
+    row = verdict_of_fit(quality, fitted, points, config)
     assert (row["change"], row["change_course"]) == ("traction force", "from")
     assert row["change_size"] == pytest.approx(0.1, rel=0.25)
 
@@ -226,7 +228,7 @@ def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str) -
     truth = heated_film_truth("4050") if name == "heated film" else smooth_step
     row = verdict(config, points_of(config, Drift(), 4, truth=truth))
     assert (row["law_verdict"], row["campaign_verdict"]) == ("none fits", "steady")
-    assert row["misfit"] > config.steadiness.misfit_max
+    assert row["misfit"] > config.surface.largest_misfit
     (sentence,) = what_is_wrong(row)
     assert f"{row['misfit']:.1%}" in sentence
 

@@ -146,7 +146,7 @@ def test_fit_read_back_from_its_tables_is_the_planted_traction(name: str, config
     true = law.traction(internal_of(law), observe(law))
     predicted = fitted.predict(conditions, np.tile(SLIP, len(MATRIX)))
     np.testing.assert_allclose(predicted.traction_coefficient, true, atol=3e-5)
-    assert np.isfinite(predicted.obs_ci_upper).all()
+    assert np.isfinite(predicted.mean_ci_upper).all()
     assert not predicted.outside.any()
 
 

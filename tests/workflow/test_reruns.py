@@ -27,19 +27,20 @@ LIBRARY, CAMPAIGN = "workflow/oilfilm", "config/campaigns/small.yaml"
 # Jobs of the campaign by their rule: two shares of the logs, one oil, two laws, two figures.
 SHOWN = {"report": 1, "enough": 1}
 AFTER_FITS = {"exports": 1, "data_figures": 1, "law_figures": 1, **SHOWN}
-FIT_ONE_LAW = {"fit": 1, "fits": 1, **AFTER_FITS}
+FIT_ONE_LAW = {"fit": 1, "surface": 1, "fits": 1, **AFTER_FITS}
 FITS = {**FIT_ONE_LAW, "fit": 2}
-POINTS = {"points": 2, "collect": 1, "refused": 1, **FITS}
+POINTS = {"points": 2, "collect": 1, "refused": 1, "run_plan": 1, **FITS}
 EVERYTHING = {"twin": 1, **POINTS}
 COMPARED = Edit(CAMPAIGN, "    - tanh\n", "    - tanh\n    - hyperbola\n")
-OTHER_OIL = {"points": 4, "fit": 4}  # twice as many logs and fits
+OTHER_OIL = {"points": 4, "fit": 4, "surface": 2}  # twice as many logs and fits
 
 CHANGES: dict[str, tuple[tuple[Edit, ...], Mapping[str, int]]] = {
     "law": ((*EXTENSIONS["A law"], COMPARED), FIT_ONE_LAW),
     "log format": (EXTENSIONS["A log format"], POINTS),
     "gate with a limit": (EXTENSIONS["A gate"], POINTS),
     "figure": (EXTENSIONS["A figure"], {"data_figures": 1, **SHOWN}),
-    "column": (EXTENSIONS["A column"], {"fits": 1, **AFTER_FITS}),
+    # the search of a surface compares the laws as the verdicts do
+    "column": (EXTENSIONS["A column"], {"surface": 1, "fits": 1, **AFTER_FITS}),
     "command": (EXTENSIONS["A command"], {}),
     "oil": (EXTENSIONS["An oil"], {**EVERYTHING, **OTHER_OIL}),
     "default setting": (

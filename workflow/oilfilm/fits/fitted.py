@@ -196,6 +196,11 @@ def _no_surface() -> OilSurface | None:
     return None
 
 
+def given_surface(surface: OilSurface | None) -> OilSurface | None:
+    """A surface that was read already, as `FittedLaw.read_surface` with an argument."""
+    return surface
+
+
 @dataclass(frozen=True)
 class FittedLaw:
     """A law with fitted constants. Where nothing could be fitted the traction is NaN.
@@ -767,7 +772,9 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
     fit = FittedLaw.of_configured(results, oil)
     verdicts = results.soundness
     (verdict,) = tables.rows(verdicts[verdicts["oil"] == oil])
-    return replace(fit, wrong=tuple(what_is_wrong(verdict)))
+    # the folder may be gone when the first interval is asked for
+    surface = partial(given_surface, fit.surface)
+    return replace(fit, wrong=tuple(what_is_wrong(verdict)), read_surface=surface)
 
 
 # Smallest and largest value of any traction test, and the most likely cause of a larger one.

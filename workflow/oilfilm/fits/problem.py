@@ -220,6 +220,8 @@ def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> 
     accepted = accepted.assign(curve=curve).sort_values(["curve", "first_row"])
     # traction is odd in slip: a slightly negative slip is the same point seen from the other side
     side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
+    # arrays have no readings, and so no such columns
+    standard_errors = accepted.reindex(columns=["traction_coefficient_se", "slide_roll_ratio_se"])
     averaged = list(dict.fromkeys([*conditions, "load_n"]))
     means = accepted.groupby("curve")[averaged].mean()
     return CurveData(
@@ -229,8 +231,8 @@ def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> 
         slip=side * accepted["slide_roll_ratio"].to_numpy(),
         runs=runs,
         mu=side * accepted["traction_coefficient"].to_numpy(),
-        mu_se=accepted["traction_coefficient_se"].to_numpy(dtype=float),
-        slip_se=accepted["slide_roll_ratio_se"].to_numpy(dtype=float),
+        mu_se=standard_errors["traction_coefficient_se"].to_numpy(dtype=float),
+        slip_se=standard_errors["slide_roll_ratio_se"].to_numpy(dtype=float),
     )
 
 

@@ -350,6 +350,8 @@ def verdict_of_fit(
         lack_shown: Whether repeated runs show a lack of fit.
     """
     no_fit = fitted is None or np.isnan(quality["rmse"])
+    fixed = from_text(quality["fixed_conditions"])
+    is_condition_missing = any(condition.level is None for condition in fixed)
     surface = None if fitted is None or no_fit else fitted.surface
     too_few_curves = surface is None or len(surface.runs) < settings.steadiness.curves_min
     columns = dict(NO_CHANGE)
@@ -357,16 +359,16 @@ def verdict_of_fit(
     if fitted is not None and surface is not None:
         misfit = fitted.misfit_beside_surface()
         run_scatter = surface.run_scatter
-        if not too_few_curves:
+        # an unknown condition may differ between runs as a rig that changes does
+        if not too_few_curves and not is_condition_missing:
             groups = {} if runs is None else runs_in_common(runs, points)
             campaign = MeasuredCampaign.of_surface(surface)
             columns = change_columns(campaign, groups, settings.steadiness)
     largest_misfit = max(run_scatter, settings.surface.largest_misfit)
-    fixed = from_text(quality["fixed_conditions"])
     law_verdict = _first_that_holds(
         {
             "no fit": no_fit,
-            "condition missing": any(condition.level is None for condition in fixed),
+            "condition missing": is_condition_missing,
             # what the surface explains is no scatter
             "none fits": surface is not None and surface.no_law_fits,
             "misfit": quality["relative_rms"] > settings.fit.odd_scatter or misfit > largest_misfit,
@@ -377,7 +379,8 @@ def verdict_of_fit(
         otherwise="adequate",
     )
     columns["campaign_verdict"] = _first_that_holds(
-        {"too few curves": no_fit or too_few_curves}, otherwise=columns["campaign_verdict"]
+        {"too few curves": no_fit or too_few_curves, "condition missing": is_condition_missing},
+        otherwise=columns["campaign_verdict"],
     )
     optimum_confirmed = bool(quality["certified"])
     is_steady = columns["campaign_verdict"] == "steady"

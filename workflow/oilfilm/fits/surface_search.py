@@ -56,7 +56,7 @@ def surface_of_oil(
         runs, measurements = measured(points, law, contact)
         if len(runs) < settings.fewest_curves:
             break
-        return _searched(oil, name, law, measurements, settings)
+        return searched_surface(oil, name, law, measurements, settings)
     return CampaignTables.in_memory(**{table: tables.empty(table) for table in OF_SURFACE})
 
 
@@ -85,10 +85,18 @@ def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float)
             yield name
 
 
-def _searched(
+def searched_surface(
     oil: str, name: str, law: FreeLaw, measurements: Measurements, settings: SurfaceSettings
 ) -> CampaignTables:
-    """The tables of the surface about one law."""
+    """The tables of the surface about one law.
+
+    Args:
+        oil: The oil.
+        name: Name of the law in the tables.
+        law: The law with its free constants.
+        measurements: The points.
+        settings: Config's `surface`.
+    """
     errors = RunErrorSizes()
     limits = SurfaceLimits(
         level=settings.level,

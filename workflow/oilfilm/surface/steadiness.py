@@ -206,17 +206,42 @@ def smallest_changes(
     of_trend: dict[str, float] = {}
     of_step: dict[str, float] = {}
     for effect, likelihood in effect_likelihoods(covariance).items():
-        information = likelihood.information(EXPECTED)
-        before = limits.usual.of_effect(effect) ** -2
-        for pattern, smallest in ((trend, of_trend), (step, of_step)):
-            power = float(information.between(pattern, pattern)[0])
-            # the conditions may take up all of a pattern
-            if not power > 0:
-                smallest[effect] = np.inf
-                continue
-            factor = limits.factor_on_score(share_of_information(information, pattern[:, 0]))
-            smallest[effect] = limits.seen_at * float(np.sqrt(factor * (power + before)) / power)
+        of_trend[effect] = _smallest(effect, likelihood, trend, limits)
+        of_step[effect] = _smallest(effect, likelihood, step, limits)
     return SmallestChanges(of_trend, of_step)
+
+
+@with_one_blas_thread
+def smallest_seen(
+    covariance: CurveCovariance,
+    effect: str,
+    pattern: FloatArray,
+    limits: SteadinessLimits | None = None,
+) -> float:
+    """The smallest size of a pattern over the runs that would be seen; infinite if none would.
+
+    Args:
+        covariance: Covariance of the curves (`Surface.misfit_covariance`).
+        effect: One of `oilfilm.surface.effects.EFFECTS`.
+        pattern: The pattern, in the order of the curves, shape (curves,).
+        limits: The number of standard deviations.
+    """
+    likelihood = effect_likelihoods(covariance)[effect]
+    return _smallest(effect, likelihood, pattern[:, np.newaxis], limits or SteadinessLimits())
+
+
+def _smallest(
+    effect: str, likelihood: EffectLikelihood, pattern: FloatArray, limits: SteadinessLimits
+) -> float:
+    """The smallest size of a pattern, shape (curves, 1), that would be seen."""
+    information = likelihood.information(EXPECTED)
+    power = float(information.between(pattern, pattern)[0])
+    # the conditions may take up all of a pattern
+    if not power > 0:
+        return float("inf")
+    before = limits.usual.of_effect(effect) ** -2
+    factor = limits.factor_on_score(share_of_information(information, pattern[:, 0]))
+    return limits.seen_at * float(np.sqrt(factor * (power + before)) / power)
 
 
 @dataclass(frozen=True)

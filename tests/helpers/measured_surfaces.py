@@ -1,0 +1,29 @@
+"""Fits that read the surface of their points, without tables of a campaign."""
+
+from dataclasses import replace
+from functools import partial
+
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fits.fitted import FittedLaw, given_surface
+from oilfilm.fits.measured_surface import Contact, free_law, measured, surface_from_tables
+from oilfilm.fits.surface_search import searched_surface
+from oilfilm.settings.config import SurfaceSettings
+
+
+def with_measured_surface(
+    fitted: FittedLaw, points: pd.DataFrame, settings: SurfaceSettings, oil: str = "4050"
+) -> FittedLaw:
+    """The fit with the surface of some points about its law; the fit alone if they are too few."""
+    constants, followed = fitted.coefficients.constants, fitted.coefficients.followed
+    contact = Contact.of_points(points[points["accepted"]])
+    law = free_law(fitted.law, constants, followed, contact)
+    runs, measurements = measured(points, law, contact)
+    if len(runs) < settings.fewest_curves:
+        return fitted
+    found = searched_surface(oil, fitted.law.name, law, measurements, settings)
+    (row,) = tables.rows(found.surfaces)
+    fit = (fitted.law, constants, followed)
+    surface = surface_from_tables(row, found.surface_sizes, points, fit)
+    return replace(fitted, read_surface=partial(given_surface, surface))
