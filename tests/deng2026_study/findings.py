@@ -85,6 +85,9 @@ def of_thermal() -> dict[str, Any]:
         name: at["true_traction_coefficient"].between(at[f"{name}_lower"], at[f"{name}_upper"])
         for name in ("mean_ci", "obs_ci")
     }
+    is_supported = at["obs_ci_lower"].notna()
+    inside["obs_ci"] = inside["obs_ci"][is_supported]
+    inside["supported"] = is_supported
     laws = thermal("extrapolation_errors").set_index("law")
     laws = laws[["inside_relative_rms", "beyond_relative_rms"]]
     others = laws.drop("eyring")

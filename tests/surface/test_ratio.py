@@ -131,8 +131,9 @@ def test_what_an_oil_was_not_tested_at_is_marked(fitted):
     at = np.array([[1.2, 30.0, 70.0], [2.5, 30.0, 70.0], [1.2, 30.0, 70.0]])
     prediction = fitted.predict(at, np.array([0.05, 0.05, 3.0]))
     assert prediction.outside.tolist() == [False, True, True]
+    assert prediction.support[1] == Support.FAR_FROM_TESTED_CONDITIONS
     assert prediction.support[2] == Support.FAR_FROM_TESTED_SLIPS
-    assert np.isnan(prediction.interval(2.0)[0]).tolist() == [False, False, True]
+    assert np.isnan(prediction.interval(2.0)[0]).tolist() == [False, True, True]
 
 
 def test_far_conditions_stand_for_all_of_a_large_campaign(oils):

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.limits import SurfaceLimits
-from oilfilm.surface.measurements import Measurements, scaled_slip
+from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled_slip
 from oilfilm.surface.support import SlipCoverage, Support, support_codes
 
 DEFAULTS = SurfaceLimits()
@@ -19,10 +20,9 @@ def coverage(slips):
     return SlipCoverage.of_measurements(Measurements(conditions, curve, both, 0.5 * both))
 
 
-def code(slips, slip, spread=0.01, of_constants=NOTHING_AT_BOUND, limits=DEFAULTS):
-    point, at_level = np.array([slip]), np.zeros(1, dtype=bool)
-    spreads = np.array([spread])
-    return support_codes(limits, coverage(slips), point, spreads, of_constants, at_level)[0]
+def code(slips, slip, spread=0.01, of_constants=NOTHING_AT_BOUND, limits=DEFAULTS, beyond=0.0):
+    point, spreads, ranges_beyond = np.array([slip]), np.array([spread]), np.array([beyond])
+    return support_codes(limits, coverage(slips), point, spreads, of_constants, ranges_beyond)[0]
 
 
 def test_widest_gap_is_that_of_a_curve():
@@ -82,3 +82,25 @@ def test_a_stricter_limit_takes_the_support_from_an_answer(limits, slip, spread,
 def test_a_limit_that_means_nothing_is_refused_by_its_name(impossible):
     with pytest.raises(ValueError, match=next(iter(impossible))):
         SurfaceLimits(**impossible)
+
+
+@pytest.mark.parametrize(
+    ("beyond", "expected"),
+    [
+        (0.4, Support.SUPPORTED),
+        (0.6, Support.FAR_FROM_TESTED_CONDITIONS),
+        (np.inf, Support.CONDITION_NOT_VARIED),
+    ],
+)
+def test_conditions_far_beyond_the_tested_ones_have_no_support(beyond, expected):
+    assert code((0.01, 0.05, 0.25), 0.05, beyond=beyond) == expected
+
+
+def test_distance_from_the_box_is_in_tested_ranges():
+    # pressures of 1 to 1.5 GPa, speeds of 20 to 40 m/s, one temperature
+    lowest, highest = scaled_conditions(np.array([[1.0, 20.0, 70.0], [1.5, 40.0, 70.0]]))
+    box = ConditionBox(lowest, highest, np.array([3, 3, 1]))
+    at = np.array([[1.2, 30.0, 70.0], [1.5, 80.0, 70.0], [1.5, 30.0, 100.0]])
+    beyond = box.ranges_beyond(box.centred(scaled_conditions(at)))
+    # twice the highest speed is one range of a factor of two
+    np.testing.assert_allclose(beyond, [0.0, 1.0, np.inf])

@@ -21,7 +21,9 @@ from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
+from oilfilm.fits.support_words import why_no_support
 from oilfilm.report.figures import style
+from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.reduction import box_of
 from oilfilm.surface.support import Support
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -39,12 +41,6 @@ _OBSTACLES = {
     Obstacle.OTHER_CONDITIONS: "a law takes other conditions than pressure, speed and temperature",
     Obstacle.UNKNOWN_CONDITIONS: "the runs do not tell pressure, speed and temperature",
     Obstacle.FEW_PAIRS: "too few conditions were tested with both oils",
-}
-_NO_SUPPORT = {
-    Support.SPREAD_TOO_LARGE: "the ratio is not known to 15 % there",
-    Support.FAR_FROM_TESTED_SLIPS: "the slip is far from the tested ones",
-    Support.FEW_SLIPS: "the curves have too few slips to show their shape",
-    Support.CONDITION_NOT_VARIED: "a condition that was not varied has another value",
 }
 _DOTTED = ". Dotted: not tested, without support or above the limiting shear stress"
 
@@ -155,7 +151,8 @@ def _ratios(
         yield f"{name}: {_standing(pairs[name])}"
         for code in np.unique(others_rows.loc[others_rows["fit"] == name, "ratio_support"]):
             if code != Support.SUPPORTED:
-                yield f"{name}: no support: {_NO_SUPPORT[Support(code)]}"
+                reason = why_no_support(Support(code).name.lower(), SurfaceLimits())
+                yield f"{name}: no support: {reason}"
     if (others_rows["ratio_of"] == "runs").any():
         yield (
             "Not covered by the interval: a gain of the force that all runs of one oil share, as "

@@ -42,7 +42,10 @@ COLUMN_OF_EFFECT = {
     "temperature_k": "temperature_sd_k",
 }
 # Limits in the table of surfaces, beside the level that the conditions allow.
-LIMITS = ("largest_spread", "fewest_slips", "reach_in_gaps", "largest_spread_of_bound")
+LIMITS = (
+    *("largest_spread", "fewest_slips", "reach_in_gaps", "reach_in_ranges"),
+    "largest_spread_of_bound",
+)
 # Share of the readings that may be below zero by chance.
 _RARE = 0.005
 # Searches of the sizes of a surface, as in `SurfaceSizes`.

@@ -6,11 +6,15 @@ from oilfilm.surface.limits import SurfaceLimits
 
 _SENTENCES: dict[str, Callable[[SurfaceLimits], str]] = {
     "spread_too_large": lambda limits: (
-        "the tested conditions are too far away: measured mu is known there to no better than "
+        "the tested conditions are too far away: it is known there to no better than "
         f"{limits.largest_spread:.0%} (surface.largest_spread)"
     ),
     "far_from_tested_slips": lambda limits: (
         "the nearest tested slip is too far away (surface.reach_in_gaps)"
+    ),
+    "far_from_tested_conditions": lambda limits: (
+        f"a condition is farther beyond the tested ones than {limits.reach_in_ranges:g} of their "
+        "range (surface.reach_in_ranges)"
     ),
     "few_slips": lambda limits: (
         f"with fewer than {limits.fewest_slips} slips per run, mu between the tested slips is not "

@@ -103,6 +103,7 @@ def searched_surface(
         largest_spread=settings.largest_spread,
         fewest_slips=settings.fewest_slips,
         reach_in_gaps=settings.reach_in_gaps,
+        reach_in_ranges=settings.reach_in_ranges,
         largest_spread_of_bound=settings.largest_spread_of_bound,
     )
     sizes = most_likely_surface(measurements, law, errors)

@@ -251,6 +251,9 @@ class SurfaceSettings(Group):
     reach_in_gaps: q.Factor = key(
         "No support farther from a tested slip than this share of the widest gap of a curve."
     )
+    reach_in_ranges: q.Factor = key(
+        "No support farther beyond the tested conditions than this share of a tested range."
+    )
     largest_spread_of_bound: q.Tolerance = key(
         "No support where a constant at its bound moves mu by more, relative to mu."
     )

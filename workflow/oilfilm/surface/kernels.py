@@ -125,10 +125,18 @@ class ConditionBox:
         """Whether each condition has two levels, shape (3,)."""
         return self.level_counts == 2
 
-    def leaves_single_level(self, centred: FloatArray) -> BoolArray:
-        """Whether each row leaves the level of a condition that was not varied, shape (rows,)."""
-        is_away = np.abs(centred) > LEVEL_WIDTH
-        return np.any(is_away & (self.level_counts == 1), axis=1)
+    def ranges_beyond(self, centred: FloatArray) -> FloatArray:
+        """Distance of each row from the box in tested ranges, shape (rows,).
+
+        It is that of the condition farthest out: 0 inside, and infinite where a condition that was
+        not varied has another value.
+        """
+        tested_range = self.highest - self.lowest
+        beyond = np.maximum(np.abs(centred) - tested_range / 2, 0.0)
+        is_single = self.level_counts == 1
+        in_ranges = beyond / np.where(is_single, 1.0, tested_range)
+        off_level = np.where(np.abs(centred) > LEVEL_WIDTH, np.inf, 0.0)
+        return np.max(np.where(is_single, off_level, in_ranges), axis=1)
 
     @property
     def shows_bends(self) -> FloatArray:

@@ -300,7 +300,7 @@ class RatioSurface:
                     sd,
                     # the ratio has no constants that could be at a bound
                     np.empty((len(slip), 0)),
-                    box.leaves_single_level(box.centred(scaled_conditions(conditions))),
+                    box.ranges_beyond(box.centred(scaled_conditions(conditions))),
                 )
             )
         return np.maximum(*codes)

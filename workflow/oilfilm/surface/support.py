@@ -22,6 +22,7 @@ class Support(IntEnum):
     FEW_SLIPS = 3
     CONSTANT_AT_BOUND = 4
     CONDITION_NOT_VARIED = 5
+    FAR_FROM_TESTED_CONDITIONS = 6
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def support_codes(
     slip: FloatArray,
     spread: FloatArray,
     of_constants: FloatArray,
-    leaves_single_level: BoolArray,
+    ranges_beyond: FloatArray,
 ) -> IndexArray:
     """Code of `Support` of each point; the last reason that applies counts, shape (points,).
 
@@ -89,8 +90,7 @@ def support_codes(
         spread: Standard deviation of the surface in ln mu, shape (points,).
         of_constants: Standard deviation in ln mu by each constant that is at its bound,
             shape (points, constants at a bound).
-        leaves_single_level: Whether a condition that was not varied has another value,
-            shape (points,).
+        ranges_beyond: As `ConditionBox.ranges_beyond`, shape (points,).
     """
     is_between = slips.distance(slip) > _SAME_SLIP
     too_few = slips.per_curve < limits.fewest_slips
@@ -100,7 +100,8 @@ def support_codes(
         (Support.SPREAD_TOO_LARGE, spread > limits.largest_spread),
         (Support.FAR_FROM_TESTED_SLIPS, slips.is_far(slip, limits.reach_in_gaps)),
         (Support.FEW_SLIPS, too_few & is_between),
-        (Support.CONDITION_NOT_VARIED, leaves_single_level),
+        (Support.FAR_FROM_TESTED_CONDITIONS, ranges_beyond > limits.reach_in_ranges),
+        (Support.CONDITION_NOT_VARIED, np.isinf(ranges_beyond)),
     ]
     codes = np.full(len(slip), Support.SUPPORTED, dtype=np.int64)
     for reason, applies in reasons:

@@ -129,12 +129,12 @@ class Surface:
         if not np.all(slip > 0):
             raise ValueError("a slip is not above 0; at pure rolling mu is 0, without an interval")
         box, sizes = self.covariance.box, self.covariance.sizes
-        variance, of_bounds, single = [], [], []
+        variance, of_bounds, beyond = [], [], []
         for rows in _blocks(len(slip)):
             places = at_points(self.law, box, conditions[rows], slip[rows])
             variance.append(self.posterior.variance(places))
             of_bounds.append(self._spread_of_bounds(places.law_slopes))
-            single.append(box.leaves_single_level(places.conditions)[places.row])
+            beyond.append(box.ranges_beyond(places.conditions)[places.row])
         surface_variance = np.concatenate(variance)
         effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
         noise = sizes.noise * self.measurements.noise_ratio_at(slip)
@@ -150,7 +150,7 @@ class Surface:
                 slip,
                 spread,
                 np.concatenate(of_bounds),
-                np.concatenate(single),
+                np.concatenate(beyond),
             ),
         )
 
