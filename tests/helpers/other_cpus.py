@@ -107,10 +107,10 @@ _CANCELLATION = 1e-3
 # What would be zero without rounding, beside 1. The verdict beside it is compared exactly.
 _RESIDUES = {*("sse_spread", "gradient_cosine"), *("residual", "energy_error", "quadrature_error")}
 # Numbers that are in standard errors, or beside 1.
-_IN_STANDARD_ERRORS = {"signed_root", "correlation", "constant_spread"}
+_IN_STANDARD_ERRORS = {"signed_root", "correlation", "constant_spread", "logarithm"}
 # Errors, and numbers that are in errors: by bootstrap and draws their own error is a tenth of them.
 _ERROR = re.compile(
-    r"(_se|_uncertainty|_systematic|standard_error)$|^(unseen_|uncertainty_)|^compatibility$"
+    r"(_se|_uncertainty|_systematic|standard_error)$|^uncertainty_|^compatibility$"
 )
 
 

@@ -24,6 +24,7 @@ LAW_FILE_NAMES = [LAW_FILES[law].stem for law in QUICK["compare"]["laws"]]
 JOBS = [
     *("twin", "torque_twin", "points shard=0", "collect", "run_plan"),
     *(f"fit oil={oil} law_file={name}" for oil in OILS for name in LAW_FILE_NAMES),
+    *(f"surface oil={oil}" for oil in OILS),
     *("fits", "torque_runs", "bearing_maps", "torque", "test_plan", "refused", "law_figures"),
     "report",
 ]

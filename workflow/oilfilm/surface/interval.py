@@ -177,10 +177,10 @@ def _drawn_errors(
         random: Draws the errors.
         draws: Number of draws.
     """
-    points, coordinates = vectors.shape
-    factor = scipy.linalg.cholesky(group.precision, lower=True)
-    normal = random.standard_normal((coordinates, draws))
-    smooth = vectors @ scipy.linalg.solve_triangular(factor, normal, lower=True, trans="T")
-    of_points = noise * random.standard_normal((points, draws))
+    # of the points and not of the coordinates, whose signs depend on the machine
+    covariance = vectors @ group.covariance @ vectors.T
+    points = len(covariance)
     # noise within the coordinates is already in their covariance
-    return np.asarray(smooth + of_points - vectors @ (vectors.T @ of_points))
+    covariance += noise**2 * (np.eye(points) - vectors @ vectors.T)
+    factor = scipy.linalg.cholesky(covariance, lower=True)
+    return np.asarray(factor @ random.standard_normal((points, draws)))
