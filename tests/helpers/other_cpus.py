@@ -109,9 +109,7 @@ _RESIDUES = {*("sse_spread", "gradient_cosine"), *("residual", "energy_error", "
 # Numbers that are in standard errors, or beside 1.
 _IN_STANDARD_ERRORS = {"signed_root", "correlation", "constant_spread", "logarithm"}
 # Errors, and numbers that are in errors: by bootstrap and draws their own error is a tenth of them.
-_ERROR = re.compile(
-    r"(_se|_uncertainty|_systematic|standard_error)$|^uncertainty_|^compatibility$"
-)
+_ERROR = re.compile(r"(_se|_uncertainty|_systematic|standard_error)$|^uncertainty_|^compatibility$")
 
 
 def table_changes(before: Path, after: Path) -> Iterator[str]:
