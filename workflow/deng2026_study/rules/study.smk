@@ -6,7 +6,9 @@ STUDY_SCRIPTS = studies.folder("deng2026_study") / "scripts"
 rule paper:
     "The paper's constants, signs and claims beside the fit; fits beside a simulated truth."
     input:
-        **finished("points", "runs", *FITTED, "surface_sizes", "torque", "torque_control", "cage_slip"),
+        **finished(
+            "points", "runs", *FITTED, "surface_sizes", "torque", "torque_control", "cage_slip"
+        ),
         printed=reference_file("printed_coefficients"),
         claims=reference_file("claims"),
     output:

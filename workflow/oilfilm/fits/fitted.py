@@ -168,7 +168,7 @@ class Prediction:
     distance: FloatArray
     away: npt.NDArray[np.bool_]
     spacings: FloatArray
-    support: npt.NDArray[np.str_]
+    support: npt.NDArray[Any]
     from_surface: npt.NDArray[np.bool_]
     over_limit: npt.NDArray[np.bool_]
     wrong: tuple[str, ...] = ()
@@ -191,11 +191,6 @@ class Prediction:
         return printed.dropna(axis=1, how="all").to_string(max_rows=20)
 
 
-def _no_surface() -> OilSurface | None:
-    """Constants alone have no surface."""
-    return None
-
-
 def given_surface(surface: OilSurface | None) -> OilSurface | None:
     """A surface that was read already, as `FittedLaw.read_surface` with an argument."""
     return surface
@@ -210,13 +205,13 @@ class FittedLaw:
         coefficients: Its constants, their uncertainty and the tested range.
         wrong: Reasons why the fit is not sound, in sentences; empty where it is sound or where
             that was not examined.
-        read_surface: Reads the surface of the oil's measured mu; None where it has none.
+        read_surface: Reads the surface of the oil's measured mu; None for constants alone.
     """
 
     law: Law
     coefficients: Coefficients
     wrong: tuple[str, ...] = ()
-    read_surface: Callable[[], OilSurface | None] = _no_surface
+    read_surface: Callable[[], OilSurface | None] | None = None
 
     def __repr__(self) -> str:
         values = []
@@ -232,7 +227,7 @@ class FittedLaw:
     @cached_property
     def surface(self) -> OilSurface | None:
         """The surface of the oil's measured mu; None where it has none."""
-        return self.read_surface()
+        return None if self.read_surface is None else self.read_surface()
 
     @property
     def misfit(self) -> float:
@@ -340,7 +335,7 @@ class FittedLaw:
 
     def without_interval(self) -> "FittedLaw":
         """The law alone: its mu is that of the law everywhere, without the interval of a run."""
-        return replace(self, read_surface=_no_surface)
+        return replace(self, read_surface=None)
 
     def traction(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """mu of the law against slip at one row of its conditions, shape of `slip`."""
