@@ -180,15 +180,17 @@ class OilSurface:
         count = len(slip)
         mu, lower, upper = np.zeros(count), np.full(count, np.nan), np.full(count, np.nan)
         support = np.full(count, int(Support.SUPPORTED))
-        slides = slip > 0
-        if slides.any():
-            rows = self.contact.to_surface(law, conditions[slides])
-            predicted = self.surface.predict(rows, slip[slides])
+        rows = self.contact.to_surface(law, conditions)
+        has_value = slip > 0
+        has_value[has_value] = np.isfinite(self.law.log_mu(rows[has_value], slip[has_value]))
+        support[(slip > 0) & ~has_value] = Support.LAW_NOT_POSITIVE
+        if has_value.any():
+            predicted = self.surface.predict(rows[has_value], slip[has_value])
             factor = self.factors.curve if whole_curve else self.factors.point
             share = normal_factor(self.level(level)) / normal_factor(self.factors.level)
-            mu[slides] = predicted.mu
-            lower[slides], upper[slides] = predicted.interval(factor * share)
-            support[slides] = predicted.support
+            mu[has_value] = predicted.mu
+            lower[has_value], upper[has_value] = predicted.interval(factor * share)
+            support[has_value] = predicted.support
         return SurfaceAnswer(mu, lower, upper, support)
 
 

@@ -16,6 +16,9 @@ _SENTENCES: dict[str, Callable[[SurfaceLimits], str]] = {
         f"a condition is farther beyond the tested ones than {limits.reach_in_ranges:g} of their "
         "range (surface.reach_in_ranges)"
     ),
+    "law_not_positive": lambda limits: (
+        "the law on which the surface stands has no traction above 0 there"
+    ),
     "few_slips": lambda limits: (
         f"with fewer than {limits.fewest_slips} slips per run, mu between the tested slips is not "
         "known (surface.fewest_slips)"

@@ -40,13 +40,15 @@ class FreeLaw:
     conditions_of_law: Callable[[FloatArray], FloatArray] = _unchanged
 
     def log_mu(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
-        """ln mu of the law, shape (points,).
+        """ln mu of the law, shape (points,); not finite where its mu is not above 0.
 
         Args:
             conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
             slip: Slide-roll ratio, above 0, shape (points,).
         """
-        return np.log(self.law.traction(self.constants, self._observations(conditions, slip)))
+        mu = self.law.traction(self.constants, self._observations(conditions, slip))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.log(mu)
 
     def log_slopes(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """Derivatives of ln mu by the free internal constants, shape (points, free constants)."""

@@ -23,6 +23,7 @@ class Support(IntEnum):
     CONSTANT_AT_BOUND = 4
     CONDITION_NOT_VARIED = 5
     FAR_FROM_TESTED_CONDITIONS = 6
+    LAW_NOT_POSITIVE = 7
 
 
 @dataclass(frozen=True)
