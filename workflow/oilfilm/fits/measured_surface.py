@@ -182,7 +182,7 @@ class OilSurface:
         support = np.full(count, int(Support.SUPPORTED))
         rows = self.contact.to_surface(law, conditions)
         has_value = slip > 0
-        has_value[has_value] = np.isfinite(self.law.log_mu(rows[has_value], slip[has_value]))
+        has_value[has_value] = self.surface.has_law(rows[has_value], slip[has_value])
         support[(slip > 0) & ~has_value] = Support.LAW_NOT_POSITIVE
         if has_value.any():
             predicted = self.surface.predict(rows[has_value], slip[has_value])

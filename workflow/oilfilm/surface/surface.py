@@ -9,7 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
-from oilfilm.base.units import FloatArray, IndexArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes, effect_design
 from oilfilm.surface.interval import IntervalFactors, interval_factors
 from oilfilm.surface.kernels import ConditionBox
@@ -17,7 +17,14 @@ from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, Posterior, spread_out
-from oilfilm.surface.reduction import ReducedCurves, at_points, box_of, is_near_zero, reduced
+from oilfilm.surface.reduction import (
+    ReducedCurves,
+    at_points,
+    box_of,
+    is_near_zero,
+    reduced,
+    slopes_of_law,
+)
 from oilfilm.surface.reml import CAUTIOUS, MISFIT, CurveCovariance, Sizes, most_likely_sizes, priors
 from oilfilm.surface.support import SlipCoverage, support_codes
 from oilfilm.surface.threads import with_one_blas_thread
@@ -114,6 +121,17 @@ class Surface:
             slip: Slide-roll ratio, above 0, shape (points,).
         """
         return log_mu_of(self.law, self.posterior, self.covariance.box, conditions, slip)
+
+    def has_law(self, conditions: FloatArray, slip: FloatArray) -> BoolArray:
+        """Whether the law gives traction above 0, also at the ends of the box, shape (points,).
+
+        Args:
+            conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
+            slip: Slide-roll ratio, above 0, shape (points,).
+        """
+        slopes = slopes_of_law(self.law, self.covariance.box, conditions, slip)
+        has_slopes = np.isfinite(slopes).all(axis=1)
+        return np.asarray(has_slopes & np.isfinite(self.law.log_mu(conditions, slip)))
 
     @with_one_blas_thread
     def predict(self, conditions: FloatArray, slip: FloatArray) -> Prediction:
