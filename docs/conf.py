@@ -56,7 +56,8 @@ myst_update_mathjax = False
 nb_execution_mode = "off"  # tests run the notebooks; what they store is shown
 
 autodoc_typehints = "none"  # docstrings have units and shapes
-nitpick_ignore_regex = [("py:class", r"(numpy|pandas|oilfilm|collections)\..+")]  # types of attributes
+# types of attributes
+nitpick_ignore_regex = [("py:class", r"(numpy|pandas|oilfilm|collections)\..+")]
 autodoc_member_order = "bysource"
 napoleon_use_rtype = False
 default_role = "literal"  # docstrings have single backticks
