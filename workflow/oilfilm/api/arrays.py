@@ -120,6 +120,11 @@ class ArrayFit:
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
         if fitted.surface is None:
             lines.append(f"There is no interval: {fitted.no_interval}.")
+        elif not fitted.surface.sizes.converged:
+            lines.append(
+                "The search of the surface ended before its maximum: the interval rests on its "
+                "last step."
+            )
         facts = curve_facts(self.tables.fit_quality, self.tables.curve_residuals)
         lines.extend(fact.text for fact in facts)
         lines.extend(self.notes)

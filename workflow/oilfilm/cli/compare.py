@@ -23,7 +23,6 @@ from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, rea
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.fits.support_words import why_no_support
 from oilfilm.report.figures import style
-from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.reduction import box_of
 from oilfilm.surface.support import Support
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -149,9 +148,12 @@ def _ratios(
         yield "!: outside the tested conditions of one of the two; nothing is certain there"
     for name in others:
         yield f"{name}: {_standing(pairs[name])}"
+        ratio = pairs[name].ratio
+        if isinstance(ratio, Obstacle):
+            continue
         for code in np.unique(others_rows.loc[others_rows["fit"] == name, "ratio_support"]):
             if code != Support.SUPPORTED:
-                reason = why_no_support(Support(code).name.lower(), SurfaceLimits())
+                reason = why_no_support(Support(code).name.lower(), ratio.limits)
                 yield f"{name}: no support: {reason}"
     if (others_rows["ratio_of"] == "runs").any():
         yield (

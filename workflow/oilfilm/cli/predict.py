@@ -79,6 +79,11 @@ def prediction(
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
     line = fit.on_line(conditions)
     sentences = list(_intervals(fit, oil, row))
+    if fit.surface is not None and not fit.surface.sizes.converged:
+        sentences.append(
+            "NOT SURE: the search of the surface ended before its maximum; the interval rests on "
+            "its last step"
+        )
     sentences += fit.remarks(line, slip)
     sentences += [f"NOT SOUND: {reason}" for reason in fit.wrong]
     for condition in fit.coefficients.fixed:

@@ -222,7 +222,10 @@ class FittedLaw:
     @property
     def no_interval(self) -> str:
         """Why the law has no interval anywhere, where it has none."""
-        return "too few curves were tested (surface.fewest_curves)"
+        return (
+            "there is no surface of measured mu: too few curves were tested "
+            "(surface.fewest_curves), or none of the fitted laws can carry one"
+        )
 
     @cached_property
     def surface(self) -> OilSurface | None:

@@ -13,6 +13,7 @@ import pandas as pd
 from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw, read_fit
 from oilfilm.fits.measured_surface import Contact, free_law, measured
+from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -93,18 +94,26 @@ def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
     elif paired < _FEWEST_PAIRED:
         ratio = Obstacle.FEW_PAIRS
     else:
-        ratio = _fitted(*oils)
+        ratio = _fitted(*oils, limits_of_pair(first, second))
     return OilPair(ratio, paired, len(is_paired) - paired, rigs)
 
 
-def _fitted(first: OilOfPair, second: OilOfPair) -> RatioSurface:
+def limits_of_pair(first: MeasuredOil, second: MeasuredOil) -> SurfaceLimits:
+    """What is asked of an answer: as of the surface of the first oil that has one."""
+    for oil in (first, second):
+        if oil.fit.surface is not None:
+            return oil.fit.surface.limits
+    return SurfaceLimits()
+
+
+def _fitted(first: OilOfPair, second: OilOfPair, limits: SurfaceLimits) -> RatioSurface:
     """The ratio by the runs.
 
     Raises:
         OilfilmError: The points cannot have one.
     """
     try:
-        return fit_ratio(first, second)
+        return fit_ratio(first, second, limits=limits)
     except ValueError as error:
         raise OilfilmError(f"the ratio of two oils by their runs: {error}.") from None
 

@@ -81,11 +81,12 @@ def _smallest(row: Mapping[str, Any], course: str, name: str) -> str:
 
 
 _LAW = {
-    "none fits": "The law is not adequate: the measurements depart from it by {misfit:.1%} of mu, "
+    "none fits": "No law is adequate: the measurements depart from this one by {misfit:.1%} of mu, "
     "and runs scatter by {run_scatter:.1%}. Its constants describe the tested conditions, not the "
     "oil.",
-    "misfit": "The law is not adequate: it misses the points by more than fit.odd_scatter. A "
-    "condition may be missing, or runs do not belong together.",
+    "misfit": "The law is not adequate: it misses the points by more than fit.odd_scatter, or "
+    "departs from the measurements by more than runs scatter (surface.largest_misfit). Use a law "
+    "that fits better. A condition may be missing, or runs do not belong together.",
     "lack of fit": "The law is not adequate: it misses more than repeated runs scatter.",
     "condition missing": "A condition is not known of every run, so that mu is mixed over its "
     "levels. Fill it in in the campaign or rig file.",
