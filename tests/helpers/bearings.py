@@ -11,6 +11,7 @@ from oilfilm.bearing.ellipse import TractionLaw, gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import QUADRATURE, FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
+from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.fits.fitted import Coefficients, FittedLaw
@@ -86,6 +87,12 @@ def problem(
     """The friction problem of a bearing with an oil, by default with the printed law of the oil."""
     inlet = lubrication(oil, temperature_c, len(points.axial_load_n), **changed)
     return FrictionProblem(bearing, points, inlet, law or printed_law(oil), gauss_rule(*nodes))
+
+
+def in_operation(at_rest: FrictionProblem) -> FrictionProblem:
+    """The problem with growth, feed oil and starvation, by the values of bearing and settings."""
+    uncertain = {**at_rest.bearing.uncertain, **SETTINGS.uncertain()}
+    return at_rest.with_inputs(Inputs.of(uncertain, len(at_rest.points.axial_load_n)))
 
 
 def equilibrium(*arguments: Any, **options: Any) -> FrictionEquilibrium:

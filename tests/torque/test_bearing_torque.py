@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bearings import RIG, RPM, SETTINGS, printed_law, problem, shipped
+from bearings import RIG, RPM, SETTINGS, in_operation, printed_law, problem, shipped
 from campaigns import LABORATORY, oil_of, printed
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -84,9 +84,8 @@ def test_each_operating_point_may_have_constants_of_its_own(oils):
 def test_inversion_finds_the_traction_that_was_planted(config, oils):
     law, points = printed_law("4050"), OperatingPoints.axial(20000.0, SPEED_RPM * RPM)
     stronger = lambda at, slide_roll_ratio: 1.33 * law(at, slide_roll_ratio)  # noqa: E731
-    truth = torque_terms(
-        friction_equilibrium(problem(shipped("mainshaft-167"), points, law=stronger)), TESTED
-    )
+    planted = in_operation(problem(shipped("mainshaft-167"), points, law=stronger))
+    truth = torque_terms(friction_equilibrium(planted), TESTED)
     torque, inversion = torque_table(plateaus(truth["torque_n_m"], SPEED_RPM), oils, config)
     np.testing.assert_allclose(
         inversion["traction_coefficient"], truth["mean_traction_coefficient"], rtol=0.02

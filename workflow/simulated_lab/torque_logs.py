@@ -1,6 +1,7 @@
 """Simulated logs of the torque rig: the campaign's truth in a bearing, with the rig's troubles."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
 from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
+from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import HEATS, Lubrication
 from oilfilm.settings.base import present
@@ -29,8 +31,8 @@ def simulate_torque(
 ) -> Iterator[tuple[PlannedRun, bytes, list[dict[str, Any]]]]:
     """Each planned torque log: the plan, its bytes, and its rows of the table of the truth.
 
-    The truth behind an oil is that of its traction logs. Drag and rolling resistance are those of
-    `settings.bearing`: the comparison is about traction.
+    The truth behind an oil is that of its traction logs. Growth, feed oil, drag and rolling
+    resistance are those of bearing and settings: the comparison is about traction.
 
     Args:
         settings: The settings.
@@ -69,6 +71,10 @@ def _truth(
     )
     law = traction.local_law(rule, bearing.radius_y_m[:, np.newaxis])
     problem = FrictionProblem(bearing, points, lubrication, law, rule)
+    inputs = Inputs.of({**bearing.uncertain, **settings.bearing.uncertain()}, len(speed))
+    if traction.follows_ellipse:
+        inputs = replace(inputs, ellipse_factor=np.ones(len(speed)))
+    problem = problem.with_inputs(inputs)
     equilibrium = friction_equilibrium(problem)
     if not equilibrium.solution.converged.all():
         raise OilfilmError(

@@ -8,7 +8,7 @@ Decides: the truth behind simulated logs of both rigs.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -35,7 +35,13 @@ _MISFIT_DECIMALS = 6
 
 
 class Truth(Protocol):
-    """The traction of one oil."""
+    """The traction of one oil.
+
+    Attributes:
+        follows_ellipse: True if the law of other contacts depends on their shape.
+    """
+
+    follows_ellipse: ClassVar[bool]
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
         """mu of the traction rig's contact.
@@ -76,6 +82,7 @@ class LawTruth:
         constants: The twelve constants of Eqs 7-9.
     """
 
+    follows_ellipse: ClassVar[bool] = False
     constants: FloatArray
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
@@ -107,6 +114,7 @@ class FilmTruth:
         rig: The traction rig's contact. Its mu is the mean over the whole contact.
     """
 
+    follows_ellipse: ClassVar[bool] = True
     oil: Oil
     constants: ThermalEhl
     rig: Contact

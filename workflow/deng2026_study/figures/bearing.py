@@ -60,7 +60,8 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
         ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
     ]
     turning = table["inner_speed_rpm"] * RAD_S_PER_RPM
-    watts = [table[f"{term}_torque_n_m"] * turning for term in HEATS]
+    # feed oil of unknown flow adds nothing
+    watts = [table[f"{term}_torque_n_m"].fillna(0.0) * turning for term in HEATS]
     speed = table["inner_speed_rpm"] / 1e3
     shades = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
     areas = panel.axis.stackplot(

@@ -10,7 +10,7 @@ The cage turns steadily. All balls travel with it, each pushed or held by its po
 Decides: the forces on balls and cage, and the cage slip above which no law holds.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,6 +27,8 @@ from oilfilm.bearing.ellipse import (
     traction,
 )
 from oilfilm.bearing.geometry import Bearing
+from oilfilm.bearing.growth import growth_of
+from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import (
     Contacts,
     Motion,
@@ -41,6 +43,7 @@ from oilfilm.bearing.resistance import (
     drag_force_n,
     hysteresis_moment_n_m,
     land_damping_n_m_s,
+    momentum_torque_n_m,
     rolling_force_n,
     rolling_force_reduction,
 )
@@ -90,12 +93,13 @@ class Balance:
         sliding: Sliding in the ellipses.
         traction: Traction of the film in the ellipses.
         drag_n: Drag of the oil against the orbit, along t.
-        heats_w: Friction heat of each of `HEATS`.
+        heats_w: Heat of each of `HEATS`.
         imbalance_n: Sums that vanish in equilibrium, shape (..., 7). They are the forces on the
             ball along x and r; the moments on the ball about x, r and t over its radius, including
             the gyroscopic moment; the moment on the cage over the pitch radius; the force on the
             inner ring along x.
-        ring_moment_n_m: Moments on inner and outer ring about the bearing's axis, (..., 2).
+        ring_moment_n_m: Moments on inner and outer ring about the bearing's axis, (..., 2). The
+            inner one has the moment of the oil that it accelerates.
     """
 
     contacts: Contacts
@@ -158,14 +162,15 @@ class FrictionProblem:
                 full. One number, or shape (..., points).
         """
         bearing, lubrication = self.bearing, self.lubrication
-        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 6])
+        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 6], self.points.growth)
         motion = Motion(unknowns[..., 5], unknowns[..., 2:5])
         ring_speed = self.points.ring_speed_rad_s
         slip = sliding(bearing, contacts, motion, ring_speed, self.rule, self.bands[..., 2:])
         inlet_temperature = lubrication.inlet_temperature_c[:, np.newaxis]
         conditions = contact_conditions(bearing, contacts, slip, inlet_temperature)
-        traction_factor = lubrication.factor("traction")
-        film = traction(contacts, slip, conditions, self.law, self.rule, traction_factor)
+        film = traction(
+            contacts, slip, conditions, self.law, self.rule, lubrication.traction_factor
+        )
         orbit_radius = contacts.orbit_radius_m
         n_r = contacts.normal[..., 1, :]
         race_radius = orbit_radius[..., np.newaxis] + n_r * (bearing.ball_diameter_m / 2)
@@ -183,6 +188,9 @@ class FrictionProblem:
             film.race_moment_n_m + rolling.moment_n_m * n_r - rolling.force_n * race_radius
         )
         ring_moment[..., self._guiding_ring()] -= land_moment
+        momentum = self.momentum_n_m() / bearing.ball_count
+        ring_moment[..., 0] -= momentum
+        momentum_heat = np.broadcast_to(momentum * ring_speed[:, 0], orbit_speed.shape)
         heats = (
             _sum_of_contacts(film.heat_w),
             rolling.force_heat_w,
@@ -190,6 +198,7 @@ class FrictionProblem:
             drag * orbit_speed,
             pocket.heat_w,
             land_moment * cage_lag,
+            momentum_heat,
         )
         return Balance(
             contacts=contacts,
@@ -202,6 +211,39 @@ class FrictionProblem:
             imbalance_n=imbalance,
             ring_moment_n_m=ring_moment,
         )
+
+    def with_inputs(self, inputs: Inputs) -> "FrictionProblem":
+        """The problem with other values of the uncertain inputs: growth, feed oil, starvation.
+
+        The outer ring has the temperature of the oil.
+
+        Args:
+            inputs: One value per point. The oil's properties and the factors stay.
+        """
+        growth = growth_of(
+            self.bearing,
+            self.points.ring_speed_rad_s[:, 0],
+            self.lubrication.inlet_temperature_c,
+            inputs,
+        )
+        return replace(
+            self,
+            points=replace(self.points, growth=growth),
+            lubrication=self.lubrication.with_inputs(inputs),
+        )
+
+    def momentum_n_m(self) -> FloatArray:
+        """Torque of the oil that the inner ring accelerates, shape (points,).
+
+        It is 0 where the flow is not known.
+        """
+        feed = np.nan_to_num(self.lubrication.feed_kg_s)
+        radius = self.bearing.groove_bottom_m[0]
+        return momentum_torque_n_m(feed, self.points.ring_speed_rad_s[:, 0], radius)
+
+    def replenishment(self) -> FloatArray:
+        """Starvation of rolling resistance and film, shape (points,)."""
+        return self.lubrication.replenishment(self.bearing, self._ring_difference_rad_s())
 
     def _drag_n(self, orbit_speed_m_s: FloatArray, share: Floats) -> FloatArray:
         """Drag of the oil on a ball against its orbit, shape (..., points)."""
@@ -333,9 +375,9 @@ class FrictionProblem:
         band = self.bands[..., 0] * self.rolling_speed_m_s()
         sign = smooth_sign(speed_sum, band[..., np.newaxis])
         signed_share = np.asarray(share)[..., np.newaxis] * sign
-        force_factor = self.lubrication.factor("rolling")[:, np.newaxis]
+        force_factor = self.lubrication.factor("rolling") * self.replenishment()
         moment_factor = self.lubrication.factor("hysteresis")[:, np.newaxis]
-        force = signed_share * reduction * force * force_factor
+        force = signed_share * reduction * force * force_factor[:, np.newaxis]
         moment = signed_share * moment * moment_factor
         return _RollingResistance(
             force_n=force,

@@ -3,12 +3,14 @@
 Each ball has two contacts, in the order inner race, outer race. Lengths are in m.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
 from oilfilm.base.units import FloatArray
+from oilfilm.bearing.inputs import Uncertain
 from oilfilm.physics.contact import elliptical_contact
 
 # Degree of the polynomials in the cosine of the contact angle that interpolate Hertz's solution.
@@ -52,6 +54,31 @@ class Cage:
 
 
 @dataclass(frozen=True)
+class Rings:
+    """Rings of a bearing with what they are mounted on. Shaft and housing have their material.
+
+    Attributes:
+        youngs_modulus_pa: Young's modulus.
+        poisson_ratio: Poisson's ratio.
+        density_kg_m3: Density.
+        expansion_1_k: Coefficient of thermal expansion of the rings.
+        ball_expansion_1_k: Coefficient of thermal expansion of the balls.
+        bore_ratio: Bore of the inner ring over the diameter at the bottom of its groove.
+        outer_groove_ratio: Diameter at the bottom of the outer groove over the outside diameter.
+        housing_ratio: Outside diameter of the housing over that of the bearing.
+    """
+
+    youngs_modulus_pa: float
+    poisson_ratio: float
+    density_kg_m3: float
+    expansion_1_k: float
+    ball_expansion_1_k: float
+    bore_ratio: float
+    outer_groove_ratio: float
+    housing_ratio: float
+
+
+@dataclass(frozen=True)
 class Bearing:
     """A single-row ball bearing.
 
@@ -66,6 +93,8 @@ class Bearing:
         ball_density_kg_m3: Density of the balls.
         roughness_rq_m: Combined Rq of ball and race.
         cage: The cage.
+        rings: The rings, which grow in operation.
+        uncertain: Value and range of each of `INPUTS` that belongs to the bearing.
     """
 
     name: str
@@ -78,6 +107,8 @@ class Bearing:
     ball_density_kg_m3: float
     roughness_rq_m: float
     cage: Cage
+    rings: Rings
+    uncertain: Mapping[str, Uncertain] = field(hash=False)
 
     @cached_property
     def ball_mass_kg(self) -> float:
@@ -104,6 +135,25 @@ class Bearing:
         """Distance of the centre of the outer groove from the bearing's axis."""
         radial_offset = self.groove_offset_m[1] * np.cos(self.contact_angle_rad)
         return float(self.pitch_diameter_m / 2 - radial_offset)
+
+    @cached_property
+    def groove_centre_radius_m(self) -> FloatArray:
+        """Distance of each groove's centre from the bearing's axis."""
+        radial_distance = self.groove_centre_distance_m * np.cos(self.contact_angle_rad)
+        return np.array([self.outer_groove_radius_m + radial_distance, self.outer_groove_radius_m])
+
+    @cached_property
+    def groove_bottom_m(self) -> FloatArray:
+        """Distance of the bottom of each groove from the bearing's axis."""
+        groove_radius = np.array(self.groove_curvature) * self.ball_diameter_m
+        return self.groove_centre_radius_m + np.array([-1.0, 1.0]) * groove_radius
+
+    @cached_property
+    def bore_and_outside_m(self) -> tuple[float, float]:
+        """Bore and outside diameter."""
+        inner, outer = self.groove_bottom_m
+        bore = 2 * inner * self.rings.bore_ratio
+        return float(bore), float(2 * outer / self.rings.outer_groove_ratio)
 
     @cached_property
     def deformed_radius_m(self) -> FloatArray:

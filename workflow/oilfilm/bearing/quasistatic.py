@@ -8,8 +8,9 @@ Axes of a ball:
 - t = x x r is the direction in which the balls travel where the inner ring has positive speed.
 
 In the plane (x, r) the centre of the outer groove is fixed. The centre of the inner groove moves
-with its ring, and the ball is between both. A contact's normal n points from the ball into the
-race. Its tangent across the rolling direction is t x n = (-n_r, n_x). All balls are alike.
+with its ring, and by the growth of the rings. The ball is between both. A contact's normal n points
+from the ball into the race. Its tangent across the rolling direction is t x n = (-n_r, n_x). All
+balls are alike.
 
 The last axis of an array holds the two contacts, inner and outer. Where an array also has the two
 components x and r, their axis comes before that of the contacts.
@@ -21,7 +22,9 @@ import numpy as np
 
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.bearing.geometry import Bearing
+from oilfilm.bearing.growth import Growth
 from oilfilm.bearing.solver import Solution, solve
+from oilfilm.physics.contact import Floats
 
 # Jacobians after which a point is given up.
 _MAX_ITERATIONS = 30
@@ -42,10 +45,12 @@ class OperatingPoints:
     Attributes:
         axial_load_n: Load on the inner ring along x, shape (points,).
         ring_speed_rad_s: Speeds of inner and outer ring about x, shape (points, 2).
+        growth: Growth of rings and balls; none without it.
     """
 
     axial_load_n: FloatArray
     ring_speed_rad_s: FloatArray
+    growth: Growth | None = None
 
     @classmethod
     def axial(
@@ -62,8 +67,9 @@ class OperatingPoints:
         return cls(load.astype(float), ring_speed.astype(float))
 
     def at_points(self, which: IndexArray) -> "OperatingPoints":
-        """The load and speeds of some of the points."""
-        return OperatingPoints(self.axial_load_n[which], self.ring_speed_rad_s[which])
+        """Load, speeds and growth of some of the points."""
+        growth = None if self.growth is None else self.growth.at_points(which)
+        return OperatingPoints(self.axial_load_n[which], self.ring_speed_rad_s[which], growth)
 
 
 @dataclass(frozen=True)
@@ -127,40 +133,58 @@ class Equilibrium:
     solution: Solution
 
 
-def contacts_at(bearing: Bearing, ball_m: FloatArray, displacement_m: FloatArray) -> Contacts:
+def contacts_at(
+    bearing: Bearing, ball_m: FloatArray, displacement_m: FloatArray, growth: Growth | None = None
+) -> Contacts:
     """Normal contacts of balls from their positions.
+
+    The inner groove's centre moves by the growth of both rings. Hence the contacts are exact also
+    where no play is left between the grooves.
 
     Args:
         bearing: The bearing.
         ball_m: Position of the ball's centre relative to that of the outer groove, shape (..., 2)
             of (x, r).
         displacement_m: Displacement of the inner ring along x, shape (...).
+        growth: Growth of rings and balls at the points.
     """
     unloaded = bearing.groove_centre_distance_m
-    inner_groove = np.stack(
-        [
-            unloaded * np.sin(bearing.contact_angle_rad) + displacement_m,
-            unloaded * np.cos(bearing.contact_angle_rad) + 0 * displacement_m,
-        ],
-        axis=-1,
-    )
+    axial = unloaded * np.sin(bearing.contact_angle_rad) + displacement_m
+    radial, offset, outer_radius = _grooves(bearing, growth)
+    inner_groove = np.stack([axial, radial + 0 * displacement_m], axis=-1)
     # from the centre of each groove to that of the ball; the last axis holds the contacts
     arm = np.stack([ball_m - inner_groove, ball_m], axis=-1)
     length = np.sqrt((arm**2).sum(axis=-2))
     normal = arm / length[..., np.newaxis, :]
-    approach = np.maximum(length - bearing.groove_offset_m, 0.0)
+    approach = np.maximum(length - offset, 0.0)
     stiffness, unit_semi_axis_x, unit_semi_axis_y = bearing.under_unit_load(
         np.abs(normal[..., 1, :])
     )
     load = stiffness * approach**1.5
-    growth = np.cbrt(load)
+    size = np.cbrt(load)
     return Contacts(
         normal=normal,
         load_n=load,
-        semi_axis_x_m=unit_semi_axis_x * growth,
-        semi_axis_y_m=unit_semi_axis_y * growth,
-        orbit_radius_m=bearing.outer_groove_radius_m + ball_m[..., 1],
+        semi_axis_x_m=unit_semi_axis_x * size,
+        semi_axis_y_m=unit_semi_axis_y * size,
+        orbit_radius_m=outer_radius + ball_m[..., 1],
     )
+
+
+def _grooves(bearing: Bearing, growth: Growth | None) -> tuple[Floats, FloatArray, Floats]:
+    """Where the grooves are, for a bearing of the drawing or one value per point.
+
+    Returns:
+        Radial distance of the groove centres; distance from each groove centre to the ball's centre
+        in an unloaded contact, shape (2,) or (points, 2); distance of the outer groove's centre
+        from the bearing's axis.
+    """
+    radial = bearing.groove_centre_distance_m * np.cos(bearing.contact_angle_rad)
+    if growth is None:
+        return radial, bearing.groove_offset_m, bearing.outer_groove_radius_m
+    inner, outer = growth.centre_m[:, 0], growth.centre_m[:, 1]
+    offset = bearing.groove_offset_m + growth.offset_m
+    return radial + inner - outer, offset, bearing.outer_groove_radius_m + outer
 
 
 def rolling_motion(bearing: Bearing, contacts: Contacts, ring_speed_rad_s: FloatArray) -> Motion:
@@ -238,8 +262,9 @@ def raceway_control(
     force = ball_force_n(bearing, points)
 
     def ball_state(unknowns: FloatArray, which: IndexArray) -> tuple[Contacts, Motion]:
-        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2])
-        return contacts, rolling_motion(bearing, contacts, points.ring_speed_rad_s[which])
+        some = points.at_points(which)
+        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2], some.growth)
+        return contacts, rolling_motion(bearing, contacts, some.ring_speed_rad_s)
 
     def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
         contacts, motion = ball_state(unknowns, which)
@@ -278,6 +303,10 @@ def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray
     orbit_speed = points.ring_speed_rad_s @ [(1 - gamma) / 2, (1 + gamma) / 2]
     centrifugal = bearing.ball_mass_kg * bearing.pitch_diameter_m / 2 * orbit_speed**2
     relative_centrifugal = centrifugal / load_per_ball
+    radial_distance, offset, _ = _grooves(bearing, points.growth)
+    # with one axis for the angles that are tried
+    offset = np.broadcast_to(offset, (count, 2))[:, np.newaxis, :]
+    radial_distance = np.broadcast_to(radial_distance, count)[:, np.newaxis]
     # delta/Q^(2/3) of each contact
     compliance = bearing.under_unit_load(np.full(2, cosine))[0] ** (-2 / 3)
 
@@ -287,7 +316,7 @@ def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray
         outer_angle = np.arctan2(1.0, outer_cotangent)
         angle = np.stack([inner_angle, outer_angle], axis=-1)
         load = load_per_ball[:, np.newaxis, np.newaxis] / np.sin(angle)
-        return angle, bearing.groove_offset_m + compliance * np.cbrt(load) ** 2
+        return angle, offset + compliance * np.cbrt(load) ** 2
 
     lowest_angle = np.zeros((count, 1))
     width = np.pi
@@ -295,7 +324,7 @@ def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray
         width /= _PARTS
         angle, length = arms(lowest_angle + width * np.arange(1, _PARTS))
         radial = (length * np.cos(angle)).sum(axis=-1)
-        too_small = radial > bearing.groove_centre_distance_m * cosine
+        too_small = radial > radial_distance
         lowest_angle = lowest_angle + width * too_small.sum(axis=-1, keepdims=True)
     angle, length = arms(lowest_angle + width / 2)
     angle = angle[:, 0]

@@ -25,7 +25,8 @@ def torque_terms(
     """Torque on the inner ring with its terms, motion and residuals, one array per column.
 
     A term is its heat over the speed of the inner ring. With the outer ring at rest the terms of
-    `HEATS` add up to the moment that turns the inner ring. The terms gross, spin, differential and
+    `HEATS` add up to the moment that turns the inner ring. The term momentum is NaN where the flow
+    of oil is not known; the torque is one without it then. The terms gross, spin, differential and
     gyroscopic divide the term traction by the kind of sliding.
 
     Balls and cage exert less on the outer ring, because the oil between the rings takes the drag. A
@@ -57,6 +58,8 @@ def torque_terms(
         f"{name}_torque_n_m": ball_count * term_heat / divisor
         for name, term_heat in heat_of_term.items()
     }
+    feed = equilibrium.problem.lubrication.feed_kg_s
+    terms["momentum_torque_n_m"] = np.where(np.isnan(feed), np.nan, terms["momentum_torque_n_m"])
     equilibrium_columns = {
         "torque_n_m": torque,
         "outer_ring_torque_n_m": ball_count * balance.ring_moment_n_m[:, 1],
@@ -127,7 +130,7 @@ def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     ring_speed = problem.points.ring_speed_rad_s
     finer_rule = problem.rule.finer()
     slip = sliding(problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule)
-    factor = problem.lubrication.factor("traction")
+    factor = problem.lubrication.traction_factor
     finer = traction(balance.contacts, slip, balance.conditions, problem.law, finer_rule, factor)
     return _relative_difference(finer.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1))
 
@@ -135,8 +138,9 @@ def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
 def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
     """Minimum film over combined Rq in the worst contact, and whether the formula holds.
 
-    Inlet heating reduces the film (thermal reduction). It is calculated with the slide-roll ratio
-    averaged over the ellipse by load: that in the middle of the contact would leave out spin.
+    Starvation reduces the film, and so does inlet heating (thermal reduction). The latter is
+    calculated with the slide-roll ratio averaged over the ellipse by load: that in the middle of
+    the contact would leave out spin.
 
     Returns:
         Film over roughness, NaN outside the range of the thermal reduction; True where both
@@ -153,7 +157,8 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
     within = within_thermal_reduction(conditions.relative_pressure, loading)
     in_range = np.asarray(within.all(axis=1))
-    ratio = film_m.min(axis=1) / problem.bearing.roughness_rq_m
+    thinnest = film_m.min(axis=1) * problem.replenishment()
+    ratio = thinnest / problem.bearing.roughness_rq_m
     return np.where(in_range, ratio, np.nan), in_range
 
 

@@ -7,8 +7,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from oilfilm.bearing.inputs import Uncertain
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, OneOf, contradiction, key
+from oilfilm.settings.base import Group, OneOf, key
+from oilfilm.settings.ranges import check_ranges, with_range
 from oilfilm.traction import LAW_NAMES, LAWS
 
 LawOfConditions = Annotated[str, OneOf((*LAWS,))]
@@ -372,8 +374,14 @@ class BearingSettings(Group):
     """Settings of the calculation of a bearing's torque, beside the traction law."""
 
     drag_coefficient: float = key("Of a ball in its row, by frontal area.", unit="1", ge=0, le=10)
-    oil_volume_fraction: q.Share = key("Oil in the space of the balls; drag follows it.")
+    oil_volume_fraction: q.PositiveShare = key("Oil in the space of the balls; drag follows it.")
     oil_volume_fraction_range: q.Band[q.Share] = key("Its outer bounds, by single published tests.")
+    replenishment_constant: q.ReplenishmentConstant = key("K_rs of SKF's starvation factor.")
+    replenishment_constant_range: q.Band[q.ReplenishmentConstant] = key("Its range.")
+    ellipse_factor: q.EllipseFactor = key(
+        "Traction in the bearing's ellipse over that in a rig's circle, at equal conditions."
+    )
+    ellipse_factor_range: q.Band[q.EllipseFactor] = key("Its range.")
     law_floor: LawFloorSettings = key("Smallest levels at which a law is evaluated.")
     pressure_limits_gpa: q.Band[q.PressureGpa] = key("Highest pressure in the long term, at peaks.")
     term_uncertainty: TermUncertaintySettings = key("Relative uncertainty of the other terms.")
@@ -388,15 +396,14 @@ class BearingSettings(Group):
     size_effect: SizeEffectSettings = key("Bearings of other sizes and grooves.")
 
     @model_validator(mode="after")
-    def _fraction_is_in_its_range(self) -> Self:
-        low, high = self.oil_volume_fraction_range
-        if not low <= self.oil_volume_fraction <= high:
-            raise contradiction(
-                ("oil_volume_fraction",),
-                f"found {self.oil_volume_fraction:g}, outside `oil_volume_fraction_range` "
-                f"({low:g} to {high:g}); change one of the two.",
-            )
+    def _values_are_in_their_ranges(self) -> Self:
+        check_ranges(self)
         return self
+
+    def uncertain(self) -> dict[str, Uncertain]:
+        """Value and range of the uncertain inputs that are settings of all bearings."""
+        names = ("oil_volume_fraction", "replenishment_constant", "ellipse_factor")
+        return {name: with_range(self, name) for name in names}
 
 
 class DutyPoint(Group):

@@ -62,6 +62,8 @@ Band = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_ris
 
 Share = Annotated[float, Field(ge=0, le=1, **_unit("1"))]
 PositiveShare = Annotated[float, Field(gt=0, le=1, **_unit("1"))]
+ReplenishmentConstant = Annotated[float, Field(ge=0, le=1e-6, **_unit("1"))]
+EllipseFactor = Annotated[float, Field(gt=0, le=2, **_unit("1"))]
 Positive = Annotated[float, Field(gt=0, **_unit("1"))]
 AboveOne = Annotated[float, Field(gt=1, **_unit("1"))]
 Tolerance = Annotated[float, Field(gt=0, lt=1, **_unit("1"))]  # relative: 0.03 is 3 %
@@ -100,6 +102,13 @@ TorqueErrorNm = Annotated[float, Field(ge=0, le=1e6, **_unit("N m"))]
 
 # ---------------------------------------------------------------- bodies
 
+RadiusRatio = Annotated[float, Field(gt=0, lt=1, **_unit("1"))]
+HollowShaftRatio = Annotated[float, Field(ge=0, lt=1, **_unit("1"))]  # 0: a solid shaft
+InterferenceUm = Annotated[float, Field(ge=0, le=1000, **_unit("um"))]
+FitUm = Annotated[float, Field(ge=-1000, le=1000, **_unit("um"))]  # below 0: a clearance
+TemperatureDifferenceK = Annotated[float, Field(ge=-200, le=200, **_unit("K"))]
+Expansion1K = Annotated[float, Field(ge=0, le=1e-4, **_unit("1/K"))]
+FlowLMin = Annotated[float, Field(ge=0, le=1000, **_unit("L/min"))]
 LengthM = Annotated[float, Field(ge=1e-6, le=10, **_unit("m"))]
 BallRadiusM = Annotated[float, Field(ge=1e-4, le=0.5, **_unit("m"))]
 TrackRadiusM = Annotated[float, Field(ge=1e-4, le=2, **_unit("m"))]

@@ -14,11 +14,13 @@ import numpy as np
 from pydantic import AfterValidator, Field, Strict, model_validator
 
 from oilfilm.base.units import M_PER_UM, PA_PER_GPA
-from oilfilm.bearing.geometry import Bearing, Cage, OilSupply
+from oilfilm.bearing.geometry import Bearing, Cage, OilSupply, Rings
+from oilfilm.bearing.inputs import Uncertain
 from oilfilm.physics import oils
 from oilfilm.physics.contact import Contact, combined_roughness, reduced_modulus, rq_from_ra
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
+from oilfilm.settings.ranges import check_ranges, with_range
 
 # Ranges that rigs usually have: glass; steels, ceramics and hard metals.
 _USUAL_MODULI_PA = ((6e10, 9.5e10), (1.9e11, 7.2e11))
@@ -139,13 +141,73 @@ def _rq_m(ra_um: float | None, rq_um: float | None) -> float:
 _M3_S_PER_L_MIN = 1e-3 / 60
 
 
+# Of a bearing whose flow of oil is not known.
+_UNKNOWN = Uncertain(math.nan, math.nan, math.nan)
+_UNKNOWN_FEED = {"feed_flow_m3_s": _UNKNOWN, "momentum_share": _UNKNOWN}
+
 # ---------------------------------------------------------------- bearings
 
 
+# Of bearing steel.
+_STEEL_DENSITY_KG_M3 = 7833.0
+_STEEL_EXPANSION_1_K = 12e-6
+
+
+class RingMaterial(Elasticity):
+    """Elastic constants, density and thermal expansion; by default of bearing steel."""
+
+    density_kg_m3: q.SolidDensityKgM3 = key("Density.", default=_STEEL_DENSITY_KG_M3)
+    expansion_1_k: q.Expansion1K = key("Thermal expansion.", default=_STEEL_EXPANSION_1_K)
+
+
 class BallMaterial(Elasticity):
-    """Elastic constants and density."""
+    """Elastic constants, density and thermal expansion."""
 
     density_kg_m3: q.SolidDensityKgM3 = key("Density.")
+    expansion_1_k: q.Expansion1K = key(
+        "Thermal expansion; by default that of bearing steel.", default=_STEEL_EXPANSION_1_K
+    )
+
+
+class MountingKeys(Group):
+    """Shaft, housing and temperatures, by which rings and balls grow.
+
+    The contact angle of the file is that of the bearing before mounting, at 20 degC.
+    """
+
+    bore_diameter_m: q.LengthM = key("Bore of the inner ring.")
+    outside_diameter_m: q.LengthM = key("Outside diameter of the outer ring.")
+    housing_ratio: q.AboveOne = key("Outside diameter of the housing over that of the bearing.")
+    shaft_bore_ratio: q.HollowShaftRatio = key(
+        "Bore of the shaft over the inner groove's diameter."
+    )
+    shaft_bore_ratio_range: q.Band[q.HollowShaftRatio] = key("Its range.")
+    shaft_interference_um: q.InterferenceUm = key("Of ring and shaft before mounting, on diameter.")
+    shaft_interference_um_range: q.Band[q.InterferenceUm] = key("Its range.")
+    housing_interference_um: q.FitUm = key("Of ring and housing, on diameter; below 0 a clearance.")
+    housing_interference_um_range: q.Band[q.FitUm] = key("Its range.")
+    ring_temperature_difference_k: q.TemperatureDifferenceK = key(
+        "Inner less outer ring. The outer ring has the temperature of the oil."
+    )
+    ring_temperature_difference_k_range: q.Band[q.TemperatureDifferenceK] = key("Its range.")
+    ball_temperature_difference_k: q.TemperatureDifferenceK = key("Balls less mean of both rings.")
+    ball_temperature_difference_k_range: q.Band[q.TemperatureDifferenceK] = key("Its range.")
+
+    @model_validator(mode="after")
+    def _values_are_in_their_ranges(self) -> Self:
+        check_ranges(self)
+        return self
+
+    def uncertain(self) -> dict[str, Uncertain]:
+        """Value and range of the uncertain inputs, with interferences on the radius in m."""
+        on_radius = M_PER_UM / 2
+        return {
+            "shaft_bore_ratio": with_range(self, "shaft_bore_ratio"),
+            "shaft_interference_m": with_range(self, "shaft_interference_um", on_radius),
+            "housing_interference_m": with_range(self, "housing_interference_um", on_radius),
+            "ring_temperature_difference_k": with_range(self, "ring_temperature_difference_k"),
+            "ball_temperature_difference_k": with_range(self, "ball_temperature_difference_k"),
+        }
 
 
 class CageKeys(Group):
@@ -159,11 +221,28 @@ class CageKeys(Group):
 
 
 class OilSupplyKeys(Group):
-    """The oil that cools the bearing."""
+    """The oil that is fed to the bearing: its momentum, and its cooling."""
 
     flow_l_min: float = key("Flow at the inlet temperature.", unit="L/min", gt=0, le=1000)
+    flow_l_min_range: q.Band[q.FlowLMin] = key("Its range.")
+    momentum_share: q.Share = key(
+        "Share of the flow that leaves the inner ring with the ring's speed. 1 is an upper bound."
+    )
+    momentum_share_range: q.Band[q.Share] = key("Its range.")
     heat_share: q.Share = key("Share of friction heat that the oil, not shaft or housing, takes.")
     outlet_weight: q.Share = key("Oil of the contacts: 0 inlet, 1 outlet temperature.", default=0.5)
+
+    @model_validator(mode="after")
+    def _values_are_in_their_ranges(self) -> Self:
+        check_ranges(self)
+        return self
+
+    def uncertain(self) -> dict[str, Uncertain]:
+        """Value and range of the uncertain inputs."""
+        return {
+            "feed_flow_m3_s": with_range(self, "flow_l_min", _M3_S_PER_L_MIN),
+            "momentum_share": with_range(self, "momentum_share"),
+        }
 
     def supply(self) -> OilSupply:
         """The oil for the heat balance."""
@@ -182,12 +261,15 @@ class BearingFile(Group):
     contact_angle_deg: float = key("Unloaded contact angle.", unit="deg", ge=0, lt=90)
     inner_groove_curvature: q.GrooveCurvature = key("Inner groove radius over ball diameter.")
     outer_groove_curvature: q.GrooveCurvature = key("Outer groove radius over ball diameter.")
-    ring: Elasticity = key("Elastic constants of the rings.")
-    ball: BallMaterial = key("Elastic constants and density of the balls.")
+    ring: RingMaterial = key("Material of the rings, of shaft and housing too.")
+    ball: BallMaterial = key("Material of the balls.")
     ball_roughness_ra_um: q.RoughnessUm = key("Ra of the balls.")
     race_roughness_ra_um: q.RoughnessUm = key("Ra of the races.")
     cage: CageKeys = key("Cage and its lands.")
-    oil_supply: OilSupplyKeys | None = optional("Cooling oil; without it there is no heat balance.")
+    mounting: MountingKeys = key("Shaft, housing and temperatures, by which the rings grow.")
+    oil_supply: OilSupplyKeys | None = optional(
+        "Feed oil; without it the torque lacks its momentum, and there is no heat balance."
+    )
 
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:
@@ -220,6 +302,35 @@ class BearingFile(Group):
             expected = f"well below the balls' radius of {ball_m / 2:g} m"
             yield ("cage", "land_clearance_m"), f"found {clearance_m:g} m; expected {expected}."
 
+        yield from self._impossible_mounting()
+
+    def _impossible_mounting(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Rings that are thinner than nothing: the key to blame, and a sentence."""
+        mounting = self.mounting
+        inner_m, outer_m = self._groove_diameters_m()
+        bore_m = mounting.bore_diameter_m
+        if not bore_m < inner_m:
+            expected = f"less than {inner_m:.4g} m, the diameter at the bottom of the inner groove"
+            yield ("mounting", "bore_diameter_m"), f"found {bore_m:g} m; expected {expected}."
+        outside_m = mounting.outside_diameter_m
+        if not outside_m > outer_m:
+            expected = f"more than {outer_m:.4g} m, the diameter at the bottom of the outer groove"
+            yield ("mounting", "outside_diameter_m"), f"found {outside_m:g} m; expected {expected}."
+        largest_ratio = mounting.shaft_bore_ratio_range[1]
+        if not largest_ratio < bore_m / inner_m:
+            found = f"found {largest_ratio:g} at most"
+            expected = f"less than the bore of the ring over the groove, {bore_m / inner_m:.3g}"
+            yield ("mounting", "shaft_bore_ratio_range"), f"{found}; expected {expected}."
+
+    def _groove_diameters_m(self) -> tuple[float, float]:
+        """Diameters at the bottoms of the inner and the outer groove."""
+        cosine = math.cos(math.radians(self.contact_angle_deg))
+        inner, outer = self.inner_groove_curvature, self.outer_groove_curvature
+        ball_m = self.ball_diameter_m
+        inner_m = self.pitch_diameter_m + 2 * ball_m * ((inner - 0.5) * cosine - inner)
+        outer_m = self.pitch_diameter_m - 2 * ball_m * ((outer - 0.5) * cosine - outer)
+        return inner_m, outer_m
+
     def bearing(self, name: str) -> Bearing:
         """The bearing for the mechanics.
 
@@ -237,6 +348,7 @@ class BearingFile(Group):
         """
         ball_rq_m = rq_from_ra(self.ball_roughness_ra_um * M_PER_UM)
         race_rq_m = rq_from_ra(self.race_roughness_ra_um * M_PER_UM)
+        feed = _UNKNOWN_FEED if self.oil_supply is None else self.oil_supply.uncertain()
         return Bearing(
             name=name,
             ball_diameter_m=self.ball_diameter_m,
@@ -251,6 +363,19 @@ class BearingFile(Group):
                 guided_by_outer=self.cage.guidance == "outer",
                 **self.cage.model_dump(exclude={"guidance"}),
             ),
+            rings=self._rings(),
+            uncertain=self.mounting.uncertain() | feed,
+        )
+
+    def _rings(self) -> Rings:
+        """The rings for the mechanics."""
+        inner_m, outer_m = self._groove_diameters_m()
+        return Rings(
+            **self.ring.model_dump(),
+            ball_expansion_1_k=self.ball.expansion_1_k,
+            bore_ratio=self.mounting.bore_diameter_m / inner_m,
+            outer_groove_ratio=outer_m / self.mounting.outside_diameter_m,
+            housing_ratio=self.mounting.housing_ratio,
         )
 
 

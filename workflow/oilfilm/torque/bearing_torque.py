@@ -15,6 +15,7 @@ from oilfilm.base.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray, I
 from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
+from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import TERMS, Lubrication
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
@@ -44,6 +45,8 @@ _LARGEST_RESIDUAL = 1e9
 _TRACTION_FACTORS = np.geomspace(1 / 8, 8, 25)
 # Slices of equal probability in which the normal distribution is summed.
 _NORMAL_SLICES = 1000
+# Powers of the size with which uncertain inputs of a bearing grow.
+_SIZE_POWERS = {"shaft_interference_m": 1, "housing_interference_m": 1, "feed_flow_m3_s": 2}
 # Oil, key of its laws (`OilInBearing.laws`), and operating points.
 CaseGroup = tuple["OilInBearing", str, pd.DataFrame]
 
@@ -122,13 +125,16 @@ class Cases:
         problem: The friction problem of these points.
     """
 
-    def __init__(self, bearing: Bearing, groups: Sequence[CaseGroup]) -> None:
+    def __init__(
+        self, bearing: Bearing, groups: Sequence[CaseGroup], inputs: Inputs | None = None
+    ) -> None:
         """Cases by groups.
 
         Args:
             bearing: The bearing.
             groups: Oil, load variable and operating points with the columns axial_load_n,
                 inner_speed_rpm, inlet_temperature_c and any other.
+            inputs: Uncertain inputs of each point; by default the values of bearing and settings.
         """
         self.oils = [oil for oil, _, _ in groups]
         self.laws = [oil.laws[variable] for oil, variable, _ in groups]
@@ -156,7 +162,15 @@ class Cases:
         load = self.points["axial_load_n"].to_numpy(dtype=float)
         speed = self.points["inner_speed_rpm"].to_numpy(dtype=float)
         operating_points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
-        self.problem = FrictionProblem(bearing, operating_points, lubrication, law)
+        if inputs is None:
+            inputs = Inputs.joined(
+                [
+                    Inputs.of({**bearing.uncertain, **oil.settings.uncertain()}, len(points))
+                    for oil, _, points in groups
+                ]
+            )
+        problem = FrictionProblem(bearing, operating_points, lubrication, law)
+        self.problem = problem.with_inputs(inputs)
 
     def run(self, neighbour: Neighbour | None = None) -> pd.DataFrame:
         """Friction at every point, with the columns of `torque_terms`; null without equilibrium.
@@ -585,18 +599,25 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
 
 
 def _scaled(bearing: Bearing, factor: float) -> Bearing:
-    """A bearing with all lengths scaled, except the roughness."""
+    """A bearing with all lengths scaled, except the roughness.
+
+    The flow of oil is scaled with the area of its section.
+    """
     cage = replace(
         bearing.cage,
         land_diameter_m=factor * bearing.cage.land_diameter_m,
         land_width_m=factor * bearing.cage.land_width_m,
         land_clearance_m=factor * bearing.cage.land_clearance_m,
     )
+    larger = {
+        name: bearing.uncertain[name].scaled(factor**power) for name, power in _SIZE_POWERS.items()
+    }
     return replace(
         bearing,
         ball_diameter_m=factor * bearing.ball_diameter_m,
         pitch_diameter_m=factor * bearing.pitch_diameter_m,
         cage=cage,
+        uncertain={**bearing.uncertain, **larger},
     )
 
 

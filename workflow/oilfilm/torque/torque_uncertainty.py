@@ -48,8 +48,8 @@ DRAWN = ("torque_n_m", "cage_slip", "lambda_ratio")
 def term_factors(settings: BearingSettings, normal: FloatArray) -> FloatArray:
     """Random factors on each of `TERMS`, shape (draws, terms).
 
-    The logarithm of the drag is uniform over its calibrated range. The factors on the other terms
-    are log-normal with mean 1.
+    The drag is drawn from the range of the oil's share (`Uncertain.at`). The factors on the other
+    terms are log-normal with mean 1.
 
     Args:
         settings: Range of the drag and uncertainties of the other terms.
@@ -58,10 +58,9 @@ def term_factors(settings: BearingSettings, normal: FloatArray) -> FloatArray:
     factors = np.empty_like(normal)
     for column, term in enumerate(TERMS):
         if term == "drag":
-            lowest, highest = settings.oil_volume_fraction_range
-            uniform = scipy.special.ndtr(normal[:, column])
-            fraction = lowest * (highest / lowest) ** uniform
-            factors[:, column] = fraction / settings.oil_volume_fraction
+            fraction = settings.uncertain()["oil_volume_fraction"]
+            drawn = fraction.at(scipy.special.ndtr(normal[:, column]))
+            factors[:, column] = drawn / fraction.value
         else:
             spread = np.sqrt(np.log1p(getattr(settings.term_uncertainty, term) ** 2))
             factors[:, column] = np.exp(spread * normal[:, column] - spread**2 / 2)

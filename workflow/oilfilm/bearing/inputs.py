@@ -1,0 +1,116 @@
+"""Inputs of a bearing that no drawing gives exactly: each has a value and a range.
+
+The fields of `Inputs` are the names of these quantities. A bearing has some of them
+(`Bearing.uncertain`), the settings have the others. A calculation takes one value per operating
+point of each, so that draws are operating points with other values.
+
+Decides: which inputs of a bearing are uncertain, and how they are drawn from their ranges.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import NamedTuple
+
+import numpy as np
+
+from oilfilm.base.units import FloatArray, IndexArray
+
+
+class Uncertain(NamedTuple):
+    """A quantity with its range; NaN throughout where nothing is known.
+
+    Attributes:
+        value: The value of a calculation without draws.
+        low: Lower end of the range.
+        high: Upper end of the range.
+    """
+
+    value: float
+    low: float
+    high: float
+
+    def scaled(self, factor: float) -> "Uncertain":
+        """The quantity times a factor."""
+        return Uncertain(factor * self.value, factor * self.low, factor * self.high)
+
+    def at(self, probability: FloatArray) -> FloatArray:
+        """Values of the quantity with a cumulative probability of 0 to 1.
+
+        The value is the median, and both parts of the range are uniform. If the value is an end of
+        the range, the whole range is uniform.
+
+        Examples:
+            >>> Uncertain(value=1.0, low=0.0, high=5.0).at(np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
+            array([0. , 0.5, 1. , 3. , 5. ])
+            >>> Uncertain(value=5.0, low=1.0, high=5.0).at(np.array([0.0, 0.5]))
+            array([1., 3.])
+        """
+        if self.low < self.value < self.high:
+            return np.interp(probability, [0.0, 0.5, 1.0], [self.low, self.value, self.high])
+        return np.asarray(self.low + (self.high - self.low) * np.asarray(probability))
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """The uncertain inputs, one value per operating point; shapes (points,).
+
+    Attributes:
+        oil_volume_fraction: Share of oil in the volume through which the balls travel.
+        feed_flow_m3_s: Volume flow of the oil that is fed to the bearing; NaN where unknown.
+        momentum_share: Share of this flow that leaves the inner ring with the ring's speed.
+        replenishment_constant: K_rs of `resistance.replenishment_factor`.
+        ellipse_factor: Traction in the bearing's ellipse over that in the circle of a rig.
+        shaft_bore_ratio: Bore of the shaft over the diameter at the bottom of the inner groove.
+        shaft_interference_m: Interference of ring and shaft on the radius, before mounting.
+        housing_interference_m: Interference of ring and housing on the radius; below 0 a clearance.
+        ring_temperature_difference_k: Temperature of the inner ring less that of the outer ring.
+        ball_temperature_difference_k: Temperature of the balls less the mean of both rings.
+    """
+
+    oil_volume_fraction: FloatArray
+    feed_flow_m3_s: FloatArray
+    momentum_share: FloatArray
+    replenishment_constant: FloatArray
+    ellipse_factor: FloatArray
+    shaft_bore_ratio: FloatArray
+    shaft_interference_m: FloatArray
+    housing_interference_m: FloatArray
+    ring_temperature_difference_k: FloatArray
+    ball_temperature_difference_k: FloatArray
+
+    @classmethod
+    def of(cls, uncertain: Mapping[str, Uncertain], points: int) -> "Inputs":
+        """The value of each quantity, the same at all points.
+
+        Args:
+            uncertain: Every quantity by its name.
+            points: Number of operating points.
+        """
+        return cls(**{name: np.full(points, uncertain[name].value) for name in INPUTS})
+
+    @classmethod
+    def drawn(
+        cls, uncertain: Mapping[str, Uncertain], probability: Mapping[str, FloatArray]
+    ) -> "Inputs":
+        """Values with given cumulative probabilities.
+
+        Args:
+            uncertain: Every quantity by its name.
+            probability: Probabilities of 0 to 1 of every quantity, shapes (points,).
+        """
+        return cls(**{name: uncertain[name].at(probability[name]) for name in INPUTS})
+
+    @classmethod
+    def joined(cls, groups: Sequence["Inputs"]) -> "Inputs":
+        """The points of several groups, one group after the other."""
+        return cls(
+            **{name: np.concatenate([getattr(group, name) for group in groups]) for name in INPUTS}
+        )
+
+    def at_points(self, which: IndexArray) -> "Inputs":
+        """The inputs of some of the points."""
+        return Inputs(**{name: getattr(self, name)[which] for name in INPUTS})
+
+
+# Names of the uncertain inputs.
+INPUTS = tuple(field.name for field in fields(Inputs))
