@@ -90,7 +90,16 @@ def test_tables_say_every_value_with_its_source(usual: Draw, config: Settings, n
     if name == "tab03":
         stars = parts["text"].str.endswith("*")
         assert set(parts.loc[stars, "source"]) == {"assumed"}
-        bearing = config.bearings[config.campaign.torque.bearing].model_dump()
+        # Table 3 of a paper has neither what rings grow by nor the momentum of oil
+        growth = {"density_kg_m3", "expansion_1_k"}
+        bearing = config.bearings[config.campaign.torque.bearing].model_dump(
+            exclude={
+                "mounting": True,
+                "ring": growth,
+                "ball": {"expansion_1_k"},
+                "oil_supply": {"momentum_share"},
+            }
+        )
         configured = pd.json_normalize(bearing).iloc[0]
         texts = set(parts["text"].str.rstrip("*"))
         for number in configured[configured.map(pd.api.types.is_number)]:

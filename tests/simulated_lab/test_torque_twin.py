@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from bearings import RPM, equilibrium, shipped
+from bearings import RPM, in_operation, problem, shipped
 from campaigns import ROOT, Campaign, printed
+from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.physics.contact import Conditions
 from oilfilm.settings.resolve import resolve
@@ -37,7 +38,8 @@ def test_true_torque_is_that_of_the_law_behind_the_traction_logs(config: Setting
     ].to_numpy().T  # fmt: skip
     points = OperatingPoints.axial(load, speed * RPM)
     bearing, law = shipped("mainshaft-167"), eq7("4050")
-    torque = equilibrium(bearing, points, "4050", temperature, law, (32, 8)).torque_n_m()
+    at_rest = problem(bearing, points, "4050", temperature, law, (32, 8))
+    torque = friction_equilibrium(in_operation(at_rest)).torque_n_m()
     np.testing.assert_allclose(of_oil["torque_n_m"], torque, rtol=1e-5)
     assert (truth["law_misfit"] == 0).all()
 
