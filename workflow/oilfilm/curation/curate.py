@@ -31,6 +31,7 @@ from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.plateau_gates import judge_plateaus, quarantine_rows, runs_not_usable
 from oilfilm.curation.rig_kind import TRACTION, RigKind, Run
+from oilfilm.curation.rig_spin import spin_warnings
 from oilfilm.curation.run_gates import first_fault, warnings_about
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Columns, Refusal
@@ -255,7 +256,8 @@ def with_campaign_warnings(
     points = points[points["run_id"].isin(accepted.index)]
     constant = _constant_channels(points, accepted, settings.gates)
     of_rig = _of_rig(points, accepted["rig"], settings)
-    for run_id, text in chain(of_shapes, constant, of_rig):
+    of_spin = spin_warnings(points, accepted["rig"], settings)
+    for run_id, text in chain(of_shapes, constant, of_rig, of_spin):
         texts[run_id].append(text)
     warnings = [tuple(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.lists(warnings, runs.index))
