@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import torque_logs
 from bad_logs import good
 from campaigns import LABORATORY, ROOT, laboratory_campaign, write_campaign
 from command_line import printed_objects
@@ -94,6 +95,21 @@ def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFix
     assert run["measured"]["inner_speed_rpm"]["maximum"] == pytest.approx(9000, rel=1e-3)
     assert run["measured"]["torque_n_m"]["minimum"] == pytest.approx(2, abs=0.05)
     assert run["set_points"] == {}
+
+
+@pytest.mark.parametrize("name", ["radial_load_n", "Radial force [N]", "F_r (N)"])
+def test_a_radial_load_is_warned_about(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    path = tmp_path / "laboratory-torque/b.csv"
+    path.parent.mkdir(parents=True)
+    signals = torque_logs.signals()
+    path.write_bytes(torque_logs.text(signals.assign(**{name: 2000.0, "friction": 1.0})))
+    (log,) = checked(capsys, tmp_path, "--config", LABORATORY)
+    (run,) = log["runs"]
+    assert log["verdict"] == "accepted"
+    assert name in run["warning"]
+    assert "friction" not in run["warning"]
 
 
 def test_folder_says_the_campaign_of_logs(

@@ -30,7 +30,7 @@ from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
 from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
-from oilfilm.curation.torque_rig import TorqueRig
+from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
 from oilfilm.logs.first_seen import FirstSeen
@@ -218,7 +218,10 @@ def _checked_run(
     is_traction = kind.name == TRACTION
     ranges = points[list(MEASURED[kind.name])].agg(["min", "max"])
     checked: Plain = {name: run[name] for name in _RUN_COLUMNS}
-    checked["warning"] = "; ".join(run["warning"])
+    warnings = [*run["warning"]]
+    if not is_traction:
+        warnings += radial_load_warnings(understood.unused)
+    checked["warning"] = "; ".join(warnings)
     checked["oil_source"] = sources.get("oil", _CAMPAIGN)
     checked["rig_source"] = sources.get("rig" if is_traction else "bearing", _CAMPAIGN)
     checked["rows"] = run["samples"]

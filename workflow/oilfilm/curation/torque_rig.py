@@ -6,7 +6,8 @@ another, and stands still again. A step is a step of speed, and rest is standsti
 Decides: how a torque log is curated.
 """
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -32,6 +33,10 @@ _SIGNALS = (
     "oil_temperature_c",
     "outer_ring_temperature_c",
     "torque_n_m",
+)
+# Names of columns with a radial load: "radial_load_n", "Radial force [N]", "F_r (N)", "Fr".
+_RADIAL_LOAD = re.compile(
+    r"radial\W*_?(load|force)|(load|force)\W*_?radial|(^|[^a-z])F_?r([^a-z]|$)", re.IGNORECASE
 )
 
 
@@ -175,3 +180,13 @@ def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauS
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
     rows = signals.rows(start, stop - 1)
     return fault("too_short", "brief_level", speed=speed_rpm, held=held_s, least=least_s, **rows)
+
+
+def radial_load_warnings(unread: Iterable[str]) -> list[str]:
+    """Warnings about a radial load, which no calculation of the torque has.
+
+    Args:
+        unread: Names of the columns of a torque log that are not read.
+    """
+    names = [name for name in unread if _RADIAL_LOAD.search(name)]
+    return [fault("radial_load", column=name).reason for name in names]
