@@ -11,6 +11,7 @@ from deng2026_study.settings import default_settings
 from examples import NAMES, bearing, contact, oil, settings
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
+from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.kinematics import inner_slide_roll_ratio
 from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
 from oilfilm.bearing.resistance import HEATS, Lubrication
@@ -36,9 +37,10 @@ def terms(name: str, axial_load_n: float = 20e3):
     )
     box = default_settings().printed.boxes.tested.model_dump()
     tested = {key: tuple(ends) for key, ends in box.items() if key != "inlet_temperature_c"}
-    return torque_terms(
-        friction_equilibrium(FrictionProblem(bearing(), duty, oil_film, law)), tested
-    )
+    drawing = FrictionProblem(bearing(), duty, oil_film, law)
+    uncertain = {**bearing().uncertain, **assumed.uncertain()}
+    operation = drawing.with_inputs(Inputs.of(uncertain, many))
+    return torque_terms(friction_equilibrium(operation), tested)
 
 
 def contact_angles() -> Figure:
