@@ -133,7 +133,9 @@ def test_contacts_under_unit_load_are_exactly_hertz(name):
 
 def test_a_hybrid_bearing_is_stiffer_and_its_balls_lighter():
     config = load(FOLDER / "harris-218.yaml", BearingFile)
-    ceramic = BallMaterial(youngs_modulus_pa=310e9, poisson_ratio=0.26, density_kg_m3=3200)
+    ceramic = BallMaterial(
+        youngs_modulus_pa=310e9, poisson_ratio=0.26, density_kg_m3=3200, expansion_1_k=3.2e-6
+    )
     steel, hybrid = (
         config.model_copy(update={"ball": ball}).bearing("218") for ball in (config.ball, ceramic)
     )
@@ -152,6 +154,19 @@ def test_a_hybrid_bearing_is_stiffer_and_its_balls_lighter():
         ({"cage": {"guidance": "inner"}}, "cage.land_diameter_m", "guidance: inner"),
         ({"cage": {"land_diameter_m": 0.2}}, "cage.land_diameter_m", "far side"),
         ({"cage": {"land_clearance_m": 0.02}}, "cage.land_clearance_m", "well below"),
+        # grooves of 102.4 and 148 mm at their bottoms
+        ({"mounting": {"bore_diameter_m": 0.11}}, "mounting.bore_diameter_m", "less than 0.102"),
+        ({"mounting": {"outside_diameter_m": 0.14}}, "mounting.outside_diameter_m", "more than"),
+        (
+            {"mounting": {"shaft_bore_ratio_range": [0.5, 0.9]}},
+            "mounting.shaft_bore_ratio_range",
+            "less than the bore of the ring",
+        ),
+        (
+            {"mounting": {"ring_temperature_difference_k": 50.0}},
+            "mounting.ring_temperature_difference_k",
+            "outside `ring_temperature_difference_k_range` (-20 to 40)",
+        ),
     ],
 )
 def test_impossible_geometry_is_refused_by_name(changes, key, words):
@@ -159,3 +174,11 @@ def test_impossible_geometry_is_refused_by_name(changes, key, words):
     mistake = first_mistake(changed, BearingFile)
     assert mistake.startswith(f"`{key}`: found")
     assert words in mistake
+
+
+def test_ceramic_balls_need_their_own_expansion():
+    ball = {"youngs_modulus_pa": 310e9, "poisson_ratio": 0.26, "density_kg_m3": 3200.0}
+    changed = merge(read_yaml(FOLDER / "harris-218.yaml").values, {"ball": ball})
+    assert "expansion_1_k" in first_mistake(changed, BearingFile)
+    known = merge(changed, {"ball": {"expansion_1_k": 3.2e-6}})
+    assert BearingFile.model_validate(known).ball.expansion_1_k == 3.2e-6

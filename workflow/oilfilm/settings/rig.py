@@ -151,6 +151,8 @@ _UNKNOWN_FEED = {"feed_flow_m3_s": _UNKNOWN, "momentum_share": _UNKNOWN}
 # Of bearing steel.
 _STEEL_DENSITY_KG_M3 = 7833.0
 _STEEL_EXPANSION_1_K = 12e-6
+# Balls below this density are of another material.
+_LEAST_STEEL_DENSITY_KG_M3 = 6500.0
 
 
 class RingMaterial(Elasticity):
@@ -165,8 +167,20 @@ class BallMaterial(Elasticity):
 
     density_kg_m3: q.SolidDensityKgM3 = key("Density.")
     expansion_1_k: q.Expansion1K = key(
-        "Thermal expansion; by default that of bearing steel.", default=_STEEL_EXPANSION_1_K
+        "Thermal expansion; by default of steel, which only balls as dense as steel may have.",
+        default=_STEEL_EXPANSION_1_K,
     )
+
+    @model_validator(mode="after")
+    def _expansion_is_known(self) -> Self:
+        is_stated = "expansion_1_k" in self.model_fields_set
+        if self.density_kg_m3 < _LEAST_STEEL_DENSITY_KG_M3 and not is_stated:
+            sentence = (
+                f"found {self.density_kg_m3:g} kg/m3, which is not steel, and no key "
+                "'expansion_1_k'; add it (silicon nitride has 3.2e-6)."
+            )
+            raise contradiction(("density_kg_m3",), sentence)
+        return self
 
 
 class MountingKeys(Group):
