@@ -37,6 +37,12 @@ def inputs(points: int = 1, **changed: float | np.ndarray) -> Inputs:
     return replace(values, **arrays)
 
 
+def with_inner_ring(points: OperatingPoints, growth_m: np.ndarray) -> OperatingPoints:
+    """Operating points at which the inner groove alone has moved outward."""
+    centre = np.column_stack([growth_m, np.zeros_like(growth_m)])
+    return replace(points, growth=Growth(centre, np.zeros_like(centre)))
+
+
 # docs/physics.md, Growth of rings: Lame's rotating ring, groove of 72.6 mm
 @pytest.mark.parametrize(
     ("ratio", "speed_rpm", "growth_um"),
@@ -198,7 +204,7 @@ def test_torque_slip_and_angles_of_a_grown_bearing_are_those_of_another_program(
     load, speed = duty
     growth, torque, inner, outer, slip = np.array(REFERENCE[duty]).T
     points = OperatingPoints.axial(np.full(3, float(load)), speed * RPM)
-    grown = replace(points, growth=Growth.of_inner_ring(growth * UM))
+    grown = with_inner_ring(points, growth * UM)
     motion = equilibrium(MAINSHAFT, grown, oil_volume_fraction=0.0036)
     np.testing.assert_allclose(motion.torque_n_m(), torque, atol=1.1e-3)
     angles = np.degrees(motion.balance.contacts.contact_angle_rad)
@@ -211,7 +217,7 @@ def test_rings_without_play_still_find_their_equilibrium():
     # 84.8 um of radial play are gone: the balls are pressed by the rings alone
     growth = np.array([80.0, 90.0, 140.0]) * UM
     points = OperatingPoints.axial(np.full(3, 5000.0), 18000 * RPM)
-    grown = replace(points, growth=Growth.of_inner_ring(growth))
+    grown = with_inner_ring(points, growth)
     contacts = equilibrium(MAINSHAFT, grown).balance.contacts
     assert (np.diff(contacts.load_n[:, 0]) > 0).all()
     assert (np.diff(contacts.contact_angle_rad[:, 0]) < 0).all()

@@ -32,13 +32,6 @@ class Growth:
     centre_m: FloatArray
     offset_m: FloatArray
 
-    @classmethod
-    def of_inner_ring(cls, growth_m: FloatArray) -> "Growth":
-        """Growth of the inner ring alone; its groove moves outward by `growth_m`, (points,)."""
-        nothing = np.zeros_like(growth_m)
-        centre = np.stack([growth_m, nothing], axis=-1)
-        return cls(centre, np.zeros_like(centre))
-
     def at_points(self, which: IndexArray) -> "Growth":
         """The growth at some of the points."""
         return Growth(self.centre_m[which], self.offset_m[which])
