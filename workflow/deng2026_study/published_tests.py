@@ -1,7 +1,7 @@
 """Published tests of bearings beside the calculation.
 
-The drag is proportional to the oil's share of the volume between the rings. This share is the one
-constant of a bearing that no drawing gives. Published power losses set it.
+The drag is proportional to the oil's share of the volume between the rings, which no drawing gives.
+A published power loss wants little or none, a published cage slip wants much: no share fits both.
 
 Decides: where the drag in a bearing comes from.
 """

@@ -45,8 +45,8 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     """Published power loss.
 
     Calculated power loss (W) by term, and published power loss, against speed of the inner
-    ring. The volume fraction of oil, and with it the drag, is fitted to the published points.
-    Dashed lines: ends of its range. Published points: NASA TP-2275, transcribed by a third
+    ring. Flow of oil and its volume fraction, and with it the drag, are assumed. Dashed lines:
+    ends of the fraction's range; none fits this test and the published cage slip, too. Published points: NASA TP-2275, transcribed by a third
     party. The traction law is fitted to the logs of this campaign.
     """
     table = results.published_tests.dropna(subset="published_power_w")
@@ -85,7 +85,7 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     handles = [*areas, style.line_handle(f"oil {low:.2%} and {high:.2%}", **dashed), published]
     logs = SIMULATED if settings.campaign.data == "simulated" else "this campaign's"
     share = f"{settings.bearing.oil_volume_fraction:.2%} of the volume"
-    sheet.legend(handles, f"oil {share}, fitted; traction law from {logs} logs")
+    sheet.legend(handles, f"oil {share}; traction law from {logs} logs")
     return sheet
 
 
