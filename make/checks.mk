@@ -35,8 +35,7 @@ $(AUDITED): tests/lint/audit.lock $(DEV)
 	@touch $@
 
 .PHONY: audit
-audit: $(AUDITED) ## known weaknesses: bandit, zizmor, licences; advisories, if there is a network (a minute)
-	$(AUDIT)/bin/bandit --quiet --recursive --configfile pyproject.toml workflow
+audit: $(AUDITED) ## known weaknesses: zizmor, licences; advisories, if there is a network (a minute)
 	$(AUDIT)/bin/zizmor --offline --quiet --persona=pedantic .github/workflows docs/nightly/github-self-hosted.yml
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/python tests/lint/advisories.py $(AUDIT)/bin/pip-audit

@@ -39,7 +39,7 @@ def test_what_only_the_workflow_has_is_named(
     (tmp_path / "Snakefile").touch()
     monkeypatch.setattr("oilfilm.cli.run.find_spec", lambda name: None)
     assert main(["run", str(tmp_path)]) == 2
-    assert "pip install 'oilfilm[workflow]'" in capsys.readouterr().err
+    assert "pip install '.[workflow]'" in capsys.readouterr().err
 
 
 def test_options_say_what_the_law_calls_its_conditions() -> None:

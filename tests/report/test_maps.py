@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from campaigns import HEATED_FILM, oil_of, printed
 from fit_points import matrix
 from oilfilm.physics.contact import Conditions
-from oilfilm.physics.film import InletOil, film_thickness
+from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
 from oilfilm.physics.thermal_traction import ThermalEhl, film_stress, thermal_ehl_traction
 from oilfilm.report.figures.fits import without_heat
 from oilfilm.settings.base import present
@@ -107,6 +107,48 @@ def test_correction_recovers_most_of_heat(config: Settings, pressure: float, sli
     hot = curve.assign(inlet_temperature_c=25.0)
     if slip == 0.2:  # colder than any test
         assert without_heat(hot, truth, contact, config)["traction_coefficient"].isna().all()  # type: ignore[arg-type]
+
+
+class LawWithoutHeat(HeatedTruth):
+    """A law of saturated traction that holds no heat: no film made its curves."""
+
+    def predict(self, conditions: Any, slip: Any) -> Any:
+        _, speed, temperature = conditions.T
+        largest = 0.05 * np.exp(-0.012 * (temperature - 60)) * (speed / 30) ** -0.3
+        return SimpleNamespace(traction_coefficient=largest * np.tanh(slip / 0.15))
+
+
+def test_impossible_correction_is_refused(config: Settings) -> None:
+    """No film gains more than its viscosity does, and none has a mu/S that rises with S."""
+    pressure, speed, inlet = 1.5, 40.0, 120.0
+    slip = np.linspace(0.01, 0.2, 20)
+    law = LawWithoutHeat()
+    at = np.tile([pressure, speed, inlet], (len(slip), 1))
+    measured = law.predict(at, slip).traction_coefficient
+    curve = pd.DataFrame(at, columns=list(CONDITIONS)).assign(
+        oil="4050",
+        load_n=pressure**3 * 142 / 1.5**3,
+        slide_roll_ratio=slip,
+        traction_coefficient=measured,
+    )
+    (rig,) = config.rigs.values()
+    contact = present(rig.contact(), "contact", "the rig")
+    corrected = without_heat(curve, law, contact, config)  # type: ignore[arg-type]
+    mu = corrected["traction_coefficient"].to_numpy()
+    kept = np.isfinite(mu)
+    assert kept.any()
+    assert not kept.all()
+    slope = (mu / slip)[kept]
+    assert (np.diff(slope) <= 0.021 * slope[:-1]).all()
+
+
+def test_viscosity_ratio_is_that_of_barus() -> None:
+    pressure, inlet, rise = np.array([0.0, 1.2]), np.array([60.0, 60.0]), np.array([15.0, 15.0])
+    ratio = film_viscosity_ratio(OIL, pressure, inlet, rise)
+    eta, alpha = OIL.dynamic_viscosity_pa_s, OIL.pressure_viscosity_coefficient_1_pa
+    at_no_pressure = eta(60.0) / eta(75.0)
+    assert ratio[0] == pytest.approx(at_no_pressure)
+    assert ratio[1] == pytest.approx(at_no_pressure * np.exp((alpha(60.0) - alpha(75.0)) * 0.8e9))
 
 
 def test_isothermal_curves_are_above_the_measured_ones(drawing: Draw) -> None:

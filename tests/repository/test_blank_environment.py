@@ -63,7 +63,7 @@ def test_core_does_its_part_and_names_what_it_lacks(tmp_path: Path) -> None:
     assert code == 0, text
     (tmp_path / "home/Snakefile").touch()
     code, text = run(core, "oilfilm", "run")
-    assert (code, "pip install 'oilfilm[workflow]'" in text) == (2, True)
+    assert (code, "pip install '.[workflow]'" in text) == (2, True)
     for package in ("snakemake", "matplotlib", "pytest"):
         code, text = run(core, "python", "-c", f"import {package}")
         assert f"No module named '{package}'" in text

@@ -4,6 +4,7 @@ import json
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 import tomllib
 from pathlib import Path
@@ -15,6 +16,8 @@ from campaigns import ROOT
 from command_line import succeeded
 
 RECIPE = ROOT / "docs/containers/recipe.yaml"
+# suffixes of files with text for people and machines
+TEXT = {".md", ".toml", ".cff", ".yaml", ".yml", ".py", ".html", ".smk", ".mk", ".json", ".jinja"}
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 
 
@@ -38,6 +41,54 @@ def test_citation_and_archive_have_title_version_authors_and_licence_of_the_proj
     assert archive["title"] == citation["title"]
     assert archive["description"] == citation["abstract"]
     assert archive["keywords"] == citation["keywords"]
+
+
+SHOWN = ("README.md", "pyproject.toml", "CITATION.cff")
+
+
+def test_no_file_shows_a_placeholder_for_an_address() -> None:
+    files = succeeded(["git", "ls-files", "-z"], cwd=ROOT).split("\0")
+    texts = [ROOT / file for file in files if Path(file).suffix in TEXT]
+    assert len(texts) > len(SHOWN)
+    # in parts, so that this file is no example of it
+    placeholder = "OWN" + "ER"
+    assert not [path.name for path in texts if placeholder in path.read_text(encoding="utf-8")]
+
+
+def test_release_writes_the_address_into_all_that_shows_one(tmp_path: Path) -> None:
+    for name in SHOWN:
+        shutil.copy(ROOT / name, tmp_path / name)
+    address = "https://github.com/made-up/film"
+    succeeded([sys.executable, ROOT / ".ci/address", address], cwd=tmp_path)
+    project = tomllib.loads((tmp_path / "pyproject.toml").read_text("utf-8"))["project"]
+    assert project["urls"].keys() == {"Homepage", "Documentation", "Changelog", "Issues"}
+    assert project["urls"]["Homepage"] == address
+    assert {**project, "urls": None} == {**PROJECT, "urls": None}
+    citation = yaml.safe_load((tmp_path / "CITATION.cff").read_text("utf-8"))
+    assert (citation["repository-code"], citation["url"]) == (
+        address,
+        "https://made-up.github.io/film",
+    )
+    badges = re.findall(
+        r"(?m)^\[!\[\w+\]\((\S+)\)\]\((\S+)\)$", (tmp_path / "README.md").read_text("utf-8")
+    )
+    assert len(badges) == 3
+    assert all("made-up" in image for image, _ in badges)
+
+
+@pytest.mark.parametrize(
+    "address", ["made-up/film", "http://example.org/x", "https://github.com/a"]
+)
+def test_release_refuses_what_is_no_address(address: str, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, ROOT / ".ci/address", address],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1
+    assert address in done.stderr
 
 
 @pytest.mark.nightly

@@ -2,7 +2,8 @@
 rule release:
     "Everything the run has made, and what it was made from, in a folder that never changes."
     input:
-        rules.all.input,
+        rules.enough.input.everything,
+        rules.enough.output,
         tables=[path for path in TABLE_FILES.values() if path],
         samples=rules.report.input.samples,
         package=rules.report.output.package,

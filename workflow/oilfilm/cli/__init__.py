@@ -36,7 +36,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise
         print(
             f"The package {error.name} is not installed. This needs more than the core of "
-            "oilfilm: pip install 'oilfilm[workflow]'",
+            "oilfilm. Install it with its workflow: pip install '.[workflow]' in the folder of its "
+            "code, or pip install 'WHEEL[workflow]' with the path of its wheel.",
             file=sys.stderr,
         )
         return 2

@@ -271,3 +271,26 @@ def contact_film(
     within = within_thermal_reduction(conditions.relative_pressure, loading)
     thickness_m = np.where(np.isfinite(thickness_m) & within, thickness_m, np.nan)
     return thickness_m, thickness_m / contact.roughness_rq_m
+
+
+def film_viscosity_ratio(
+    oil: Oil, max_hertz_pressure_gpa: FloatArray, inlet_c: FloatArray, rise_k: FloatArray
+) -> FloatArray:
+    """Viscosity of a film at its inlet's temperature over that at a higher one, at mean pressure.
+
+        eta(T) / eta(T + dT),   eta = eta0(T) exp(alpha(T) 2/3 p0)   (Barus 1893)
+
+    Args:
+        oil: Its properties.
+        max_hertz_pressure_gpa: p0, shape (points,).
+        inlet_c: T in degC, shape (points,).
+        rise_k: dT, shape (points,).
+    """
+    mean_pressure_pa = 2 / 3 * PA_PER_GPA * max_hertz_pressure_gpa
+    cold = InletOil.of(oil, inlet_c)
+    warm = InletOil.of(oil, inlet_c + rise_k)
+    lost_exponent = np.subtract(
+        cold.pressure_viscosity_coefficient_1_pa, warm.pressure_viscosity_coefficient_1_pa
+    )
+    at_no_pressure = np.divide(cold.dynamic_viscosity_pa_s, warm.dynamic_viscosity_pa_s)
+    return at_no_pressure * np.exp(lost_exponent * mean_pressure_pa)

@@ -13,12 +13,12 @@ from matplotlib.patches import Rectangle
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from oilfilm import tables
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.physics.contact import Conditions, Contact
-from oilfilm.physics.film import InletOil, film_thickness
+from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
 from oilfilm.physics.thermal_traction import mean_film_rise
 from oilfilm.report.document import number, significant
 from oilfilm.report.figures import style
@@ -266,6 +266,8 @@ _GRID_POINTS = 41  # along each axis of a map
 # The farthest test that `without_heat` uses: this share of the lowest tested speed, and the largest
 # tested slip over this share.
 _EXTRAPOLATED = 0.7
+# mu/S of a film without heat does not rise with S. It may rise by this share, as readings scatter.
+_SCATTER_OF_SLOPE = 0.02
 # Iterations until a colder inlet and the heat of its film agree.
 _ITERATIONS = 30
 # The central film goes with speed to the power 0.67 (Hamrock and Dowson): its inverse.
@@ -438,9 +440,10 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     flash temperature of both bodies (Archard 1959) and the conduction across the film (Carslaw
     and Jaeger 1959). The fitted law says what a test with an inlet colder by that rise, with
     the same film thickness and sliding speed, would have shown: the measured value is
-    multiplied by the law at that test over the law at this one. Points whose test would be
-    colder than the tests, slower than 0.7 of the lowest tested speed or beyond the largest slip
-    by as much are left out.
+    multiplied by the law at that test over the law at this one. Points are left out where that
+    test would be colder than the tests, slower than 0.7 of the lowest tested speed or beyond the
+    largest slip by as much. They are also left out where the result is impossible: the traction
+    grows by more than the oil's viscosity does (Barus), or faster than in proportion to the slip.
     """
     choice = settings.figures.isothermal
     laws = _laws(results)
@@ -512,7 +515,10 @@ def without_heat(
         T* + dT(T*, U*, S*) = T,   h(T*, U*) = h(T, U),   S* U* = S U
         mu_isothermal = mu law(T*, U*, S*)/law(T, U, S)
 
-    mu is NaN where that test is colder than the tests, much slower, or at much more slip.
+    mu is NaN where that test is colder than the tests, much slower, or at much more slip. It is
+    NaN as well where no film can have it: beyond the ratio of the viscosities at inlet and film
+    temperature, which a Newtonian film reaches, and from the slip on at which mu/S rises. A law
+    that holds no heat makes such values.
 
     Args:
         curve: Rows of the table of points, of one oil.
@@ -555,7 +561,7 @@ def without_heat(
     for _ in range(_ITERATIONS):
         cold_inlet_c = np.maximum(temperature - rise_k, coldest)
         cold_state = film_state(cold_speed, cold_inlet_c)
-        cold_slip = slip * speed / cold_speed
+        cold_slip = np.clip(slip * speed / cold_speed, -largest_slip, largest_slip)
         cold_film_m = film_thickness(*cold_state, cold_slip, "central")
         # beyond its range the thermal reduction gives no film
         cold_film_m = np.where(cold_film_m > 0, cold_film_m, np.nan)
@@ -571,10 +577,34 @@ def without_heat(
         )
         cold_law_mu = mu_by_law(cold_speed, cold_inlet_c, cold_slip)
         cold_mu = mu * np.where(no_traction, 1.0, cold_law_mu / divisor)
+    measured_rise_k = mean_film_rise(
+        *film_state(speed, temperature),
+        mu,
+        slip,
+        choice.solid_conductivity_w_mk,
+        choice.solid_volumetric_heat_j_m3k,
+    )
+    viscosity_ratio = film_viscosity_ratio(oil, pressure, temperature, measured_rise_k)
+    is_possible = np.abs(cold_mu) <= viscosity_ratio * np.abs(mu)
+    is_possible &= ~_beyond_rising_slope(slip, cold_mu)
     # inlet and heat do not agree where the heating of the film grows without end
     is_steady = rise_k - previous_rise_k <= 0.01 * rise_k
     is_known = is_steady & (temperature - rise_k >= coldest) & (cold_speed > slowest)
-    is_known &= np.abs(cold_slip) <= largest_slip
+    is_known &= np.abs(cold_slip) < largest_slip
+    is_known &= is_possible
     return pd.DataFrame(
         {"traction_coefficient": np.where(is_known, cold_mu, np.nan), "rise_k": rise_k}
     )
+
+
+def _beyond_rising_slope(slip: FloatArray, mu: FloatArray) -> BoolArray:
+    """The points of a curve from the slip on at which mu/S rises, shape (points,)."""
+    in_order = np.argsort(np.abs(slip), kind="stable")
+    slides = slip[in_order] != 0
+    slope = np.full(len(slip), np.inf)
+    slope[slides] = np.abs(mu[in_order][slides] / slip[in_order][slides])
+    smallest_before = np.fmin.accumulate(np.r_[np.inf, slope])[:-1]
+    rises = slope > (1 + _SCATTER_OF_SLOPE) * smallest_before
+    beyond = np.empty(len(slip), dtype=bool)
+    beyond[in_order] = np.logical_or.accumulate(rises)
+    return beyond
