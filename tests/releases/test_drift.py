@@ -18,6 +18,7 @@ from oilfilm.curation.curate import collect, curate
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import canonical, read_manifest
+from oilfilm.releases.statements import changed_lines
 from oilfilm.releases.stored_release import StoredRelease, pin
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -83,7 +84,8 @@ def test_load_cell_one_percent_off_is_stopped_by_the_gate_of_a_release_and_of_it
     reference = pin(before, tmp_path) if pinned else before
     assert main(["diff", str(reference), str(miscalibrated), "--gate", *CONFIG]) == 1
     printed = capsys.readouterr().out
-    moved = [line.split() for line in printed.splitlines()[5:]]
+    section = printed.split("\n\n")[1]
+    moved = [line.split() for line in section.splitlines()[2:]]
     assert {line[0] for line in moved} == {"4102"}
     assert "mu" in {line[1] for line in moved}
     assert main(["diff", str(before), str(before), *CONFIG]) == 0
@@ -145,9 +147,11 @@ def test_each_difference_is_in_its_section(
     alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
     rows = {each.title: each.rows for each in comparison_of(before, after).sections}
     row = points.loc[first]
-    assert rows["Verdicts"] == [
-        (f"points: {row['run_id']}, {row['first_row']}", "True", "False: thin_film"),
-        ("coefficients: 4102, deng2026, A3", "known", "sign unknown"),
+    point = f"{row['run_id']}, {row['first_row']}"
+    assert rows["Statements"] == [
+        ("coefficients", "4102, deng2026, A3", "verdict", "known", "sign unknown"),
+        ("points", point, "accepted", "True", "False"),
+        ("points", point, "failed_gates", "none", "thin_film"),
     ]
     assert rows["Configuration"] == [("gates.lambda_limit", "3.0", "2.5")]
     ((what, _, new),) = rows["Packages"]
@@ -173,7 +177,7 @@ def test_lost_fits_are_stopped(make: Make, before: Path, frames: dict[str, pd.Da
     kept = {name: frames[name] for name in ("coefficients", "fit_quality", "refits")}
     kept = {name: frame[frame["oil"] == "4102"].copy() for name, frame in kept.items()}
     kept["coefficients"].loc[kept["coefficients"]["constant"] == "C3", "value"] = np.nan
-    rows = comparison_of(before, make(**kept)).beyond_limits.rows
+    rows = comparison_of(before, make(**kept)).beyond_limits[0].rows
     assert {row[0] for row in rows} == set(OILS)
     assert "4050 is fitted in one release only" in str(rows)
     lost = {row[:2] for row in rows if row[4] == "inf standard errors"}
@@ -203,7 +207,7 @@ def test_gate_closes_at_its_limit(
     comparison = comparison_of(before, make(coefficients=coefficients))
     moved = comparison.moved.set_index(["oil", "what"])["change"]
     assert moved["4102", "mu"] == pytest.approx(scale - 1, rel=1e-9)
-    assert ("mu" in str(comparison.beyond_limits.rows)) == stopped
+    assert ("mu" in str(comparison.beyond_limits)) == stopped
 
 
 @pytest.mark.parametrize("law", ["no-such-law", "tanh"])
@@ -218,6 +222,90 @@ def test_tables_that_contradict_each_other_end_in_a_sentence(
     assert main(["diff", str(after), str(before), *CONFIG]) == 2
     printed = capsys.readouterr().err
     assert ("tables/" in printed, printed.count("\n")) == (True, 1)
+
+
+Plant = Callable[[dict[str, pd.DataFrame]], None]
+
+
+def planted(table: str, column: str, change: Callable[[Any], Any]) -> Plant:
+    """Change one value: that of the first row in which the change makes another one."""
+
+    def plant(frames: dict[str, pd.DataFrame]) -> None:
+        values = frames[table][column].astype(object)
+        row = next(row for row, value in values.items() if change(value) != value)
+        values[row] = change(values[row])
+        frames[table][column] = values.astype(frames[table][column].dtype)
+
+    return plant
+
+
+def widened(frames: dict[str, pd.DataFrame]) -> None:
+    """Make one interval wider on both sides; its constant and its error stay."""
+    row = frames["coefficients"]["lower"].first_valid_index()
+    width = frames["coefficients"].loc[row, "upper"] - frames["coefficients"].loc[row, "lower"]
+    frames["coefficients"].loc[row, "lower"] -= 0.06 * width
+    frames["coefficients"].loc[row, "upper"] += 0.06 * width
+
+
+@pytest.mark.parametrize(
+    ("plant", "column"),
+    [
+        (planted("coefficients", "standard_error", lambda error: 10 * error), "standard_error"),
+        (planted("coefficients", "standard_error", lambda error: error / 10), "standard_error"),
+        (planted("coefficients", "standard_error", lambda error: np.nan), "standard_error"),
+        (widened, "lower"),
+        (planted("coefficients", "verdict", lambda verdict: "sign unknown"), "verdict"),
+        (planted("coefficients", "identifiable", lambda flag: not flag), "identifiable"),
+        (planted("fit_quality", "certified", lambda flag: not flag), "certified"),
+        (planted("fit_quality", "n_points", lambda count: count - 1), "n_points"),
+        (planted("fit_quality", "active_bounds", lambda bounds: ("B1",)), "active_bounds"),
+        (planted("runs", "verdict", lambda verdict: "refused"), "verdict"),
+    ],
+)
+def test_gate_names_a_changed_statement_and_nothing_else(
+    make: Make, before: Path, frames: dict[str, pd.DataFrame], plant: Plant, column: str
+) -> None:
+    changed = {name: frame.copy() for name, frame in frames.items()}
+    plant(changed)
+    (section,) = comparison_of(before, make(**changed)).beyond_limits
+    ((_, _, named, old, new),) = section.rows
+    assert named == column
+    assert old != new
+
+
+def test_added_log_changes_counts_and_passes(
+    make: Make, before: Path, frames: dict[str, pd.DataFrame]
+) -> None:
+    """The verdict on an old run does not pass, nor does a lost certificate."""
+    quality = frames["fit_quality"].assign(n_points=frames["fit_quality"]["n_points"] + 10)
+    runs = frames["runs"]
+    more = pd.concat([runs, runs.iloc[:1].assign(run_id="new.csv")], ignore_index=True)
+    raw = {**LOGS, "new.csv": b"1"}
+    comparison = comparison_of(before, make(raw=raw, runs=more, fit_quality=quality))
+    assert {statement.column for statement in comparison.statements} == {"", "n_points"}
+    assert not comparison.beyond_limits
+    uncertified = quality.assign(certified=False)
+    (section,) = comparison_of(before, make(raw=raw, fit_quality=uncertified)).beyond_limits
+    assert {row[2] for row in section.rows} == {"certified"}
+
+
+def test_errors_may_move_by_their_limit(
+    make: Make, before: Path, frames: dict[str, pd.DataFrame]
+) -> None:
+    coefficients = frames["coefficients"].copy()
+    errors = ["standard_error", "naive_standard_error", "systematic_standard_error"]
+    coefficients[errors] *= 1 + 0.99 * DRIFT.errors
+    assert not comparison_of(before, make(coefficients=coefficients)).beyond_limits
+
+
+def test_other_words_and_counts_are_other_sentences_and_other_numbers_are_not() -> None:
+    before = ["mu = 0.0312 at 1.2 GPa", "33 of 75 points agree", "4102 is best"]
+    moved = ["mu = 0.0313 at 1.2 GPa", "33 of 75 points agree", "4102 is best"]
+    assert list(changed_lines(before, moved, with_numbers=False)) == []
+    assert list(changed_lines(before, moved)) == [("A", before[0]), ("B", moved[0])]
+    other = [before[0], "34 of 75 points agree", "4102 is good"]
+    changed = list(changed_lines(before, other, with_numbers=False))
+    assert changed == [*(("A", line) for line in before[1:]), *(("B", line) for line in other[1:])]
 
 
 # ---------------------------------------------------------------- kernels

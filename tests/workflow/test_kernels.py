@@ -2,13 +2,17 @@
 
 import shutil
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 import pytest
 
 from campaigns import QUICK, SMALL_MATRIX, lay_out, simulated_campaign, write_campaign
 from command_line import succeeded
+from oilfilm import tables
+from oilfilm.releases.statements import changed_statements
 from oilfilm.traction import LAW_FILES
 from other_cpus import CPUS, ENVIRONMENT, environment_of, table_changes
 from reproduce import Surroundings, command, succeed
@@ -89,9 +93,19 @@ def oldest(run: Run) -> Path:
     return run(OLDEST)
 
 
+def table_of(results: Path, name: str) -> pd.DataFrame | None:
+    """A table of finished results; None where they have none."""
+    path = results / f"tables/{name}.parquet"
+    return tables.read(name, path) if path.exists() else None
+
+
 def unlike(before: Path, after: Path) -> list[str]:
     """What differs between the results of two CPUs, by table, and lines of the summary."""
     changes = list(table_changes(before, after))
+    statements = changed_statements(
+        partial(table_of, before), partial(table_of, after), error_change=0.1
+    )
+    changes += [", ".join(statement[:-1]) for statement in statements]
     summaries = [(top / "summary.txt").read_text(encoding="utf-8") for top in (before, after)]
     lines = [text.split("\n") for text in summaries]
     return changes + [line for line in lines[1] if line not in lines[0]]

@@ -60,6 +60,6 @@ def _diff(options: argparse.Namespace) -> int:
     too_far = comparison.beyond_limits
     if not options.gate:
         print(comparison.text(comparison.sections))
-    elif too_far.rows:
-        print(comparison.text([too_far]))
-    return int(options.gate and bool(too_far.rows))
+    elif too_far:
+        print(comparison.text(too_far))
+    return int(options.gate and bool(too_far))

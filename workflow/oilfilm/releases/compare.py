@@ -1,10 +1,10 @@
-"""Compare two releases: inputs, configuration, code, verdicts, constants and traction.
+"""Compare two releases: inputs, configuration, code, statements, constants and traction.
 
-Decides: the drift gate of `oilfilm diff --gate`: when a refit has moved too far (the limits are
-`drift` of `config.yaml`).
+Decides: the drift gate of `oilfilm diff --gate`: when a refit has moved too far, or states
+something else (the limits are `drift` of `config.yaml`).
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,13 +12,13 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.base import studies
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.text_table import text_table
 from oilfilm.base.ties import exceeds, first_largest
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.releases.manifest import Environment, FileRecord
+from oilfilm.releases.statements import Statement, changed_lines, changed_statements
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
 from oilfilm.traction import LAWS
@@ -27,15 +27,8 @@ Row = tuple[str, ...]
 # Largest change of a number by another BLAS or NumPy kernel, in standard errors.
 # `tests/workflow/test_kernels.py` compares all tables of a campaign.
 KERNEL_CHANGE = 1e-6
-# Columns of tables with verdicts: the verdict, then the columns that explain it.
-_VERDICT_COLUMNS = {
-    "runs": ["verdict", "rule", "reason"],
-    "points": ["accepted", "failed_gates"],
-    "coefficients": ["verdict"],
-    "fit_quality": ["certified"],
-    "sign_verdicts": ["verdict"],
-    "claims": ["verdict"],
-}
+# The text of a release whose sentences are compared.
+_SUMMARY = "summary.txt"
 
 
 @dataclass(frozen=True)
@@ -60,7 +53,13 @@ class Comparison:
         names: Names of both releases.
         kernels: Kernels of both and their expected effect, as text; empty where they are known and
             the same.
-        inputs: Sections on inputs, configuration, packages, files, samples and verdicts.
+        inputs: Sections on inputs, configuration, packages, files and samples.
+        statements: Verdicts, codes, counts, errors and nulls of tables that differ, as
+            `statements.changed_statements` compares them.
+        sentences: Lines of the summary that differ.
+        other_sentences: Those of them whose words or counts differ.
+        same_logs: Whether both were made from the same raw logs. With other logs, rows, counts and
+            sentences may be others, too.
         moved: oil, what, before, after, change and limit of each constant and of mu; NaN where
             there is none. The change of a constant is in standard errors of the first release. It
             is infinite where one release has no value, and NaN where there is no standard error
@@ -72,19 +71,35 @@ class Comparison:
     names: tuple[str, str]
     kernels: str
     inputs: Sequence[Section]
+    statements: Sequence[Statement]
+    sentences: Section
+    other_sentences: Section
+    same_logs: bool
     moved: pd.DataFrame
 
     @property
     def sections(self) -> list[Section]:
         """What differs, as tables of text."""
         moved = _moved("Constants and traction", self.moved[self.moved["change"] != 0])
-        return [section for section in (*self.inputs, moved) if section.rows]
+        statements = _statements(self.statements)
+        sections = (*self.inputs, statements, self.sentences, moved)
+        return [section for section in sections if section.rows]
 
     @property
-    def beyond_limits(self) -> Section:
-        """The drift gate: every change of a constant or of mu beyond its limit; no rows if none."""
+    def beyond_limits(self) -> list[Section]:
+        """The drift gate: every change that it does not let pass; no section if none.
+
+        Where logs were added, rows, counts and sentences change with them and pass.
+        """
         too_far = self.moved[exceeds(self.moved["change"], self.moved["limit"])]
-        return _moved("Moved by more than the drift gate lets pass", too_far)
+        moved = _moved("Moved by more than the drift gate lets pass", too_far)
+        sections = [moved]
+        if self.same_logs:
+            sections += [_statements(self.statements), self.other_sentences]
+        else:
+            of_results = [statement for statement in self.statements if not statement.counts_data]
+            sections.append(_statements(of_results))
+        return [section for section in sections if section.rows]
 
     def text(self, sections: Sequence[Section]) -> str:
         """Some sections for a terminal, below the names of both releases."""
@@ -115,7 +130,7 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         Section(title, ("what", "A", "B"), _different_values(old_values[title], new_values[title]))
         for title in old_values
     ]
-    inputs.append(Section("Verdicts", ("row", "A", "B"), list(_verdicts(before, after))))
+    statements = list(changed_statements(before.table, after.table, drift.errors))
     constants = _constants(before, after).assign(limit=drift.standard_errors)
     traction = _traction(before, after, drift).assign(limit=drift.traction)
     return Comparison(
@@ -124,6 +139,16 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
             before.manifest.made_from.environment, after.manifest.made_from.environment
         ),
         inputs=inputs,
+        statements=statements,
+        sentences=Section(
+            "Lines of the summary", ("in", "line"), _sentences(before, after, with_numbers=True)
+        ),
+        other_sentences=Section(
+            "Lines of the summary with other words or counts",
+            ("in", "line"),
+            _sentences(before, after, with_numbers=False),
+        ),
+        same_logs=before.manifest.made_from.raw == after.manifest.made_from.raw,
         moved=pd.concat([constants, traction], ignore_index=True),
     )
 
@@ -148,6 +173,12 @@ def _kernels(before: Environment, after: Environment) -> str:
         f"Differences of up to {KERNEL_CHANGE:g} standard errors are expected; of verdicts, none."
     )
     return "\n".join(lines)
+
+
+def _statements(statements: Iterable[Statement]) -> Section:
+    """Changed statements of tables, a row each."""
+    rows = [statement[:-1] for statement in statements]
+    return Section("Statements", ("table", "row", "column", "A", "B"), rows)
 
 
 def _moved(title: str, moved: pd.DataFrame) -> Section:
@@ -191,33 +222,12 @@ def _leaves(tree: dict[str, Any]) -> dict[str, str]:
     return {str(name): str(value) for name, value in pd.json_normalize(tree).iloc[0].items()}
 
 
-def _verdicts(before: StoredRelease, after: StoredRelease) -> Iterator[Row]:
-    """Rows whose verdict, the first of the columns in `_VERDICT_COLUMNS`, has changed."""
-    studies.declare_tables(studies.available())
-    for table, columns in _VERDICT_COLUMNS.items():
-        old, new = before.table(table), after.table(table)
-        if old is None or new is None:
-            continue
-        keys = list(tables.TABLES[table].key)
-        old = old.set_index(keys)[columns].astype(object)
-        new = new.set_index(keys)[columns].astype(object)
-        joined = old.add_suffix(" A").join(new.add_suffix(" B"), how="outer")
-        verdict = columns[0]
-        has_changed = joined[f"{verdict} A"] != joined[f"{verdict} B"]
-        for index, row in joined[has_changed].iterrows():
-            name = ", ".join(map(str, index)) if isinstance(index, tuple) else str(index)
-            yield f"{table}: {name}", _verdict_text(row, "A"), _verdict_text(row, "B")
-
-
-def _verdict_text(row: pd.Series, side: str) -> str:
-    """A verdict of one release with its reasons."""
-    texts: list[str] = []
-    for value in row.filter(regex=f" {side}$"):
-        if isinstance(value, tuple):
-            texts.append(", ".join(value))
-        elif pd.notna(value):
-            texts.append(str(value))
-    return ": ".join(text for text in texts if text)
+def _sentences(before: StoredRelease, after: StoredRelease, *, with_numbers: bool) -> list[Row]:
+    """The lines of the summary that differ; none where one of them has no summary."""
+    old, new = before.lines(_SUMMARY), after.lines(_SUMMARY)
+    if old is None or new is None:
+        return []
+    return list(changed_lines(old, new, with_numbers=with_numbers))
 
 
 # ---------------------------------------------------------------- constants and traction

@@ -44,6 +44,8 @@ Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$", description="sha256 in 
 ShortText = Annotated[str, Field(max_length=200)]
 # Largest number of records in a list of files.
 _RECORDS_MAX = Field(max_length=100_000)
+# Keys of one object; the packages of an environment are a few hundred.
+_MOST_KEYS = 10_000
 
 
 class FileRecord(Group):
@@ -212,7 +214,8 @@ def _parse(path: Path) -> Manifest:
         raise OilfilmError(f"{path}: is larger than {MOST_BYTES} bytes, so it is not a manifest.")
     try:
         text = path.read_bytes().decode("utf-8")
-        content = json.loads(text)
+        # pydantic notes every unknown key: their number is limited before
+        content = json.loads(text, object_pairs_hook=_object_of_few_keys)
     except (OSError, ValueError, RecursionError) as error:
         raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
     mistake = first_mistake(content, Manifest)
@@ -230,6 +233,17 @@ def _parse(path: Path) -> Manifest:
             f"gives {manifest.version}. It is damaged or was altered."
         )
     return manifest
+
+
+def _object_of_few_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON, from its keys and values.
+
+    Raises:
+        ValueError: It has more keys than any object of a manifest.
+    """
+    if len(pairs) > _MOST_KEYS:
+        raise ValueError(f"an object has {len(pairs)} keys; expected at most {_MOST_KEYS}")
+    return dict(pairs)
 
 
 def _contradiction(manifest: Manifest) -> str:

@@ -35,14 +35,20 @@ from oilfilm.releases.tree import PINS, copy_file
 from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.tables import LARGEST_TABLE, UNREADABLE, refuse_unpacking
 
-# Files that a pin keeps for the drift gate and for the comparison of settings and verdicts. The
-# points are too large.
+# Files that a pin keeps for the drift gate: what a release states. The points are too large.
 _PINNED_FILES = (
     "config.yaml",
+    "summary.txt",
+    "tables/advice_band.parquet",
     "tables/claims.parquet",
     "tables/coefficients.parquet",
     "tables/fit_quality.parquet",
+    "tables/law_verdicts.parquet",
     "tables/runs.parquet",
+    "tables/sign_verdicts.parquet",
+    "tables/slip_advice.parquet",
+    "tables/soundness.parquet",
+    "tables/surfaces.parquet",
     "tables/torque_runs.parquet",
 )
 _MOST_BYTES = 1 << 28  # of a file that is read into memory
@@ -179,6 +185,20 @@ class StoredRelease:
             return tables.read(name, file)
         except UNREADABLE as error:
             raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
+
+    def lines(self, path: str) -> list[str] | None:
+        """The lines of a text; None where the release has none, or the pin does not keep it.
+
+        Raises:
+            OilfilmError: As in `file`, or it is no text.
+        """
+        if path not in self.files or (self.pinned and not (self.folder / path).exists()):
+            return None
+        file = self.file(path)
+        try:
+            return file.read_text(encoding="utf-8").split("\n")
+        except UnicodeDecodeError:
+            raise OilfilmError(f"{file}: is no text in UTF-8.") from None
 
     def config(self) -> dict[str, Any]:
         """All settings of the run, as plain values.

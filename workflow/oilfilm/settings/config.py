@@ -543,6 +543,7 @@ class DriftSettings(Group):
 
     standard_errors: q.Factor = key("Largest change of a constant, in its standard errors.")
     traction: q.Factor = key("Largest change of mu over the tested box, relative.")
+    errors: q.Factor = key("Largest change of an error or of an interval's width, relative.")
     levels: int = key("Levels of each condition.", ge=2, le=50)
     slide_roll_ratio: q.Slips = key("Slide-roll ratios, rising.")
 

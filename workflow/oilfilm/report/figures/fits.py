@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib import colormaps
+from matplotlib.colors import LogNorm
 from matplotlib.patches import Rectangle
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from oilfilm import tables
 from oilfilm.base.units import BoolArray, FloatArray
@@ -263,6 +266,13 @@ def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
 
 
 _GRID_POINTS = 41  # along each axis of a map
+# A white line with a black rim is seen on every colour.
+_TESTED_FRAME: style.Look = {
+    "fill": False,
+    "edgecolor": "white",
+    "linewidth": 1.0,
+    "path_effects": [withStroke(linewidth=2.2, foreground="black")],
+}
 # The farthest test that `without_heat` uses: this share of the lowest tested speed, and the largest
 # tested slip over this share.
 _EXTRAPOLATED = 0.7
@@ -285,11 +295,11 @@ _FILM_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
 def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     """Friction map.
 
-    Traction coefficient of the fitted law (colour) over entrainment speed (m/s) and slide-roll
-    ratio, one column of panels per oil and one row per maximum Hertz pressure, at one inlet
-    temperature. Dotted line: limiting shear stress of the oil over pressure (Bair and Winer
-    1979); no film carries more. Dashed line: limit of lambda, below which the film is not full.
-    Frame: tested conditions.
+    Traction coefficient of the fitted law (colour and labelled lines) over entrainment speed
+    (m/s) and slide-roll ratio, one column of panels per oil and one row per maximum Hertz
+    pressure, at one inlet temperature. Dotted line: limiting shear stress of the oil over pressure
+    (Bair and Winer 1979); no film carries more. Dashed line: limit of lambda, below which the film
+    is not full. Frame: tested conditions.
     """
     choice = settings.figures.friction_map
     laws = _laws(results)
@@ -317,7 +327,9 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         _, lambda_of_oil[oil] = film.over(grid)
     lambda_limit = settings.gates.lambda_limit
     highest = max(float(np.nanmax(mu)) for mu in mu_of_oil.values())
-    levels = MaxNLocator(20).tick_values(0, highest)
+    levels = _levels_up_to(highest)
+    colours: style.Look = {"norm": LogNorm(levels[0], levels[-1]), "extend": "min"}
+    level_lines: style.Look = {"colors": "white", "linewidths": 0.4}
     handles: dict[str, Any] = {}
     for panel, (number_of_pressure, pressure), oil in panels:
         panel.axis.set(xscale="log", yscale="log")
@@ -325,11 +337,13 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         lambda_ratio = np.full_like(mu, np.nan)
         if oil in lambda_of_oil:
             lambda_ratio = lambda_of_oil[oil][number_of_pressure, :, 0].T
-        image = panel.axis.contourf(speed, slip, mu, levels)
+        image = panel.axis.contourf(speed, slip, mu, levels, **colours)
+        lines_of_levels = panel.axis.contour(speed, slip, mu, levels, **level_lines)
+        panel.axis.clabel(lines_of_levels, fmt="%g", fontsize=5)
         stress_limit = laws[oil].coefficients.limiting_stress_ratio
         for label, field, level, dashes, width in (
             ("limiting shear stress", mu, stress_limit, ":", 1.6),
-            (f"lambda = {lambda_limit:g}", lambda_ratio, lambda_limit, "--", 0.9),
+            (f"{style.LAMBDA} = {lambda_limit:g}", lambda_ratio, lambda_limit, "--", 0.9),
         ):
             contour = panel.axis.contour(
                 speed, slip, field, [level], colors="black", linestyles=dashes, linewidths=width
@@ -346,9 +360,10 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
     sheet.label("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
-    sheet.colour_bar(image, style.TRACTION_LABEL)
-    frame: style.Look = {"facecolor": "#3b528b", "edgecolor": "white"}
-    frame_handle = Rectangle((0, 0), 1, 1, label="white frame: tested", **frame)
+    bar = sheet.colour_bar(image, style.TRACTION_LABEL, ticks=levels)
+    bar.yaxis.set_major_formatter("{x:g}")
+    bar.minorticks_off()
+    frame_handle = Rectangle((0, 0), 1, 1, label="tested", **_TESTED_FRAME)
     title = style.level_phrases({"inlet_temperature_c": temperature})
     sheet.legend([*handles.values(), frame_handle], title)
     return sheet
@@ -377,45 +392,103 @@ def _draw_tested_frame(
         lower_end, _ = panel.axis.get_ylim()
         width = speeds[1] - speeds[0]
         height = slips[1] - lower_end
-        frame = Rectangle((speeds[0], lower_end), width, height, fill=False, edgecolor="white")
-        panel.axis.add_patch(frame)
+        panel.axis.add_patch(Rectangle((speeds[0], lower_end), width, height, **_TESTED_FRAME))
 
 
-@register(family="data", tables=("points",), settings=("figures", "gates", "oils"))
+def _levels_up_to(highest: float) -> FloatArray:
+    """Levels of mu in steps of 1, 2, 3 and 5 that cover two decades up to the highest value."""
+    decades = 10.0 ** np.arange(-6, 1)
+    steps = np.outer(decades, (1, 2, 3, 5)).ravel()
+    first = np.searchsorted(steps, highest / 100)
+    last = np.searchsorted(steps, highest)
+    return steps[first : last + 1]
+
+
+@register(family="data", tables=("points", "runs"), settings=("figures", "gates", "oils"))
 def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction against film thickness.
 
     Traction coefficient of the accepted points nearest to one slide-roll ratio, one panel per
-    oil, against lambda (film thickness over roughness). Colour: maximum Hertz pressure (GPa).
-    Dashed line: limit of lambda for a full film.
+    oil, against the ratio of film thickness to roughness. Colour: maximum Hertz pressure. A line
+    joins the runs of one pressure and temperature; speed rises along it. Its temperature is written
+    at the fastest run of the highest pressure. Dashed line: limit of a full film.
     """
     level = settings.figures.stribeck.slide_roll_ratio
     points = _of_one_slip(results.points, level).dropna(subset="lambda_ratio")
+    points = _with_set_points(points, results.runs)
     sheet, panels = oil_grid(
         style.oils_in(points, settings),
         "No accepted point near this slide-roll ratio has a known film:\n"
         "give the properties of the oil and the geometry of the rig.",
         height=1.9,
-        right=0.75,
     )
-    all_pressures = points["max_hertz_pressure_gpa"]
-    dot_look: style.Look = {"s": 9, "cmap": "viridis_r", "linewidths": 0}
-    dot_look.update(vmin=all_pressures.min(), vmax=all_pressures.max())
+    pressures = sorted(points["level_gpa"].unique())
+    colours = _colours_of(pressures)
+    limit = settings.gates.lambda_limit
     for panel, _, oil in panels:
         of_oil = points[points["oil"] == oil]
-        lambda_ratio = of_oil["lambda_ratio"]
-        mu = of_oil["traction_coefficient"].abs()
-        pressure = of_oil["max_hertz_pressure_gpa"]
-        dots = panel.axis.scatter(lambda_ratio, mu, c=pressure, **dot_look)
-        run_ids = of_oil["run_id"]
-        panel.keep("measured", lambda_ratio, mu, oil=oil, value=pressure, label=run_ids)
+        for pressure in pressures:
+            of_pressure = of_oil[of_oil["level_gpa"] == pressure]
+            look: style.Look = {"color": colours[pressure], "linewidth": 0.8}
+            for temperature, line in of_pressure.groupby("level_c"):
+                by_speed = line.sort_values("entrainment_speed_m_s")
+                lambda_ratio = by_speed["lambda_ratio"]
+                mu = by_speed["traction_coefficient"].abs()
+                panel.axis.plot(lambda_ratio, mu, marker="o", markersize=2.5, **look)
+                panel.keep(
+                    "measured",
+                    lambda_ratio,
+                    mu,
+                    oil=oil,
+                    value=by_speed["max_hertz_pressure_gpa"],
+                    label=by_speed["run_id"],
+                )
+                if pressure == pressures[-1]:
+                    end = (lambda_ratio.iloc[-1], mu.iloc[-1])
+                    degrees = f"{temperature:.0f} °C"
+                    panel.axis.annotate(
+                        degrees, end, (2, 0), textcoords="offset points", fontsize=5, va="center"
+                    )
         panel.axis.set_xscale("log")
-        panel.axis.set_ylim(bottom=0)
         style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
-        panel.axis.axvline(settings.gates.lambda_limit, color="black", linestyle="--")
-    sheet.label("lambda", f"{style.MU} at S = {level:g}")
-    sheet.colour_bar(dots, "Maximum Hertz pressure (GPa)")
+        panel.axis.axvline(limit, color="black", linestyle="--")
+    sheet.axes[0].set_ylim(bottom=0)
+    # room for the temperatures at the right
+    sheet.axes[0].set_xlim(right=1.5 * points["lambda_ratio"].max())
+    sheet.label(style.LAMBDA, f"{style.MU} at S = {level:g}")
+    handles = [
+        style.line_handle(f"P = {pressure:.3g} GPa", color=colours[pressure])
+        for pressure in pressures
+    ]
+    full_film = f"{style.LAMBDA} = {limit:g}: full film to the right of it"
+    handles.append(style.line_handle(full_film, color="black", linestyle="--"))
+    sheet.legend(handles)
     return sheet
+
+
+def _with_set_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+    """Points with the pressure and temperature at which their run was to be made.
+
+    `level_gpa` and `level_c` are the set points of the run. Where it has none, they are what the
+    point measured, to 0.05 GPa and to whole degrees.
+    """
+    set_points = runs.set_index("run_id").reindex(points["run_id"])
+    pressure = set_points["nominal_max_hertz_pressure_gpa"].to_numpy()
+    temperature = set_points["nominal_inlet_temperature_c"].to_numpy()
+    measured_gpa = points["max_hertz_pressure_gpa"].to_numpy()
+    measured_c = points["inlet_temperature_c"].to_numpy()
+    rounded_gpa = np.round(measured_gpa * 20) / 20
+    return points.assign(
+        level_gpa=np.where(np.isfinite(pressure), pressure, rounded_gpa),
+        level_c=np.where(np.isfinite(temperature), temperature, np.round(measured_c)),
+    )
+
+
+def _colours_of(pressures: Sequence[float]) -> dict[float, Any]:
+    """A colour of viridis for each pressure; the darkest is the highest."""
+    # the yellow end is too light on white
+    shades = np.linspace(0.85, 0.0, len(pressures))
+    return dict(zip(pressures, colormaps["viridis"](shades), strict=True))
 
 
 def _of_one_slip(points: pd.DataFrame, slide_roll_ratio: float) -> pd.DataFrame:

@@ -40,6 +40,7 @@ LINES: Look = {
 GREY = "#555555"  # of text and legend entries that belong to no oil
 EXTRAPOLATED = "#ececec"  # background of conditions outside the tests
 MU = "\N{GREEK SMALL LETTER MU}"
+LAMBDA = "\N{GREEK SMALL LETTER LAMDA}"
 # No mathematics of matplotlib: its parser takes half a second to load.
 THOUSANDTHS = "10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT THREE}"
 # Name of each condition on an axis, and one level of it in a title.
