@@ -23,9 +23,9 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import PA_PER_GPA, FloatArray, possible_conversion
 from oilfilm.logs import delimited_text
 from oilfilm.logs.base import UnreadableLogError
-from oilfilm.logs.columns import LoggedTable
 from oilfilm.logs.header import split_unit
 from oilfilm.logs.ingest import read_bytes, unpack
+from oilfilm.logs.logged_table import LoggedTable
 from oilfilm.logs.sheet_file import checked_workbook
 from oilfilm.logs.sniff import Guesses, has_word, unit_in_name
 from oilfilm.logs.traction_log import TRACTION

@@ -6,19 +6,19 @@ Decides: which rows are refused for their cells.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from oilfilm.base.errors import printable
 from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column, LogKind, UsableLog, Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Values
 from oilfilm.logs.run_sheet import Labels, RunSheet
+from oilfilm.logs.runs_in_table import runs_in_table
 from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
 
@@ -41,47 +41,6 @@ _MOST_STATED_KEYS = 30
 # Of the columns of a log that the table of runs names.
 _MOST_NAMES, _LONGEST_NAME = 200, 100
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
-Values = npt.NDArray[Any]
-
-
-@dataclass(frozen=True)
-class LoggedTable:
-    """One run as a format found it: what every reader gives.
-
-    Attributes:
-        keys: Header keys, as `plain_key` makes them.
-        names: Names of all columns.
-        units: Unit beside each name; empty where there is none.
-        values: Gives the columns with some indices, each of shape (rows,). A cell without a number
-            is NaN.
-        rows: Number of rows, good and bad.
-        run_name: Name of the run in its file; empty where the file is one run.
-        columns: The columns that make a run, where the format itself says it.
-        flaw: Why the run cannot be used; None where it can.
-        problem: Why nothing of the run can be read; None where it can.
-        clocks: Start, increment and unit of the time of evenly sampled columns, by their index.
-        cut_row_cells: Number of cells of the last row where it has no line end; else 0.
-        show: Gives a row as the file has it. Without it the numbers are shown.
-        contradictory: Rows that contradict themselves, where the format can show it.
-    """
-
-    keys: Mapping[str, str]
-    names: Sequence[str]
-    units: Sequence[str]
-    values: Callable[[Sequence[int]], Sequence[Values]]
-    rows: int
-    run_name: str = ""
-    columns: Sequence[Column] = ()
-    flaw: base.Refusal | None = None
-    problem: base.Refusal | None = None
-    clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
-    cut_row_cells: int = 0
-    show: Callable[[int], str] | None = None
-    contradictory: BoolArray | None = None
-
-
-# What a reader finds in a file: how the text is written, and its tables.
-TablesOfFile = tuple[base.TextForm, Iterable[LoggedTable]]
 
 
 def read_tables(
@@ -89,29 +48,61 @@ def read_tables(
 ) -> base.Reading:
     """The runs in the tables of a file, and what was refused of them."""
     form = tables_of_file[0]
-    tables = list(tables_of_file[1])
-    read_as = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
     rows = 0
-    runs: list[base.LoggedRun] = []
-    refusals: list[base.Refusal] = []
-    for table in tables:
-        labels = sheet.labels(file, table.run_name, table.keys, settings)
-        try:
-            run, refused = _read_table(table, labels, rows + 1, form, settings, kind)
-            runs.append(run)
-        except (ValueError, base.UnreadableLogError) as error:
-            problem = base.Refusal("columns", f"{error}{read_as}", kind.vocabulary.advice)
-            if isinstance(error, base.UnreadableLogError):
-                problem = error.refusal
-            problem = labels.with_exclusion(problem)
-            run_id = labels.run_id if table.run_name else ""
-            refused = [problem.of_rows(run_id, rows + 1, rows + table.rows)]
+    reading = base.Reading(0, form=form)
+    run_names: list[str] = []
+    for table in tables_of_file[1]:
+        for run_table in _runs_in(table, settings, kind):
+            run_names += [run_table.run_name] if run_table.run_name else []
+            _read_run(run_table, file, rows + 1, reading, settings, kind, sheet)
         rows += table.rows
-        refusals += refused
-        refusals += labels.remarks
-    run_names = [table.run_name for table in tables if table.run_name]
-    refusals += sheet.unmatched_rows(file, run_names)
-    return base.Reading(rows, runs, refusals, form)
+    refusals = [*reading.refusals, *sheet.unmatched_rows(file, run_names)]
+    return replace(reading, rows=rows, refusals=refusals)
+
+
+def _runs_in(table: LoggedTable, settings: Settings, kind: LogKind) -> list[LoggedTable]:
+    """The runs in a table, with its time. Its columns are converted once for all of them."""
+    vocabulary = kind.vocabulary_of(settings.campaign)
+    table = _with_time(table, vocabulary)
+    converted: dict[int, Values] = {}
+
+    def values(indices: Sequence[int]) -> list[Values]:
+        missing = [index for index in indices if index not in converted]
+        if missing:
+            converted.update(zip(missing, table.values(missing), strict=True))
+        return [converted[index] for index in indices]
+
+    return runs_in_table(replace(table, values=values), vocabulary, settings)
+
+
+def _read_run(
+    table: LoggedTable,
+    file: str,
+    first_row: int,
+    reading: base.Reading,
+    settings: Settings,
+    kind: LogKind,
+    sheet: RunSheet,
+) -> None:
+    """Add the run of a table, or why it is refused, to the reading of its file."""
+    form = reading.form
+    read_as = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
+    labels = sheet.labels(file, table.run_name, table.keys, settings)
+    try:
+        run, refused = _read_table(table, labels, first_row, form, settings, kind)
+        reading.runs.append(run)
+    except (ValueError, base.UnreadableLogError) as error:
+        problem = base.Refusal("columns", f"{error}{read_as}", kind.vocabulary.advice)
+        if isinstance(error, base.UnreadableLogError):
+            problem = error.refusal
+        problem = labels.with_exclusion(problem)
+        run_id = labels.run_id if table.run_name else ""
+        refused = [
+            problem.of_rows(run_id, first, last)
+            for first, last in base.unbroken_ranges(table.numbers_of_rows(first_row))
+        ]
+    reading.refusals.extend(refused)
+    reading.refusals.extend(labels.remarks)
 
 
 def _read_table(
@@ -131,7 +122,6 @@ def _read_table(
     if table.problem:
         raise base.UnreadableLogError.from_refusal(table.problem)
     vocabulary = kind.vocabulary_of(settings.campaign)
-    table = _with_time(table, vocabulary)
     not_needed = kind.not_needed(labels.keys, settings)
     columns = table.columns or vocabulary.columns(table.names, table.units, not_needed)
     problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
@@ -140,7 +130,7 @@ def _read_table(
         raise base.UnreadableLogError.from_refusal(first_problem)
     logged = _numbers(table, columns)
     values, readable = _converted(logged)
-    rows = np.arange(first_row, first_row + table.rows)
+    rows = table.numbers_of_rows(first_row)
     good, refusals = _good_rows(table, list(logged.values()), readable, rows)
     refusals = [replace(refusal, run_id=labels.run_id) for refusal in refusals]
     if not good.all():
@@ -174,7 +164,7 @@ def _good_rows(
     if table.cut_row_cells:
         ended[-1] = False
     refusals = [
-        _unreadable(table, logged, first, last, first - int(rows[0]))
+        _unreadable(table, logged, first, last, int(np.searchsorted(rows, first)))
         for first, last in base.unbroken_ranges(rows[ended & ~readable])
     ]
     good = readable & ended

@@ -11,15 +11,15 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
-from dataclasses import dataclass
-from itertools import zip_longest
+from dataclasses import dataclass, replace
+from itertools import pairwise, zip_longest
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs import text_rows
-from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
-from oilfilm.logs.columns import LoggedTable, TablesOfFile
+from oilfilm.logs import base, text_rows
+from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows, parse_decimal
 from oilfilm.logs.header import FULL_WIDTH
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 _BLANKS = " "
 _DELIMITERS = (",", ";", "\t", "|")
@@ -91,9 +91,34 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
     encoding = text_rows.encoding_of(content)
     text = text_rows.normalise(content, encoding)
+    check_rows(max(text_rows.count_rows(text) - 1, 0))
+    first_form, first_table = _table(text, encoding, vocabulary)
+    blocks = _blocks(text, vocabulary)
+    if len(blocks) < 2:
+        return first_form, [first_table]
+    tables_of_blocks = [_table(block, encoding, vocabulary)[1] for block in blocks]
+    names = base.distinct_names(f"block{number}" for number, _ in enumerate(blocks, start=1))
+    return first_form, [
+        replace(table, run_name=name, keys=keys)
+        for table, name, keys in zip(
+            tables_of_blocks, names, _keys_of_blocks(tables_of_blocks), strict=True
+        )
+    ]
+
+
+def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm, LoggedTable]:
+    """How a text with one line of names is written, and its table.
+
+    Args:
+        text: The text, as `normalise` gives it.
+        encoding: The encoding of the file.
+        vocabulary: The names that are known.
+
+    Raises:
+        UnreadableLogError: No line names columns, or a row is above it.
+    """
     # one of the lines may be that of the names
     rows = max(text_rows.count_rows(text) - 1, 0)
-    check_rows(rows)
     try:
         head = _find_head(text, vocabulary)
         # a row may be above the names: all lines count
@@ -122,8 +147,87 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         table.rows,
         cut_row_cells=table.cut_row_cells,
         show=table.show,
+        texts=table.texts,
     )
-    return TextForm.from_marks(encoding, head.delimiter, decimal_mark), [logged]
+    return TextForm.from_marks(encoding, head.delimiter, decimal_mark), logged
+
+
+def _blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
+    """The parts of a text that each have header lines and the same line of names above rows.
+
+    Programs of rigs write one for each step. A line of names that a logger repeats without header
+    lines, while time goes on, begins no block.
+    """
+    head = _find_head(text, vocabulary)
+    names_at = _start_of_line(text, len(head.header))
+    line_of_names = text[names_at : text.find(b"\n", names_at) + 1]
+    starts = [0]
+    found = text.find(b"\n" + line_of_names, names_at) if line_of_names else -1
+    while found >= 0:
+        start = _start_of_header(text, found + 1, head)
+        has_header = start < found + 1
+        if has_header or not _time_goes_on(text, found + 1, head, vocabulary):
+            starts.append(start)
+        found = text.find(b"\n" + line_of_names, found + 1)
+    return [text[start:stop] for start, stop in pairwise([*starts, len(text)])]
+
+
+def _start_of_line(text: bytes, number: int) -> int:
+    """Position of the line with a number, from 0."""
+    position = 0
+    for _ in range(number):
+        position = text.index(b"\n", position) + 1
+    return position
+
+
+def _start_of_header(text: bytes, names_at: int, head: _Head) -> int:
+    """Position of the first header line above a line of names: behind the last row above it.
+
+    Args:
+        text: The text.
+        names_at: Position of the line of names.
+        head: The lines above the first row.
+    """
+    start = names_at
+    while start > 0:
+        above = text.rfind(b"\n", 0, start - 1) + 1
+        line = text[above : start - 1].decode("utf-8", "replace")
+        cells = _split(line, head.delimiter)
+        numbers = [cell for cell in cells if _is_number(cell) or text_rows.is_stamp(cell)]
+        if len(cells) >= len(head.names) and len(numbers) > len(cells) / 2:
+            return start
+        start = above
+    return start
+
+
+def _time_goes_on(text: bytes, names_at: int, head: _Head, vocabulary: Vocabulary) -> bool:
+    """Whether time rises from the row above a repeated line of names to the row below it."""
+    meanings = vocabulary.meanings(head.names, head.units)
+    time = next((index for index, (quantity, _) in meanings.items() if quantity == "time"), None)
+    if time is None:
+        return False
+    above = text[:names_at].rstrip(b"\n").rpartition(b"\n")[2]
+    times: list[str] = []
+    lines_below = text[names_at : names_at + text_rows.HEAD_BYTES].split(b"\n")[1:3]
+    for line in (above, *lines_below):
+        cells = _split(line.decode("utf-8", "replace"), head.delimiter)
+        cell = cells[time].strip('" ') if time < len(cells) else ""
+        if cell[:1].isdigit():
+            times.append(cell)
+    if len(times) < 2:
+        return False
+    try:
+        return parse_decimal(times[1]) > parse_decimal(times[0])
+    except ValueError:
+        # time stamps of one log have one form
+        return times[1] > times[0]
+
+
+def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
+    """Header keys of each block, with those above the first block that no other block gives."""
+    of_other_blocks = {key for table in tables[1:] for key in table.keys}
+    of_file = {key: text for key, text in tables[0].keys.items() if key not in of_other_blocks}
+    return [of_file | dict(table.keys) for table in tables]
 
 
 def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:

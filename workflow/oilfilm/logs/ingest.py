@@ -20,8 +20,9 @@ import pyarrow as arrow
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.logs import base, delimited_text, lvm, parquet, pcs, tdms
-from oilfilm.logs.columns import ROWS_ADVICE, TablesOfFile, read_tables
+from oilfilm.logs.columns import ROWS_ADVICE, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
+from oilfilm.logs.logged_table import TablesOfFile
 from oilfilm.logs.raw_files import LARGEST_LOG
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION

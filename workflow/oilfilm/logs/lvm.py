@@ -12,9 +12,9 @@ import numpy as np
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
-from oilfilm.logs.columns import LoggedTable, TablesOfFile
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalise
 
 _TITLE = b"LabVIEW Measurement"

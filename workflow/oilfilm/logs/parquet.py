@@ -11,8 +11,9 @@ import pyarrow.parquet as parquet
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import COPY_AGAIN, NO_TEXT, UnreadableLogError, check_rows
-from oilfilm.logs.columns import LoggedTable, TablesOfFile, header_text, seconds
+from oilfilm.logs.columns import header_text, seconds
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 # Key of the metadata in tables that oilfilm writes.
 _OILFILM_KEY = b"oilfilm"

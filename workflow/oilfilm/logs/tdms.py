@@ -12,8 +12,9 @@ from nptdms.log import log_manager
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct_names
-from oilfilm.logs.columns import LoggedTable, TablesOfFile, Values, header_text, seconds
+from oilfilm.logs.columns import header_text, seconds
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Values
 
 _TAG = b"TDSm"
 _LEAD_IN_BYTES = 28

@@ -15,11 +15,12 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import BoolArray, FloatArray
 
 # The header and the names of the columns are in the first so many bytes of a text.
 HEAD_BYTES = 1 << 16
@@ -154,13 +155,37 @@ class TextTable:
             numbers = [self._column(ended_rows, index, misfits) for index in indices]
         if not misfits and not self.cut_row_cells:
             return numbers
+        with_gaps = np.full((len(indices), self.rows), np.nan)
+        with_gaps[:, self._fitting(misfits)] = numbers
+        return list(with_gaps)
+
+    def texts(self, index: int) -> npt.NDArray[np.object_]:
+        """Text of each cell of a column, shape (rows,).
+
+        It is empty in a row with more or fewer cells than columns.
+        """
+        texts = np.full(self.rows, "", dtype=object)
+        ended_rows = memoryview(self.text)[self.start : self.text.rfind(b"\n") + 1]
+        if not ended_rows:
+            return texts
+        misfits: list[int] = []
+        (cells,) = self._cells(ended_rows, [index], arrow.binary(), misfits)
+        # few texts differ: one object for each
+        encoded = cells.combine_chunks().dictionary_encode()
+        different = [
+            cell.decode("utf-8", "replace").strip(' "') for cell in encoded.dictionary.to_pylist()
+        ]
+        codes = encoded.indices.to_numpy()
+        texts[self._fitting(misfits)] = np.array(different, dtype=object)[codes]
+        return texts
+
+    def _fitting(self, misfits: Sequence[int]) -> BoolArray:
+        """Rows that are ended and have a cell for each column, shape (rows,)."""
         fitting = np.ones(self.rows, dtype=bool)
         fitting[np.array(misfits, dtype=int) - 1] = False
         if self.cut_row_cells:
             fitting[-1] = False
-        with_gaps = np.full((len(indices), self.rows), np.nan)
-        with_gaps[:, fitting] = numbers
-        return list(with_gaps)
+        return fitting
 
     def show(self, index: int) -> str:
         """The text of a row."""
