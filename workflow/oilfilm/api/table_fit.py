@@ -228,6 +228,7 @@ def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
         raise mu_table.error(f"{error.refusal.reason}.", advice) from None
+    mu_table.notes += logged.notes
     columns = _columns(logged, mu_table)
     _add_points(mu_table, logged, columns)
     _add_labels(mu_table, logged, columns, _DELIMITERS.get(form.delimiter))

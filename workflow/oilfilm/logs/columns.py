@@ -11,12 +11,13 @@ from dataclasses import replace
 from itertools import chain
 
 import numpy as np
+import pandas as pd
 
 from oilfilm.base.errors import printable
 from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column, LogKind, UsableLog, Vocabulary
-from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Values
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 from oilfilm.logs.run_sheet import Labels, RunSheet
 from oilfilm.logs.runs_in_table import runs_in_table
 from oilfilm.logs.text_rows import DAY
@@ -40,6 +41,7 @@ _KEYS_WITH_COLUMN = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS
 _MOST_STATED_KEYS = 30
 # Of the columns of a log that the table of runs names.
 _MOST_NAMES, _LONGEST_NAME = 200, 100
+_NOTE_ADVICE = "Nothing to do if that is right."
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
 
 
@@ -123,7 +125,8 @@ def _read_table(
         raise base.UnreadableLogError.from_refusal(table.problem)
     vocabulary = kind.vocabulary_of(settings.campaign)
     not_needed = kind.not_needed(labels.keys, settings)
-    columns = table.columns or vocabulary.columns(table.names, table.units, not_needed)
+    names, table = _without_twins(table, vocabulary)
+    columns = table.columns or vocabulary.columns(names, table.units, not_needed)
     problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
     first_problem = next(filter(None, problems), None)
     if first_problem:
@@ -132,6 +135,7 @@ def _read_table(
     values, readable = _converted(logged)
     rows = table.numbers_of_rows(first_row)
     good, refusals = _good_rows(table, list(logged.values()), readable, rows)
+    refusals += [base.Refusal(base.READING_NOTE, note, _NOTE_ADVICE) for note in table.notes]
     refusals = [replace(refusal, run_id=labels.run_id) for refusal in refusals]
     if not good.all():
         rows = rows[good]
@@ -146,6 +150,33 @@ def _read_table(
         _understood(table, labels, logged),
     )
     return kind.run(log, settings), refusals
+
+
+def _without_twins(table: LoggedTable, vocabulary: Vocabulary) -> tuple[list[str], LoggedTable]:
+    """The names of a table, empty for a column that repeats an earlier one, and notes on these.
+
+    Two columns of one quantity with the same numbers are one column.
+    """
+    names = list(table.names)
+    if table.columns:
+        return names, table
+    first_of: dict[str, int] = {}
+    notes: list[str] = []
+    meanings = vocabulary.meanings(table.names, table.units)
+    for index, (quantity, unit) in meanings.items():
+        first = first_of.setdefault(quantity, index)
+        if first == index or unit != meanings[first][1]:
+            continue
+        numbers, twin_numbers = table.values([first, index])
+        if numbers.dtype.kind not in "iuf" or twin_numbers.dtype.kind not in "iuf":
+            continue
+        if np.array_equal(numbers, twin_numbers, equal_nan=True):
+            notes.append(
+                f"the columns {names[first][:60]!r} and {names[index][:60]!r} hold the same "
+                "numbers; the first of them is used"
+            )
+            names[index] = ""
+    return names, replace(table, notes=(*table.notes, *notes))
 
 
 def _good_rows(
@@ -413,3 +444,15 @@ def header_text(value: object) -> str:
     if isinstance(value, float) and value.is_integer():
         return str(int(value))
     return str(value).strip()
+
+
+def texts_of(values: Values) -> Texts:
+    """Numbers or texts of a binary format as a text log would write them; missing ones are empty.
+
+    Args:
+        values: Values of a column, shape (rows,).
+    """
+    codes, different = pd.factorize(values)
+    # the code of a missing value is -1
+    texts = [*(header_text(value) for value in different.tolist()), ""]
+    return np.array(texts, dtype=object)[codes]

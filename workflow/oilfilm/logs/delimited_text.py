@@ -9,7 +9,7 @@ Decides: how the layout of a text log is found.
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise, zip_longest
@@ -80,6 +80,7 @@ class _NameLine:
 
 def recognises(head: bytes) -> bool:
     """True for any text."""
+    head = text_rows.without_zero_blocks(head)
     text = text_rows.normalise(head).decode("utf-8", "replace")
     letters = text.lstrip("\ufeff \n")[:_LETTERS_JUDGED]
     control = [letter for letter in letters if not (letter.isprintable() or letter.isspace())]
@@ -136,11 +137,14 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         head.units[stamps[0]] = "s"
     body, delimiter, start = _plain_cells(body, head, start)
     decimal_mark, group_mark = _marks(head, delimiter, meanings.keys() - stamps)
+    keys = _header_keys(head.header, head.delimiter)
+    may_grow = "time" in vocabulary.required and keys.get("log_kind") != "steps"
+    body, notes = _with_line_end(body, start, delimiter, len(head.names), may_grow=may_grow)
     table = text_rows.TextTable(
         body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start
     )
     logged = LoggedTable(
-        _header_keys(head.header, head.delimiter),
+        keys,
         head.names,
         head.units,
         table.numbers,
@@ -148,6 +152,7 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         cut_row_cells=table.cut_row_cells,
         show=table.show,
         texts=table.texts,
+        notes=notes,
     )
     return TextForm.from_marks(encoding, head.delimiter, decimal_mark), logged
 
@@ -170,6 +175,53 @@ def _blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
             starts.append(start)
         found = text.find(b"\n" + line_of_names, found + 1)
     return [text[start:stop] for start, stop in pairwise([*starts, len(text)])]
+
+
+def _with_line_end(
+    body: bytes, start: int, delimiter: str, width: int, *, may_grow: bool
+) -> tuple[bytes, tuple[str, ...]]:
+    """The rows, the last one ended where it is complete, and a note that says so.
+
+    The last row is complete where it has all its cells and its last number is as long as those
+    above it: a number that was cut is shorter. In a log that may still be written, all of them
+    must have the same number of decimals, too.
+
+    Args:
+        body: A text that ends in the rows.
+        start: Position of the first row.
+        delimiter: Character between cells.
+        width: Number of cells of a row.
+        may_grow: Whether the log may still be written; settled readings are a finished table.
+    """
+    if body.endswith(b"\n") or len(body) <= start:
+        return body, ()
+    lines = body[max(start, len(body) - text_rows.HEAD_BYTES) :].decode("utf-8", "replace")
+    *rows_above, last_row = [line.split(delimiter) for line in lines.split("\n")]
+    lengths = [_length_of_number(row[-1]) for row in rows_above if len(row) == width]
+    if len(last_row) != width or not lengths:
+        return body, ()
+    whole, decimals = _length_of_number(last_row[-1])
+    shortest_whole = min(length for length, _ in lengths)
+    fewest_decimals = min(length for _, length in lengths)
+    most_decimals = max(length for _, length in lengths)
+    if whole < shortest_whole or decimals < fewest_decimals:
+        return body, ()
+    if may_grow and decimals < most_decimals:
+        return body, ()
+    note = (
+        "the last row has no line end; it is used, because it has all its cells and its last "
+        "number is as long as those above it"
+    )
+    return body + b"\n", (note,)
+
+
+def _length_of_number(cell: str) -> tuple[int, int]:
+    """Letters of a number before and behind its decimal mark; -1 and -1 without a number."""
+    number = _bare(cell)
+    if not _is_number(number):
+        return -1, -1
+    whole, _, decimals = number.lstrip("+-").replace(",", ".").partition(".")
+    return len(whole), len(decimals)
 
 
 def _start_of_line(text: bytes, number: int) -> int:
@@ -375,7 +427,21 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> _NameLine:
     if not hint:
         first = next((line for line in plain_lines.values() if line.strip()), "")
         hint = f"; its first line is {first[:120]!r}" if first else ""
+        commented = _names_in_comment(comments.values(), first)
+        hint = f"; the names in its comment are {commented[:120]!r}" if commented else hint
     raise ValueError(f"no line names columns of a {vocabulary.name} log{hint}")
+
+
+def _names_in_comment(comments: Collection[str], row: str) -> str:
+    """The last comment that has as many cells as a row, and no number; empty without one."""
+    names = ""
+    for delimiter in _DELIMITERS:
+        width = len(_split(row, delimiter))
+        for comment in comments:
+            cells = _split(comment, delimiter)
+            if width > 1 and len(cells) == width and not any(map(_is_number, cells)):
+                names = comment
+    return names
 
 
 def _best_line_of_names(lines: Mapping[int, str], vocabulary: Vocabulary) -> _NameLine | None:

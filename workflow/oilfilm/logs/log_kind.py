@@ -183,7 +183,15 @@ class Vocabulary:
         counts = Counter(quantity for quantity, _ in meanings.values())
         for quantity, count in counts.items():
             if count > 1:
-                raise ValueError(f"the log repeats the column {quantity!r}")
+                same = [
+                    names[index] for index, meaning in meanings.items() if meaning[0] == quantity
+                ]
+                logged = " and ".join(repr(name[:60]) for name in same)
+                raise ValueError(
+                    f"the columns {logged} are both the quantity {quantity!r} and hold different "
+                    f"numbers; list the one that counts under `{self.columns_key}` of the campaign "
+                    "file, or rename the other"
+                )
         chosen = self._chosen_alternative(counts.keys() | not_needed)
         needed = self._needed(chosen, counts.keys(), not_needed)
         # before the units: a log of another kind gets the message that columns are missing

@@ -38,6 +38,7 @@ class LoggedTable:
         contradictory: Rows that contradict themselves, where the format can show it.
         row_indices: Index of each row among the rows of the table that the format found, shape
             (rows,); None where it is the whole table.
+        notes: What the user should know of how the table was read, in sentences.
     """
 
     keys: Mapping[str, str]
@@ -55,6 +56,7 @@ class LoggedTable:
     texts: Callable[[int], Texts] | None = None
     contradictory: BoolArray | None = None
     row_indices: base.IndexArray | None = None
+    notes: tuple[str, ...] = ()
 
     def numbers_of_rows(self, first_row: int) -> base.IndexArray:
         """Number of each row in its file.

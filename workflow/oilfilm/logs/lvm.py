@@ -144,6 +144,7 @@ def _table(
         problem=problem,
         clocks=clocks,
         cut_row_cells=cut_row_cells,
+        texts=table.texts,
     )
 
 

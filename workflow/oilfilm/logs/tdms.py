@@ -12,9 +12,9 @@ from nptdms.log import log_manager
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct_names
-from oilfilm.logs.columns import header_text, seconds
+from oilfilm.logs.columns import header_text, seconds, texts_of
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Values
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 
 _TAG = b"TDSm"
 _LEAD_IN_BYTES = 28
@@ -55,7 +55,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
             run_names = [""]
         # read here, while the file is open
         return NO_TEXT, [
-            _table(group, log.properties, run_name, flaw, vocabulary)
+            _table(group, log.properties, run_name, flaw, vocabulary, content)
             for group, run_name in zip(groups, run_names, strict=True)
         ]
 
@@ -128,6 +128,7 @@ def _table(
     run_name: str,
     flaw: Refusal | None,
     vocabulary: Vocabulary,
+    content: bytes,
 ) -> LoggedTable:
     """A group as a table, in which shorter channels end in rows without a number.
 
@@ -145,6 +146,16 @@ def _table(
     def values(indices: Sequence[int]) -> list[Values]:
         return [_with_length(numbers[index], rows) for index in indices]
 
+    group_name = group.name
+
+    def texts(index: int) -> Texts:
+        # few logs have such a channel: the file is opened again for it
+        with TdmsFile.open(io.BytesIO(content)) as log:
+            channel = log[group_name].channels()[index]
+            if len(channel) != rows:
+                return np.full(rows, "", dtype=object)
+            return texts_of(np.asarray(channel[:]))
+
     clocks: dict[int, tuple[float, float, str]] = {}
     for index, channel in enumerate(channels):
         if "wf_increment" in channel.properties:
@@ -152,7 +163,9 @@ def _table(
             clocks[index] = start, float(channel.properties["wf_increment"]), "s"
     properties = dict(file_properties) | dict(group.properties)
     keys = {plain_key(name): header_text(value) for name, value in properties.items()}
-    return LoggedTable(keys, names, units, values, rows, run_name, flaw=flaw, clocks=clocks)
+    return LoggedTable(
+        keys, names, units, values, rows, run_name, flaw=flaw, clocks=clocks, texts=texts
+    )
 
 
 def _unit(channel: TdmsChannel) -> str:

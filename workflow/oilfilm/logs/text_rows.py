@@ -26,6 +26,8 @@ from oilfilm.base.units import BoolArray, FloatArray
 HEAD_BYTES = 1 << 16
 _EMPTY_LINES = re.compile(rb"\n\n+")
 _HIGH_BYTES = re.compile(rb"[\x80-\xff]+")
+# UTF-16 has no four zeros in a row.
+_ZERO_BLOCK = re.compile(rb"\0{4,}")
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 # The encoding is judged by so many sequences of bytes of 128 and above.
@@ -48,7 +50,7 @@ def encoding_of(content: bytes) -> str:
         return "utf-8"
     if content.startswith(_UTF16_MARKS):
         return "utf-16"
-    head = content[:2000]
+    head = without_zero_blocks(content[:2000])
     zeros_at_odd = head[1::2].count(0)
     zeros_at_even = head[0::2].count(0)
     if max(zeros_at_odd, zeros_at_even) > len(head) / 4:
@@ -69,6 +71,11 @@ def encoding_of(content: bytes) -> str:
         if len(sequence) % 2 == 0 and sequence[0] < _FIRST_BYTE_OF_LEVEL_2
     ]
     return "gb18030" if len(chinese) > len(sequences) / 2 else "cp1252"
+
+
+def without_zero_blocks(head: bytes) -> bytes:
+    """The beginning of a file without blocks of zeros, which a full disk or a logger leaves."""
+    return _ZERO_BLOCK.sub(b"", head)
 
 
 def normalise(content: bytes, encoding: str | None = None) -> bytes:
