@@ -243,3 +243,94 @@ def test_rows_of_a_log_with_zeros_near_its_top_are_counted() -> None:
     assert reading.rows >= ROWS - 2
     kept = sum(len(run) for run in reading.runs)
     assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.rows
+
+
+# ---------------------------------------------------------------- change of set point
+
+RATE_HZ = 10
+HOLD_S = 3
+
+
+def sweep(load_n: float, speed_m_s: float) -> dict[str, np.ndarray]:
+    """A sweep of slip at one load and speed, with pure rolling before and after it."""
+    slip = np.repeat([0.0, 0.0, 0.02, 0.06, 0.12, 0.2, 0.0, 0.0], HOLD_S * RATE_HZ)
+    random = np.random.default_rng(int(load_n))
+    load = load_n * (1 + 0.003 * random.standard_normal(len(slip)))
+    return {
+        "load": load,
+        "traction_force": load * 0.05 * np.tanh(slip / 0.02),
+        "entrainment_speed": np.full(len(slip), speed_m_s),
+        "slide_roll_ratio": slip,
+        "inlet_temperature": np.full(len(slip), 60.0),
+    }
+
+
+def swept(*sweeps: dict[str, np.ndarray]) -> str:
+    joined = {name: np.concatenate([part[name] for part in sweeps]) for name in sweeps[0]}
+    units = ["s", "N", "N", "m/s", "1", "degC"]
+    time = np.arange(len(joined["load"])) / RATE_HZ
+    names = [f"{name} [{unit}]" for name, unit in zip(["time", *joined], units, strict=True)]
+    rows = np.column_stack([time, *joined.values()])
+    return (
+        "\n".join(
+            ["# oil: 4102", ",".join(names), *(",".join(map(repr, row.tolist())) for row in rows)]
+        )
+        + "\n"
+    )
+
+
+SET_POINTS = {
+    "two loads": ((20, 10), (32, 10)),
+    "two speeds": ((20, 12), (20, 21.6)),
+    "three loads": ((20, 10), (32, 10), (50, 10)),
+    "both": ((20, 5), (30, 8)),
+}
+
+
+@pytest.mark.parametrize("set_points", SET_POINTS.values(), ids=SET_POINTS)
+def test_each_set_point_of_a_log_is_a_run(set_points: tuple[tuple[float, float], ...]) -> None:
+    parts = [sweep(*set_point) for set_point in set_points]
+    reading = read(swept(*parts))
+    assert [run.run_id for run in reading.runs] == [
+        f"log:setpoint{number}" for number in range(1, 1 + len(parts))
+    ]
+    for run, (load, speed) in zip(reading.runs, set_points, strict=True):
+        assert len(run) == len(parts[0]["load"])
+        assert np.median(run.samples["load_n"]) == pytest.approx(load, rel=0.01)
+        mean_speed = (run.samples["ball_speed_m_s"] + run.samples["disc_speed_m_s"]) / 2
+        assert np.median(mean_speed) == pytest.approx(speed, rel=0.01)
+    assert {refusal.rule for refusal in reading.refusals} == {READING_NOTE}
+
+
+def speed_by_slip(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The disc at constant speed, the ball slowed: the mean speed falls with the slip."""
+    return part | {"entrainment_speed": 10 / (1 + part["slide_roll_ratio"] / 2)}
+
+
+def loaded_at_first(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The contact is loaded within the first second."""
+    load = part["load"].copy()
+    load[:RATE_HZ] *= np.linspace(0.1, 1, RATE_HZ)
+    return part | {"load": load}
+
+
+def drifting(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return part | {"load": part["load"] * np.linspace(1, 1.3, len(part["load"]))}
+
+
+@pytest.mark.parametrize("change", [dict, speed_by_slip, loaded_at_first, drifting])
+def test_log_at_one_set_point_stays_one_run(
+    change: Callable[[dict[str, np.ndarray]], dict[str, np.ndarray]],
+) -> None:
+    (run,) = read(swept(change(sweep(20, 10)))).runs
+    assert run.run_id == "log"
+
+
+def test_settled_readings_at_several_loads_are_several_runs() -> None:
+    slips = np.array([0.8, 1.5, 2.5, 4, 6, 9, 13, 18, 24, 30])
+    names = "load [N],traction_coefficient,entrainment_speed [m/s],slide_roll_ratio [%]"
+    lines = ["# oil: 4102", "# log_kind: steps", f"{names},inlet_temperature [degC]"]
+    for load in (40, 80):
+        lines += [f"{load},{0.04 + slip / 1e4:.4f},8,{slip:g},65" for slip in slips]
+    runs = read("\n".join(lines) + "\n").runs
+    assert [run.samples["load_n"].tolist() for run in runs] == [[40.0] * 10, [80.0] * 10]

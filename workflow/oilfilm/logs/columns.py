@@ -7,7 +7,7 @@ Decides: which rows are refused for their cells.
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -53,10 +53,10 @@ def read_tables(
     rows = 0
     reading = base.Reading(0, form=form)
     run_names: list[str] = []
+    context = _Context(file, form, settings, kind, sheet)
     for table in tables_of_file[1]:
         for run_table in _runs_in(table, settings, kind):
-            run_names += [run_table.run_name] if run_table.run_name else []
-            _read_run(run_table, file, rows + 1, reading, settings, kind, sheet)
+            run_names += _read_run(run_table, rows + 1, reading, context)
         rows += table.rows
     refusals = [*reading.refusals, *sheet.unmatched_rows(file, run_names)]
     return replace(reading, rows=rows, refusals=refusals)
@@ -77,21 +77,35 @@ def _runs_in(table: LoggedTable, settings: Settings, kind: LogKind) -> list[Logg
     return runs_in_table(replace(table, values=values), vocabulary, settings)
 
 
+@dataclass(frozen=True)
+class _Context:
+    """What the runs of one file share: its name, how its text is written, what judges them."""
+
+    file: str
+    form: base.TextForm
+    settings: Settings
+    kind: LogKind
+    sheet: RunSheet
+
+
 def _read_run(
-    table: LoggedTable,
-    file: str,
-    first_row: int,
-    reading: base.Reading,
-    settings: Settings,
-    kind: LogKind,
-    sheet: RunSheet,
-) -> None:
-    """Add the run of a table, or why it is refused, to the reading of its file."""
-    form = reading.form
+    table: LoggedTable, first_row: int, reading: base.Reading, context: _Context
+) -> list[str]:
+    """Add the run of a table, or why it is refused, to the reading of its file.
+
+    A run at several set points is added as several runs.
+
+    Returns:
+        The names of the runs in the file; none where the file is one run.
+    """
+    form, kind = context.form, context.kind
     read_as = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
-    labels = sheet.labels(file, table.run_name, table.keys, settings)
+    labels = context.sheet.labels(context.file, table.run_name, table.keys, context.settings)
     try:
-        run, refused = _read_table(table, labels, first_row, form, settings, kind)
+        run, refused = _read_table(table, labels, first_row, form, context.settings, kind)
+        parts = _parts_at_set_points(table, run, first_row, kind)
+        if len(parts) > 1:
+            return [name for part in parts for name in _read_run(part, first_row, reading, context)]
         reading.runs.append(run)
     except (ValueError, base.UnreadableLogError) as error:
         problem = base.Refusal("columns", f"{error}{read_as}", kind.vocabulary.advice)
@@ -105,6 +119,31 @@ def _read_run(
         ]
     reading.refusals.extend(refused)
     reading.refusals.extend(labels.remarks)
+    return [table.run_name] if table.run_name else []
+
+
+def _parts_at_set_points(
+    table: LoggedTable, run: base.LoggedRun, first_row: int, kind: LogKind
+) -> list[LoggedTable]:
+    """The parts of a run at different set points; the table itself where it has one."""
+    # some formats say themselves what a run is
+    rows_of_parts = [] if table.columns else kind.rows_of_set_points(run)
+    if len(rows_of_parts) < 2:
+        return [table]
+    # rows that cannot be used belong to the part before them
+    firsts = [int(run.samples["row"][rows[0]]) for rows in rows_of_parts[1:]]
+    splits = np.searchsorted(table.numbers_of_rows(first_row), firsts)
+    listed_rows = ", ".join(map(str, firsts[:10]))
+    note = (
+        f"the load or the speed changes to another set point at row {listed_rows}; the rows "
+        f"before and after are runs of their own"
+    )
+    parts: list[LoggedTable] = []
+    for number, rows in enumerate(np.split(np.arange(table.rows), splits), start=1):
+        name = f"{table.run_name} setpoint{number}".strip()
+        part = table.part(rows, name, table.keys)
+        parts.append(replace(part, notes=(*part.notes, note)))
+    return parts
 
 
 def _read_table(

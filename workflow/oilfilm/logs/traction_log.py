@@ -12,6 +12,7 @@ from oilfilm import tables
 from oilfilm.base.units import FloatArray, rpm_to_surface_speed
 from oilfilm.logs import base, header
 from oilfilm.logs.log_kind import Column, LogKind, Problems, Renamed, UsableLog, Vocabulary
+from oilfilm.logs.set_point_changes import rows_of_set_points
 from oilfilm.settings.campaign import Campaign, Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
@@ -345,4 +346,5 @@ TRACTION = LogKind(
     _run,
     sheet_keys=("rig", "log_kind", *base.SET_POINTS),
     not_needed=_not_needed,
+    rows_of_set_points=rows_of_set_points,
 )
