@@ -142,7 +142,7 @@ def _parts_at_set_points(
     for number, rows in enumerate(np.split(np.arange(table.rows), splits), start=1):
         name = f"{table.run_name} setpoint{number}".strip()
         part = table.part(rows, name, table.keys)
-        parts.append(replace(part, notes=(*part.notes, note)))
+        parts.append(part.with_note(note))
     return parts
 
 

@@ -72,6 +72,10 @@ class LoggedTable:
         """The table under another name of its run."""
         return replace(self, run_name=run_name)
 
+    def with_note(self, note: str) -> "LoggedTable":
+        """The table with one more note."""
+        return replace(self, notes=(*self.notes, note))
+
     def part(self, rows: base.IndexArray, run_name: str, keys: Mapping[str, str]) -> "LoggedTable":
         """Some rows of the table as a run of their own.
 

@@ -3,6 +3,7 @@
 Decides: which rows of a log with several loads or speeds belong to one set point.
 """
 
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -29,75 +30,64 @@ def rows_of_set_points(run: LoggedRun) -> list[IndexArray]:
     The rows are divided only where the slip is swept at each load and speed. A log whose speed
     follows the slip, or whose load is not held, has one set point.
     """
-    count = len(run)
-    everything = [np.arange(count)]
-    if count < 2 * _FEWEST_ROWS:
-        return everything
+    everything = [np.arange(len(run))]
     load = run.samples["load_n"]
     ball, disc = run.samples["ball_speed_m_s"], run.samples["disc_speed_m_s"]
     with np.errstate(divide="ignore", invalid="ignore"):
-        level = np.log(np.abs(np.stack([load, (ball + disc) / 2])))
-        slip = 2 * (disc - ball) / (disc + ball)
-    rows_per_block = max(1, -(-count // _MOST_BLOCKS))
-    starts = np.arange(0, count, rows_per_block)
-    medians = np.stack([_block_medians(signal, starts) for signal in (*level, slip)])
-    bounds = _bounds_of_sweeps(medians[:2], medians[2])
-    if len(bounds) < 3:
+        signals = np.stack(
+            [
+                np.log(np.abs(load)),
+                np.log(np.abs(ball + disc) / 2),
+                2 * (disc - ball) / (disc + ball),
+            ]
+        )
+    # at standstill and without load there is no level
+    usable = np.flatnonzero(np.isfinite(signals).all(axis=0))
+    if len(usable) < 2 * _FEWEST_ROWS:
         return everything
-    rows = [
-        np.arange(starts[first], starts[last] if last < len(starts) else count)
-        for first, last in pairwise(bounds)
-    ]
-    return rows if _are_set_points(level, rows) else everything
+    signals = signals[:, usable]
+    rows_per_block = -(-len(usable) // _MOST_BLOCKS)
+    starts = np.arange(0, len(usable), rows_per_block)
+    blocks = np.split(signals, starts[1:], axis=1)
+    medians = np.stack([np.median(block, axis=1) for block in blocks], axis=1)
+    firsts = starts[_first_blocks_of_sweeps(medians)]
+    if len(firsts) < 2 or not _are_set_points(np.split(signals[:2], firsts[1:], axis=1)):
+        return everything
+    return np.split(everything[0], usable[firsts[1:]])
 
 
-def _block_medians(signal: FloatArray, starts: IndexArray) -> FloatArray:
-    """The median of each block of rows, shape (blocks,); NaN where no row has a number."""
-    finite = np.where(np.isfinite(signal), signal, np.nan)
-    blocks = np.split(finite, starts[1:])
-    return np.array([np.nan if np.isnan(b).all() else np.nanmedian(b) for b in blocks])
-
-
-def _bounds_of_sweeps(level: FloatArray, slip: FloatArray) -> list[int]:
-    """First block of each stretch that sweeps the slip at one level, and the number of blocks.
+def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
+    """First block of each stretch that sweeps the slip at one level; the first one is 0.
 
     Args:
-        level: Logarithms of load and speed of each block, shape (2, blocks).
-        slip: Slip of each block, shape (blocks,).
+        medians: Logarithms of load and speed, and the slip, of each block, shape (3, blocks).
     """
+    level, slip = medians[:2], medians[2]
     count = len(slip)
     starts = [0]
     for block in range(1, count):
-        known = level[:, starts[-1] : block]
-        change = np.abs(level[:, block] - np.nanmedian(known, axis=1))
-        if (change > _SAME_LEVEL).any():
+        of_level = np.median(level[:, starts[-1] : block], axis=1)
+        if (np.abs(level[:, block] - of_level) > _SAME_LEVEL).any():
             starts.append(block)
-    whole_range = np.nanmax(slip) - np.nanmin(slip)
-    sweeps: list[int] = []
-    for first, last in pairwise([*starts, count]):
-        of_level = slip[first:last]
-        if np.isnan(of_level).all():
-            continue
-        if np.nanmax(of_level) - np.nanmin(of_level) >= _SHARE_OF_SWEEP * whole_range:
-            sweeps.append(first)
+    ends = [
+        last
+        for first, last in pairwise([*starts, count])
+        if np.ptp(slip[first:last]) >= _SHARE_OF_SWEEP * np.ptp(slip)
+    ]
     # what is above a sweep belongs to it, as the loading of the contact
-    ends = [last for first, last in pairwise([*starts, count]) if first in sweeps]
-    return [0, *ends[:-1], count] if sweeps else [0, count]
+    return [0, *ends[:-1]]
 
 
-def _are_set_points(level: FloatArray, rows: list[IndexArray]) -> bool:
+def _are_set_points(levels: Sequence[FloatArray]) -> bool:
     """Whether each stretch of rows holds its level, and neighbours differ.
 
     Args:
-        level: Logarithms of load and speed, shape (2, rows).
-        rows: Rows of each stretch.
+        levels: Logarithms of load and speed in each stretch, shape (2, rows).
     """
-    medians = [np.nanmedian(level[:, of_stretch], axis=1) for of_stretch in rows]
-    for of_stretch, median in zip(rows, medians, strict=True):
-        if len(of_stretch) < _FEWEST_ROWS:
-            return False
-        at_level = (np.abs(level[:, of_stretch].T - median) < _SAME_LEVEL).all(axis=1)
-        if at_level.mean() < _SHARE_AT_LEVEL:
+    medians = [np.median(level, axis=1) for level in levels]
+    for level, median in zip(levels, medians, strict=True):
+        at_level = (np.abs(level - median[:, np.newaxis]) < _SAME_LEVEL).all(axis=0)
+        if level.shape[1] < _FEWEST_ROWS or at_level.mean() < _SHARE_AT_LEVEL:
             return False
     return all(
         np.abs(later - earlier).max() >= np.log1p(_SMALLEST_CHANGE)
