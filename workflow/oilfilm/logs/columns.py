@@ -16,6 +16,7 @@ import pandas as pd
 from oilfilm.base.errors import printable
 from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 from oilfilm.logs import base
+from oilfilm.logs.clocks import with_time
 from oilfilm.logs.log_kind import Column, LogKind, UsableLog, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 from oilfilm.logs.run_sheet import Labels, RunSheet
@@ -55,9 +56,10 @@ def read_tables(
     run_names: list[str] = []
     context = _Context(file, form, settings, kind, sheet)
     for table in tables_of_file[1]:
-        for run_table in _runs_in(table, settings, kind):
+        run_tables = _runs_in(table, settings, kind)
+        for run_table in run_tables:
             run_names += _read_run(run_table, rows + 1, reading, context)
-        rows += table.rows
+        rows += sum(run_table.rows for run_table in run_tables)
     refusals = [*reading.refusals, *sheet.unmatched_rows(file, run_names)]
     return replace(reading, rows=rows, refusals=refusals)
 
@@ -65,7 +67,7 @@ def read_tables(
 def _runs_in(table: LoggedTable, settings: Settings, kind: LogKind) -> list[LoggedTable]:
     """The runs in a table, with its time. Its columns are converted once for all of them."""
     vocabulary = kind.vocabulary_of(settings.campaign)
-    table = _with_time(table, vocabulary)
+    table = with_time(table, vocabulary)
     converted: dict[int, Values] = {}
 
     def values(indices: Sequence[int]) -> list[Values]:
@@ -402,27 +404,6 @@ def _two_decimal_marks(
         return None
     reason = f"{with_other_mark[0].reason}; most other rows have a decimal {mark}"
     return base.Refusal("decimal_marks", reason)
-
-
-def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
-    """The table with time made of the sampling interval, where no column has it."""
-    meanings = vocabulary.meanings(table.names, table.units)
-    clocks = {table.clocks[index] for index in meanings if index in table.clocks}
-    has_time = any(quantity == "time" for quantity, _ in meanings.values())
-    if len(clocks) != 1 or has_time:
-        return table
-    start, increment, unit = clocks.pop()
-    time_index = len(table.names)
-
-    def values(indices: Sequence[int]) -> list[Values]:
-        logged_indices = [index for index in indices if index != time_index]
-        logged = dict(zip(logged_indices, table.values(logged_indices), strict=True))
-        logged[time_index] = start + increment * np.arange(table.rows)
-        return [logged[index] for index in indices]
-
-    names = [*table.names, "time"]
-    units = [*table.units, unit]
-    return replace(table, names=names, units=units, values=values)
 
 
 def _numbers(table: LoggedTable, columns: Sequence[Column]) -> dict[Column, FloatArray]:

@@ -255,7 +255,7 @@ def _by_restarts(table: LoggedTable, meanings: Mapping[int, tuple[str, str]]) ->
 
 
 def _restarts(time: FloatArray) -> list[int]:
-    """Rows at which time falls back to its first value and rises again from there.
+    """Rows at which time falls back to its first value, or to zero, and rises again from there.
 
     A row or two with a wrong time are no restart.
     """
@@ -270,7 +270,8 @@ def _restarts(time: FloatArray) -> list[int]:
     start = 0
     for row in np.flatnonzero(steps < 0) + 1:
         following = numbers[row : row + _FEWEST_ROWS]
-        falls_to_start = numbers[row] <= numbers[start] + tolerance
+        # a clock that is set falls to any other time
+        falls_to_start = min(abs(numbers[row]), abs(numbers[row] - numbers[start])) <= tolerance
         rises = bool((np.diff(following) > 0).all()) and following[-1] < numbers[row - 1]
         if falls_to_start and rises and len(following) == _FEWEST_ROWS:
             restarts.append(int(finite[row]))
