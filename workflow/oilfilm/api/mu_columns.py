@@ -17,20 +17,22 @@ from oilfilm.base.units import FloatArray, possible_conversion
 from oilfilm.logs.meaning import (
     DEFINITION_WORDS,
     DEFINITIONS,
+    RANK_OF_OPEN,
     UNIT_OF,
     Meaning,
     meaning_of,
+    rank_of,
     stated_unit,
 )
 
-# The place of a temperature that is taken before others.
-_PLACES = ("inlet", "bath", "oil", "")
 # A slide-roll ratio is at most 2 while both surfaces move in one direction: more is in %.
 _LARGEST_RATIO = 2.0
 # A sweep to a larger ratio is rare. Without a unit it may as well be one in %.
 _USUAL_RATIO = 0.5
 # Largest difference of two columns that say the same, relative to the largest value.
 _SAME = 0.02
+# Another definition is so many times as far from what the speeds say.
+_CLEARLY_FARTHER = 3.0
 # Maximum over mean pressure of a circular contact (Hertz 1881).
 _MAXIMUM_OVER_MEAN = 1.5
 
@@ -166,7 +168,7 @@ def columns_of(
         ranks = [_rank(column) for column in columns]
         best = min(ranks)
         at_best = [column for column, rank in zip(columns, ranks, strict=True) if rank == best]
-        if len(at_best) > 1 and best < _ASKED_RANK:
+        if len(at_best) > 1 and best < RANK_OF_OPEN:
             both = " and ".join(repr(column.name) for column in at_best)
             raise AskedError(
                 f"the columns {both} could both be the {quantity.replace('_', ' ')}.",
@@ -180,24 +182,9 @@ def columns_of(
     return chosen, notes
 
 
-# Rank of a column whose name leaves its meaning open.
-_ASKED_RANK = 100
-
-
 def _rank(column: TableColumn) -> int:
-    """The smaller, the sooner a column is taken: the user, words, symbols, what is open."""
-    if column.by_user:
-        return 0
-    meaning = column.meaning
-    if meaning.question:
-        return _ASKED_RANK
-    rank = 50 if meaning.is_symbol else 10
-    definitions = DEFINITIONS.get(meaning.quantity, ("",))
-    if meaning.definition in definitions:
-        rank += definitions.index(meaning.definition)
-    if meaning.quantity == "inlet_temperature":
-        rank += _PLACES.index(meaning.place)
-    return rank
+    """The smaller, the sooner a column is taken; what the user says comes first."""
+    return 0 if column.by_user else rank_of(column.meaning)
 
 
 def _line_to_paste(column: TableColumn) -> str:
@@ -228,8 +215,8 @@ def reading_of(
     Args:
         chosen: The column of each quantity.
         notes: Notes so far.
-        pressure_of_load: Maximum Hertz pressure of the load in GPa, shape (rows,), where load, radius
-            and materials are known.
+        pressure_of_load: Maximum Hertz pressure of the load in GPa, shape (rows,), where load,
+            radius and materials are known.
         speed_m_s: Mean speed of all rows, where the user gives it.
 
     Raises:
@@ -243,6 +230,7 @@ def reading_of(
     in_order = sorted(chosen, key=lambda quantity: quantity == "slide_roll_ratio")
     for quantity in in_order:
         column = chosen[quantity]
+        numbers: FloatArray | None
         if quantity == "slide_roll_ratio":
             numbers, how = _slide_roll_ratio(column, values, speed_m_s)
         elif quantity == "max_hertz_pressure":
@@ -314,11 +302,16 @@ def _asked(column: TableColumn) -> AskedError:
 
 def _same(one: FloatArray, other: FloatArray) -> bool:
     """Whether two columns say the same in the median row."""
+    return _distance(one, other) <= _SAME
+
+
+def _distance(one: FloatArray, other: FloatArray) -> float:
+    """Median difference of two columns over the largest value of the second; infinite if unknown."""
     both = np.isfinite(one) & np.isfinite(other)
-    if not both.any():
-        return False
-    size = float(np.max(np.abs(other[both])))
-    return bool(np.median(np.abs(one[both] - other[both])) <= _SAME * size)
+    size = float(np.max(np.abs(other[both]), initial=0.0))
+    if size == 0:
+        return np.inf
+    return float(np.median(np.abs(one[both] - other[both]))) / size
 
 
 def _maximum_pressure(
@@ -428,19 +421,23 @@ def _definition_by_speeds(
     if meaning.question:
         definitions = ["over_mean", "over_sum", "over_faster"]
     units = [meaning.unit] if meaning.unit else ["1", "%"]
+    found: list[tuple[float, str, str, FloatArray]] = []
     for definition in definitions:
         for unit in units:
             to_unit = possible_conversion(unit, ("1",))
-            if to_unit is None:
-                continue
-            ratio = over_mean(to_unit.convert(column.numbers), definition)
-            if _same(np.abs(ratio), np.abs(by_speeds)):
-                in_percent = ", in %" if unit == "%" and not meaning.unit else ""
-                return (
-                    ratio,
-                    f"{in_percent}, {DEFINITION_WORDS[definition]}: both speeds confirm it",
-                )
-    return None
+            if to_unit is not None:
+                ratio = over_mean(to_unit.convert(column.numbers), definition)
+                distance = _distance(np.abs(ratio), np.abs(by_speeds))
+                found.append((distance, definition, unit, ratio))
+    if not found:
+        return None
+    nearest, *others = sorted(found, key=lambda entry: entry[0])
+    distance, definition, unit, ratio = nearest
+    is_clear = all(other[0] > _CLEARLY_FARTHER * distance for other in others)
+    if distance > _SAME or not is_clear:
+        return None
+    in_percent = ", in %" if unit == "%" and not meaning.unit else ""
+    return ratio, f"{in_percent}, {DEFINITION_WORDS[definition]}: both speeds confirm it"
 
 
 def _refuse_contradictions(values: Mapping[str, FloatArray], names: Mapping[str, str]) -> None:

@@ -163,7 +163,7 @@ def fit_table(
                 "--materials a law of pressure can be fitted"
             )
     conditions = LAWS[law].conditions if law in LAWS else (PRESSURE, SPEED, TEMPERATURE)
-    _refuse_missing(points, conditions, read_table.name)
+    _refuse_missing(points, conditions, read_table)
     curve = points.pop("curve") if "curve" in points else None
     fitted = fit_points(points, conditions, law, curve, **settings)
     notes += fitted.notes
@@ -188,7 +188,7 @@ def _points_of_oil(points: pd.DataFrame, oil: str | None, name: str) -> tuple[pd
     return points[points["oil"] == oil].drop(columns="oil"), oil
 
 
-def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], name: str) -> None:
+def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], mu_table: "MuTable") -> None:
     """Refuse a table without a condition that the law needs.
 
     Raises:
@@ -197,7 +197,8 @@ def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], name: str
     for column in (*conditions, MU):
         if column not in points:
             sentence = (
-                f"{name}: no column is the {_NAMES_OF_CONDITIONS[column]}. Add it, or give it for "
+                f"{mu_table.name}: no column is the {_NAMES_OF_CONDITIONS[column]}; its columns are "
+                f"{cut(', '.join(map(repr, mu_table.columns)))}. Add it, or give it for "
                 f"all rows, as {_OPTIONS.get(column, '')}."
             )
             if column == PRESSURE:
@@ -216,12 +217,14 @@ class MuTable:
         name: Name of the table in messages.
         points: Conditions, slip and mu by their columns' names; `oil` and `curve` where the table
             has them. Pressure or load may be missing.
-        notes: Meaning of each column, and assumptions, in sentences.
+        notes: Meaning of each column, and how it is known, in sentences.
+        columns: Names of all columns.
     """
 
     name: str
     points: pd.DataFrame = field(default_factory=pd.DataFrame)
     notes: list[str] = field(default_factory=list)
+    columns: Sequence[str] = ()
 
     def error(self, problem: str, advice: str) -> OilfilmError:
         """The error of a table that cannot be used.
@@ -239,8 +242,8 @@ class Stated:
 
     Attributes:
         columns: Meaning of columns, by name.
-        pressure_of_load: Gives the maximum Hertz pressure in GPa of loads in N, where the contact is
-            known; else None.
+        pressure_of_load: Gives the maximum Hertz pressure in GPa of loads in N, where the contact
+            is known; else None.
         speed_m_s: Mean speed of all rows; None where the table has it.
     """
 
@@ -307,6 +310,7 @@ def _joined_sheets(parts: Sequence[tuple[str, MuTable]], joined: MuTable) -> MuT
         frames.append(points)
     joined.points = pd.concat(frames, ignore_index=True)
     titles = ", ".join(repr(title) for title, _ in parts)
+    joined.columns = parts[0][1].columns
     joined.notes = [*parts[0][1].notes, f"the sheets {titles} are read"]
     for _, part in parts[1:]:
         joined.notes += [note for note in part.notes if note not in joined.notes]
@@ -329,6 +333,7 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated: Stated) -> MuTable:
     notes: list[str] = []
     for logged in blocks:
         mu_table.notes = list(logged.notes)
+        mu_table.columns = logged.names
         mu_table.points = pd.DataFrame()
         names = _add_points(mu_table, logged, stated)
         _add_labels(mu_table, logged, names.values(), _DELIMITERS.get(form.delimiter))
@@ -501,8 +506,8 @@ def _forwards(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
         row = points.loc[is_odd].iloc[0]
         convention = "has the sign of the slip" if signed else "has no sign"
         mu_table.notes.append(
-            f"{int(is_odd.sum())} of {len(points)} rows are left out: mu {convention} in the other "
-            f"rows at negative slip, and it is {row[MU]:g} at S = {row[SLIP]:g} in the first of them"
+            f"{int(is_odd.sum())} of {len(points)} rows are left out: at negative slip mu "
+            f"{convention} in the other rows, and here it is {row[MU]:g} at S = {row[SLIP]:g}"
         )
     forwards = points.assign(**{SLIP: points[SLIP].abs()})
     if signed:

@@ -54,7 +54,9 @@ DEFINITION_WORDS = {
 # Names that are symbols of papers, as they are written there -> quantity and definition.
 _SYMBOLS = {
     **dict.fromkeys(("p", "P", "p0", "P0", "pmax", "p_max", "Pmax", "P_max", "PMAX", "p max"), "P"),
-    **dict.fromkeys(("pH", "p_H", "PH", "P_H", "p_h", "ph", "pHertz", "σmax", "σ_max", "σH"), "P"),
+    **dict.fromkeys(
+        ("pH", "p_H", "PH", "P_H", "p_h", "ph", "pHertz", "\u03c3max", "\u03c3_max", "\u03c3H"), "P"
+    ),
     **dict.fromkeys(("sigma_max", "sigma max", "P max", "p_0"), "P"),
     **dict.fromkeys(("pm", "p_m", "pmean", "p_mean", "Pmean", "p mean"), "p_mean"),
     **dict.fromkeys(("W", "FN", "F_N", "Fn", "F_n", "FZ", "F_z", "Fz", "F_Z", "fn", "fz"), "W"),
@@ -62,7 +64,9 @@ _SYMBOLS = {
     **dict.fromkeys(("U", "u", "ue", "Ue", "U_e", "u_e", "u_m", "U_m", "Um", "um"), "U"),
     **dict.fromkeys(("S", "SRR", "srr"), "S"),
     **dict.fromkeys(("T",), "T"),
-    **dict.fromkeys(("mu", "MU", "Mu", "μ", "µ", "CoF", "COF", "cof", "cot", "COT"), "mu"),
+    **dict.fromkeys(
+        ("mu", "MU", "Mu", "\u03bc", "\u00b5", "CoF", "COF", "cof", "cot", "COT"), "mu"
+    ),
     **dict.fromkeys(("t",), "t"),
 }
 _MEANING_OF_SYMBOL = {
@@ -89,8 +93,8 @@ class Meaning:
 
     Attributes:
         quantity: A key of `UNIT_OF`.
-        definition: One of `DEFINITIONS`; empty where the quantity has one definition alone, or where
-            the name does not say it.
+        definition: One of `DEFINITIONS`; empty where the quantity has one definition alone, or
+            where the name does not say it.
         unit: Unit that the name states; empty where it states none.
         question: What the name leaves open, as a sentence; empty where it leaves nothing open.
         is_symbol: Whether the name is a symbol: a column with words for the quantity comes first.
@@ -229,6 +233,8 @@ def stated_unit(name: str) -> tuple[str, str]:
         if plain.endswith(f"_{ending}") and " " not in bare.strip():
             return bare[: -len(ending) - 1], unit
     words = bare.split()
+    if len(words) > 1 and words[-1] == "N":
+        return " ".join(words[:-1]), "N"
     for count in (2, 1):
         last = " ".join(words[-count:])
         if len(words) > count and len(last) >= _SHORTEST_UNIT and _is_any_unit(last):
@@ -265,12 +271,16 @@ def _is_any_unit(text: str) -> bool:
 # ---------------------------------------------------------------- names
 
 
-def meaning_of(name: str, unit_beside: str = "") -> Meaning | None:
+def meaning_of(
+    name: str, unit_beside: str = "", *, may_be_set_point: bool = False
+) -> Meaning | None:
     """The meaning of a column's name; None where it names nothing that is used here.
 
     Args:
         name: The name, perhaps with its unit.
         unit_beside: Unit that the log gives beside the name; empty without one.
+        may_be_set_point: Whether a set point counts, as in the header of a log. A column of set
+            points is no measurement.
 
     Examples:
         >>> meaning_of("mean Hertz pressure [GPa]")  # doctest: +ELLIPSIS
@@ -286,6 +296,8 @@ def meaning_of(name: str, unit_beside: str = "") -> Meaning | None:
     if symbol is not None:
         return _of_symbol(symbol, unit)
     said = sayings(bare)
+    if may_be_set_point:
+        said -= {"set"}
     if said & {"set", "error", "count", "other"}:
         return None
     sums = _SEVERAL_SPEEDS.search(name)
@@ -447,10 +459,37 @@ _RULES: tuple[_Rule, ...] = (
 )
 
 
-# ---------------------------------------------------------------- as a vocabulary
+# Ranks of meanings: words, then symbols, then what is open. Definitions and places are between.
+_RANK_OF_WORDS, _RANK_OF_SYMBOL, RANK_OF_OPEN = 10, 50, 100
+# The place of a temperature that is taken before others.
+_PLACES = ("inlet", "bath", "oil", "")
 
-# Quantity here -> that of logs, where both have not the same name.
-_QUANTITY_OF_LOGS = {"max_hertz_pressure": "load"}
+
+def rank_of(meaning: Meaning) -> int:
+    """The smaller, the sooner a column with this meaning is taken."""
+    if meaning.question:
+        return RANK_OF_OPEN
+    rank = _RANK_OF_SYMBOL if meaning.is_symbol else _RANK_OF_WORDS
+    definitions = DEFINITIONS.get(meaning.quantity, ("",))
+    if meaning.definition in definitions:
+        rank += definitions.index(meaning.definition)
+    if meaning.quantity == "inlet_temperature":
+        rank += _PLACES.index(meaning.place)
+    return rank
+
+
+def is_of_another_definition(meaning: Meaning) -> bool:
+    """Whether numbers of this meaning must be converted to the definition of the project."""
+    definitions = DEFINITIONS.get(meaning.quantity, ())
+    return bool(meaning.definition) and meaning.definition != definitions[0]
+
+
+def quantity_of_logs(quantity: str) -> str:
+    """The quantity as logs name it: the load may be stated as a pressure."""
+    return "load" if quantity == "max_hertz_pressure" else quantity
+
+
+# ---------------------------------------------------------------- as a vocabulary
 
 
 @dataclass(frozen=True)
@@ -475,5 +514,5 @@ class NamesInWords(Vocabulary):
         meaning = self.stated.get(name) or self.stated.get(bare) or meaning_of(name)
         if meaning is None:
             return None
-        quantity = _QUANTITY_OF_LOGS.get(meaning.quantity, meaning.quantity)
+        quantity = quantity_of_logs(meaning.quantity)
         return (quantity, meaning.unit) if quantity in self.quantities else None
