@@ -27,12 +27,15 @@ _SPEED_PAIRS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_
 _FORCES_OF_DIRECTIONS = ("traction_force_1", "traction_force_2")
 # A sweep to a smaller slide-roll ratio shows no traction curve.
 _SMALLEST_SWEEP = 0.005
+# The unit of a force that is logged as the torque that it makes about an axis.
+_TORQUE = "N m"
 # Column name of the project, with its unit -> quantity and unit.
 _PROJECT_NAMES = {
     "time_s": ("time", "s"),
     "load_n": ("load", "N"),
     "max_hertz_pressure_gpa": ("load", "GPa"),
     "traction_force_n": ("traction_force", "N"),
+    "traction_torque_n_m": ("traction_force", _TORQUE),
     "traction_coefficient": ("traction_coefficient", "1"),
     "traction_force_1_n": ("traction_force_1", "N"),
     "traction_force_2_n": ("traction_force_2", "N"),
@@ -94,11 +97,14 @@ def _missing_rig_values(
         missing.append("disc_track_radius_m")
     if units.get("load") == "GPa" and rig.ball_radius_m is None:
         missing.append("ball_radius_m")
+    if units.get("traction_force") == _TORQUE and rig.torque_arm_m is None:
+        missing.append("torque_arm_m")
     if not missing:
         return None
     return base.Refusal(
         "rig",
-        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {rig_name!r}",
+        f"speeds in rpm, a load as pressure or a force as torque need {', '.join(missing)} of the "
+        f"rig {rig_name!r}",
         f"Add it to config/rigs/{rig_name}.yaml.",
     )
 
@@ -119,6 +125,9 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     contact = rig.contact() if log.units.get("load") == "GPa" else None
     if contact is not None:
         values["load"] = contact.load_n(values["load"])
+    # a torque is refused of a rig whose lever arm is not known
+    if log.units.get("traction_force") == _TORQUE and rig.torque_arm_m is not None:
+        values["traction_force"] = values["traction_force"] / rig.torque_arm_m
     if "traction_coefficient" in values:
         force = semantics.direction * values["traction_coefficient"] * values["load"]
         values["traction_force"] = force
