@@ -334,3 +334,18 @@ def test_settled_readings_at_several_loads_are_several_runs() -> None:
         lines += [f"{load},{0.04 + slip / 1e4:.4f},8,{slip:g},65" for slip in slips]
     runs = read("\n".join(lines) + "\n").runs
     assert [run.samples["load_n"].tolist() for run in runs] == [[40.0] * 10, [80.0] * 10]
+
+
+@pytest.mark.parametrize(("interval_s", "is_named"), [(11.0, True), (0.02, False)])
+def test_settled_readings_that_are_not_called_so_are_named(
+    interval_s: float, is_named: bool
+) -> None:
+    slips = np.array([0.8, 1.5, 2.5, 4, 6, 9, 13, 18, 24, 30])
+    names = "time [s],load [N],traction_coefficient [1],entrainment_speed [m/s]"
+    lines = ["# oil: 4102", f"{names},slide_roll_ratio [%],inlet_temperature [degC]"]
+    for row, slip in enumerate(slips):
+        lines.append(f"{interval_s * row:g},40,{0.04 + slip / 1e4:.4f},8,{slip:g},65")
+    (run,) = read("\n".join(lines) + "\n").runs
+    assert (run.flaw is not None and run.flaw.rule == "settled_readings") == is_named
+    (steps,) = read("\n".join(["# log_kind: steps", *lines]) + "\n").runs
+    assert steps.flaw is None

@@ -240,7 +240,9 @@ def _by_restarts(table: LoggedTable, meanings: Mapping[int, tuple[str, str]]) ->
     )
     if time_index is None:
         return [table]
-    (time,) = table.values([time_index])
+    # all columns at once: a text is parsed as a whole
+    indices = list(meanings)
+    time = table.values(indices)[indices.index(time_index)]
     if time.dtype.kind not in "iuf":
         return [table]
     starts = _restarts(time.astype(np.float64, copy=False))

@@ -29,6 +29,11 @@ _FORCES_OF_DIRECTIONS = ("traction_force_1", "traction_force_2")
 _SMALLEST_SWEEP = 0.005
 # The unit of a force that is logged as the torque that it makes about an axis.
 _TORQUE = "N m"
+# Rows that come more slowly than this, nearly each at another slip, are settled readings.
+_INTERVAL_OF_READINGS_S = 5.0
+_SHARE_OF_READINGS = 0.9
+_FEWEST_READINGS = 5
+_SAME_SLIP = 0.002
 # Column name of the project, with its unit -> quantity and unit.
 _PROJECT_NAMES = {
     "time_s": ("time", "s"),
@@ -144,6 +149,8 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     samples["disc_speed_m_s"] = disc
     flaw = _contradiction(log.rows, values, ball, disc, semantics, settings.logged_twice)
     flaw = flaw or _fraction_in_percent(log, values)
+    if log.keys.get("log_kind") != "steps":
+        flaw = flaw or _settled_readings(values["time"], ball, disc)
     return log.run(rig_name, samples, set_points, flaw)
 
 
@@ -159,6 +166,31 @@ def _fraction_in_percent(log: UsableLog, values: Mapping[str, FloatArray]) -> ba
         "slip_unit",
         f"the column {column.name[:60]!r} goes up to {100 * largest:.3g} % of slip, which shows no "
         "traction curve; it may be a fraction, whose unit is 1",
+    )
+
+
+def _settled_readings(
+    time_s: FloatArray, ball: FloatArray, disc: FloatArray
+) -> base.Refusal | None:
+    """A flaw where each row has another slip, seconds after the row before.
+
+    Args:
+        time_s: Time of each row, shape (rows,).
+        ball: Surface speed of the ball in m/s, shape (rows,).
+        disc: Surface speed of the disc in m/s, shape (rows,).
+    """
+    if len(time_s) < _FEWEST_READINGS:
+        return None
+    interval = float(np.median(np.diff(time_s)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slip = 2 * (disc - ball) / (disc + ball)
+    is_other_slip = np.abs(np.diff(slip)) > _SAME_SLIP
+    if interval < _INTERVAL_OF_READINGS_S or is_other_slip.mean() < _SHARE_OF_READINGS:
+        return None
+    return base.Refusal(
+        "settled_readings",
+        f"rows come every {interval:.3g} s, each at another slide-roll ratio: these look like "
+        "settled readings, and the log is read as a signal against time",
     )
 
 
