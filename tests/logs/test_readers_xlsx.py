@@ -80,17 +80,22 @@ def test_instants_of_a_sheet_are_seconds(read) -> None:
     np.testing.assert_allclose(run.samples["time_s"], np.arange(30) / 4, atol=1e-9)
 
 
-def test_percentage_is_not_read_as_its_fraction(read) -> None:
+@pytest.mark.parametrize(("unit", "shown"), [("%", True), ("1", True), ("%", False), ("1", False)])
+def test_slip_is_read_as_the_sheet_shows_it(read, unit: str, shown: bool) -> None:
     names = ["time (s)", "load (N)", "traction_force (N)", "entrainment_speed (m/s)"]
-    names += ["slide_roll_ratio (%)", "inlet_temperature (degC)"]
+    names += [f"slide_roll_ratio ({unit})", "inlet_temperature (degC)"]
     made = openpyxl.Workbook()
     made.active.append(["Oil", "4102"])
     made.active.append(names)
-    made.active.append([0.0, 20, 1, 10, 0.05, 60])
-    made.active["E3"].number_format = "0.0%"
+    # the sheet shows 5.0%, or 5 below %, or 0.05 below 1
+    made.active.append([0.0, 20, 1, 10, 0.05 if shown or unit == "1" else 5, 60])
+    if shown:
+        made.active["E3"].number_format = "0.0%"
     buffer = io.BytesIO()
     made.save(buffer)
-    assert [refusal.rule for refusal in read(buffer.getvalue()).refusals] == ["unreadable_row"]
+    (run,) = read(buffer.getvalue()).runs
+    slip = run.samples["disc_speed_m_s"] - run.samples["ball_speed_m_s"]
+    np.testing.assert_allclose(slip / 10, [0.05])
 
 
 # ---------------------------------------------------------------- hostile workbooks

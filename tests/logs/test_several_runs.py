@@ -104,6 +104,16 @@ def test_column_of_oils_never_makes_one_oil_of_two(name: str) -> None:
     np.testing.assert_allclose(second.samples["load_n"], VALUES["load"][1::2] * 9.80665)
 
 
+def test_column_with_very_many_oils_is_refused() -> None:
+    rows = 3000
+    names = ",".join(f"{name} [{formats.UNITS[name]}]" for name in VALUES)
+    lines = [f"Oil,{names}", *(f"oil {row},{row / 50},80,1,28000,7000,343" for row in range(rows))]
+    reading = read("\n".join(lines) + "\n")
+    (refusal,) = reading.refusals
+    assert (reading.runs, refusal.refused_rows) == ([], rows)
+    assert "3000 runs" in refusal.reason
+
+
 def test_oil_in_a_column_and_another_in_the_header_is_refused() -> None:
     reading = read(csv(blocks("Oil", "4102"), "# oil: 4050"))
     assert [refusal.rule for refusal in reading.refusals] == ["unknown_oil"]
@@ -349,3 +359,8 @@ def test_settled_readings_that_are_not_called_so_are_named(
     assert (run.flaw is not None and run.flaw.rule == "settled_readings") == is_named
     (steps,) = read("\n".join(["# log_kind: steps", *lines]) + "\n").runs
     assert steps.flaw is None
+
+
+def test_names_in_a_comment_are_shown_where_they_are_not_known() -> None:
+    reading = read("# load_N,rolling_coefficient\n80,0.05\n81,0.06\n")
+    assert "load_N,rolling_coefficient" in reading.refusals[0].reason
