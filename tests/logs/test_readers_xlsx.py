@@ -253,3 +253,17 @@ def test_table_behind_a_cover_sheet_is_found(saved) -> None:
     fitted = oilfilm.fit_table(path, searches=2, bootstrap=20)
     assert len(fitted.points) == 32
     assert any("'Data' is read" in note for note in fitted.notes)
+
+
+def test_blocks_of_a_text_table_are_one_table(tmp_path: Path) -> None:
+    names, *rows = mu_rows()
+    lines: list[str] = []
+    for block in range(4):
+        lines += [f"Step {block}", ",".join(names)]
+        lines += [",".join(map(str, row)) for row in rows[8 * block : 8 * (block + 1)]]
+    path = tmp_path / "blocks.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    fitted = oilfilm.fit_table(path, searches=2, bootstrap=20)
+    assert len(fitted.points) == 32
+    together = sorted(fitted.points["traction_coefficient"])
+    np.testing.assert_allclose(together, sorted(row[-1] for row in rows))
