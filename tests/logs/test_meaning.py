@@ -9,8 +9,8 @@ import pytest
 import yaml
 
 import oilfilm
-from oilfilm.api.mu_columns import over_mean
-from oilfilm.api.table_fit import MU, PRESSURE, SLIP, SPEED, TEMPERATURE, read_mu_table
+from oilfilm.api.mu_columns import over_mean, stated_columns
+from oilfilm.api.table_fit import MU, PRESSURE, SLIP, SPEED, TEMPERATURE, Stated, read_mu_table
 from oilfilm.logs.meaning import DEFINITIONS, UNIT_OF, is_unit_of, meaning_of, stated_unit
 
 CORPUS = yaml.safe_load(Path(__file__).with_name("column_names.yaml").read_text(encoding="utf-8"))
@@ -137,7 +137,7 @@ def test_stated_definition_gives_the_truth(quantity: str, definition: str) -> No
     with pytest.raises(oilfilm.OilfilmError):
         oilfilm.fit_table(table)
     stated = {quantity: f"Spalte 7{in_brackets}, {definition}"}
-    read = oilfilm.fit_table(table, columns=stated, searches=2, bootstrap=0).points
+    read = read_mu_table(table, Stated(stated_columns(stated))).points
     np.testing.assert_allclose(read[COLUMN_OF[quantity]], TRUTH[COLUMN_OF[quantity]], rtol=1e-9)
 
 

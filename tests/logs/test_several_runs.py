@@ -104,8 +104,27 @@ def test_column_of_oils_never_makes_one_oil_of_two(name: str) -> None:
     np.testing.assert_allclose(second.samples["load_n"], VALUES["load"][1::2] * 9.80665)
 
 
-def test_oil_in_a_column_and_another_in_the_header_is_refused() -> None:
-    reading = read(csv(blocks("Oil", "4102"), "# oil: 4050"))
+@pytest.mark.parametrize("column", ["Oil", "Lubricant"])
+def test_oil_in_a_column_and_the_same_in_the_header_is_used(column: str) -> None:
+    (run,) = read(csv(blocks(column, "4102"), "# oil: 4102")).runs
+    assert run.oil == "4102"
+
+
+def test_column_with_very_many_oils_is_refused() -> None:
+    rows = 3000
+    names = ",".join(f"{name} [{formats.UNITS[name]}]" for name in VALUES)
+    lines = [f"Oil,{names}", *(f"oil {row},{row / 50},80,1,28000,7000,343" for row in range(rows))]
+    reading = read("\n".join(lines) + "\n")
+    (refusal,) = reading.refusals
+    assert (reading.runs, refusal.refused_rows) == ([], rows)
+    assert "3000 runs" in refusal.reason
+
+
+@pytest.mark.parametrize("in_header", ["oil", "lubricant"])
+@pytest.mark.parametrize("column", ["Oil", "Lubricant", "Öl"])
+def test_oil_in_a_column_and_another_in_the_header_is_refused(in_header: str, column: str) -> None:
+    reading = read(csv(blocks(column, "4102"), f"# {in_header}: 4050"))
+    assert reading.runs == []
     assert [refusal.rule for refusal in reading.refusals] == ["unknown_oil"]
 
 
@@ -334,3 +353,23 @@ def test_settled_readings_at_several_loads_are_several_runs() -> None:
         lines += [f"{load},{0.04 + slip / 1e4:.4f},8,{slip:g},65" for slip in slips]
     runs = read("\n".join(lines) + "\n").runs
     assert [run.samples["load_n"].tolist() for run in runs] == [[40.0] * 10, [80.0] * 10]
+
+
+@pytest.mark.parametrize(("interval_s", "is_named"), [(11.0, True), (0.02, False)])
+def test_settled_readings_that_are_not_called_so_are_named(
+    interval_s: float, is_named: bool
+) -> None:
+    slips = np.array([0.8, 1.5, 2.5, 4, 6, 9, 13, 18, 24, 30])
+    names = "time [s],load [N],traction_coefficient [1],entrainment_speed [m/s]"
+    lines = ["# oil: 4102", f"{names},slide_roll_ratio [%],inlet_temperature [degC]"]
+    for row, slip in enumerate(slips):
+        lines.append(f"{interval_s * row:g},40,{0.04 + slip / 1e4:.4f},8,{slip:g},65")
+    (run,) = read("\n".join(lines) + "\n").runs
+    assert (run.flaw is not None and run.flaw.rule == "settled_readings") == is_named
+    (steps,) = read("\n".join(["# log_kind: steps", *lines]) + "\n").runs
+    assert steps.flaw is None
+
+
+def test_names_in_a_comment_are_shown_where_they_are_not_known() -> None:
+    reading = read("# load_N,rolling_coefficient\n80,0.05\n81,0.06\n")
+    assert "load_N,rolling_coefficient" in reading.refusals[0].reason

@@ -306,7 +306,7 @@ def _same(one: FloatArray, other: FloatArray) -> bool:
 
 
 def _distance(one: FloatArray, other: FloatArray) -> float:
-    """Median difference of two columns over the largest value of the second; infinite if unknown."""
+    """Median difference of two columns over the largest value of the second; else infinite."""
     both = np.isfinite(one) & np.isfinite(other)
     size = float(np.max(np.abs(other[both]), initial=0.0))
     if size == 0:
@@ -400,7 +400,9 @@ def over_mean(ratio: FloatArray, definition: str) -> FloatArray:
     if definition == "over_sum":
         return 2 * ratio
     if definition == "over_faster":
-        return 2 * ratio / (2 - np.abs(ratio))
+        # more than 2 is no ratio of this kind
+        size = np.where(np.abs(ratio) < 2, np.abs(ratio), np.nan)
+        return 2 * ratio / (2 - size)
     return ratio
 
 

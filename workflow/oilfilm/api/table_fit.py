@@ -196,9 +196,10 @@ def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], mu_table:
     """
     for column in (*conditions, MU):
         if column not in points:
+            columns = cut(", ".join(map(repr, mu_table.columns)))
             sentence = (
-                f"{mu_table.name}: no column is the {_NAMES_OF_CONDITIONS[column]}; its columns are "
-                f"{cut(', '.join(map(repr, mu_table.columns)))}. Add it, or give it for "
+                f"{mu_table.name}: no column is the {_NAMES_OF_CONDITIONS[column]}; its columns "
+                f"are {columns}. Add it, or give it for "
                 f"all rows, as {_OPTIONS.get(column, '')}."
             )
             if column == PRESSURE:

@@ -115,10 +115,10 @@ def _read_run(
             problem = error.refusal
         problem = labels.with_exclusion(problem)
         run_id = labels.run_id if table.run_name else ""
-        refused = [
-            problem.of_rows(run_id, first, last)
-            for first, last in base.unbroken_ranges(table.numbers_of_rows(first_row))
-        ]
+        rows = base.unbroken_ranges(table.numbers_of_rows(first_row))
+        # a table without rows is refused, too
+        rows = rows or [(first_row, first_row - 1)]
+        refused = [problem.of_rows(run_id, first, last) for first, last in rows]
     reading.refusals.extend(refused)
     reading.refusals.extend(labels.remarks)
     return [table.run_name] if table.run_name else []

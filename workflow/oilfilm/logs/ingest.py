@@ -19,11 +19,11 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.logs import base, delimited_text, lvm, parquet, pcs, tdms, workbook
+from oilfilm.logs import base, delimited_text, lvm, matlab, parquet, pcs, tdms, workbook
 from oilfilm.logs.columns import ROWS_ADVICE, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
-from oilfilm.logs.raw_files import LARGEST_LOG
+from oilfilm.logs.raw_files import LARGEST_LOG, read_beginning
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -56,6 +56,7 @@ READERS: dict[str, Reader] = {
     "lvm": lvm,
     "pcs": pcs,
     "xlsx": workbook,
+    "mat": matlab,
     "csv": delimited_text,
 }
 # First bytes of files that are no logs -> what they are.
@@ -69,7 +70,7 @@ FOREIGN = {
 # It is near the beginning of an OpenDocument spreadsheet, which is a zip archive.
 _OPEN_DOCUMENT = b"application/vnd.oasis.opendocument.spreadsheet"
 # Formats that a library reads. Any error that it raises shows a damaged file.
-BINARY = frozenset({"tdms", "parquet", "xlsx"})
+BINARY = frozenset({"tdms", "parquet", "xlsx", "mat"})
 
 
 def recognised_format(content: bytes) -> str | None:
@@ -238,7 +239,7 @@ def read_bytes(path: Path) -> bytes:
             # to open a pipe without a writer would wait without end
             raise OilfilmError(f"{path}: is a pipe or a device; expected a file.")
         with path.open("rb") as file:
-            return file.read(LARGEST_LOG + 1)
+            return read_beginning(file)
     except OSError as error:
         is_folder = isinstance(error, IsADirectoryError)
         advice = "Name the logs in it" if is_folder else "Check the path and its rights"

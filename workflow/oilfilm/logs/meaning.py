@@ -64,9 +64,7 @@ _SYMBOLS = {
     **dict.fromkeys(("U", "u", "ue", "Ue", "U_e", "u_e", "u_m", "U_m", "Um", "um"), "U"),
     **dict.fromkeys(("S", "SRR", "srr"), "S"),
     **dict.fromkeys(("T",), "T"),
-    **dict.fromkeys(
-        ("mu", "MU", "Mu", "\u03bc", "\u00b5", "CoF", "COF", "cof", "cot", "COT"), "mu"
-    ),
+    **dict.fromkeys(("mu", "MU", "Mu", "\u03bc", "\u00b5"), "mu"),
     **dict.fromkeys(("t",), "t"),
 }
 _MEANING_OF_SYMBOL = {
@@ -150,7 +148,9 @@ def sayings(name: str) -> frozenset[str]:
         >>> sorted(sayings("coil temp"))
         ['elsewhere', 'temperature']
     """
-    plain = unicodedata.normalize("NFKC", _CAMEL_CASE.sub(" ", name)).casefold()
+    # `BallSpeed` is two words, `CoF` is one
+    both = f"{name} {_CAMEL_CASE.sub(' ', name)}"
+    plain = unicodedata.normalize("NFKC", both).casefold()
     alone, parts, anywhere = _by_form()
     found: set[str] = set()
     rest = plain

@@ -7,7 +7,7 @@ Decides: which rows of a table are a run.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -29,6 +29,8 @@ _STEP_WORDS = frozenset("step stage schritt stufe étape etape paso passo шаг
 _NUMBER_WORDS = frozenset("no nr number id n°".split())
 # A shorter stretch of rows is a fault of the clock or of a label, not a run.
 _FEWEST_ROWS = 3
+# A column with more different texts was not meant to name runs.
+_MOST_RUNS = 1000
 # Time begins anew where it falls back to its first value, within so many sampling intervals.
 _INTERVALS_AT_RESTART = 2
 # A step is a run of its own where its slip covers at least this share of the range of all steps.
@@ -41,7 +43,7 @@ class _Label:
 
     Attributes:
         kind: `oil`, `rig`, `run` or `step`.
-        key: Key of the header line that would say the same.
+        key: Name of the column, in the form in which names are compared.
         names: Its different texts, in the order of their first rows.
         codes: Index of the name of each row, shape (rows,).
     """
@@ -206,15 +208,24 @@ def _by_labels(table: LoggedTable, labels: Sequence[_Label]) -> list[LoggedTable
         tuple(label.names[code] for label, code in zip(labels, combination, strict=True))
         for combination in combinations
     ]
+    if len(names) > _MOST_RUNS:
+        listed = ", ".join(repr(label.key) for label in labels)
+        reason = f"the columns {listed} name {len(names)} runs; expected at most {_MOST_RUNS}"
+        problem = base.Refusal("columns", reason, "Rename a column that names no runs.")
+        return [replace(table, run_name="", problem=problem)]
     naming = _fewest_that_differ(names)
+    rows_by_part = np.split(
+        np.argsort(combination_of_row, kind="stable"),
+        np.cumsum(np.bincount(combination_of_row))[:-1],
+    )
     parts: list[LoggedTable] = []
-    for number, texts in enumerate(names):
+    for texts, rows in zip(names, rows_by_part, strict=True):
         keys = dict(table.keys)
         for label, text in zip(labels, texts, strict=True):
             # the name of a run in its file need not differ from those of other files
             if label.kind in ("oil", "rig") and text:
-                keys[label.key] = _joined(keys.get(label.key, text), text)
-        rows = np.flatnonzero(combination_of_row == number)
+                stated = keys.get(label.kind) or _stated_oil(label, keys) or text
+                keys[label.kind] = _joined(stated, text)
         parts.append(table.part(rows, " ".join(texts[:naming]), keys))
     return parts
 
@@ -228,6 +239,12 @@ def _fewest_that_differ(combinations: Sequence[tuple[str, ...]]) -> int:
     return width
 
 
+def _stated_oil(label: _Label, keys: Mapping[str, str]) -> str:
+    """The oil that a header line such as `lubricant` states; empty without one."""
+    key = header.oil_key(keys) if label.kind == "oil" else None
+    return keys[key] if key else ""
+
+
 def _joined(stated: str, text: str) -> str:
     """One text, or both where header and column differ: what needs the key refuses the run."""
     return text if plain_key(stated) == plain_key(text) else f"{stated} / {text}"
@@ -235,12 +252,16 @@ def _joined(stated: str, text: str) -> str:
 
 def _by_restarts(table: LoggedTable, meanings: Mapping[int, tuple[str, str]]) -> list[LoggedTable]:
     """A table for each stretch of rows at whose start time begins anew."""
+    if table.problem:
+        return [table]
     time_index = next(
         (index for index, (quantity, _) in meanings.items() if quantity == "time"), None
     )
     if time_index is None:
         return [table]
-    (time,) = table.values([time_index])
+    # all columns at once: a text is parsed as a whole
+    indices = list(meanings)
+    time = table.values(indices)[indices.index(time_index)]
     if time.dtype.kind not in "iuf":
         return [table]
     starts = _restarts(time.astype(np.float64, copy=False))

@@ -32,7 +32,18 @@ _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 # The encoding is judged by so many sequences of bytes of 128 and above.
 _SEQUENCES_SEARCHED = 10_000
+# One or two letters of western languages between ASCII characters, and signs of units in
+# Windows-1252. Before an ASCII letter a raised 2 or 3 is a letter of another encoding.
+_WESTERN = re.compile(
+    rb"(?<![\x80-\xff])"
+    rb"(?:[\xc0-\xd6\xd8-\xf6\xf8-\xff]{1,2}|[\xb0\xb5\xb7\xb1\x80\x85\x91-\x97]|[\xb2\xb3](?![A-Za-z]))"
+    rb"(?![\x80-\xff])"
+)
+# Encodings that the letters decide: Japanese, Russian, traditional Chinese, central European.
+_DETECTED = ["gb18030", "cp932", "cp1251", "koi8_r", "big5", "cp1250"]
+_BYTES_DETECTED = 1 << 16
 # Nearly all Chinese characters in use are in level 1 of GB 2312. Level 2 begins with this byte.
+_FIRST_BYTE_OF_GB2312 = 0xA1
 _FIRST_BYTE_OF_LEVEL_2 = 0xD8
 
 
@@ -44,7 +55,8 @@ def encoding_of(content: bytes) -> str:
 
     - valid UTF-8 hardly ever occurs by chance;
     - common Chinese characters have two such bytes in GB18030;
-    - western letters have one in Windows-1252, between ASCII letters.
+    - western letters and signs have one in Windows-1252, between ASCII letters;
+    - other texts have the encoding in which their letters are as frequent as in a language.
     """
     if content.startswith(_UTF8_MARK):
         return "utf-8"
@@ -65,12 +77,36 @@ def encoding_of(content: bytes) -> str:
     letters = b" ".join(sequences).decode("utf-8", "replace").replace(" ", "")
     if letters.count("\ufffd") <= len(letters) / 2:
         return "utf-8"
-    chinese = [
-        sequence
-        for sequence in sequences
-        if len(sequence) % 2 == 0 and sequence[0] < _FIRST_BYTE_OF_LEVEL_2
-    ]
-    return "gb18030" if len(chinese) > len(sequences) / 2 else "cp1252"
+    chinese = sum(map(_is_common_chinese, sequences))
+    # damaged bytes are sequences of their own
+    damaged = max(len(sequences) // 10, min(len(sequences) // 3, 1))
+    needed = len(sequences) - damaged
+    if chinese >= needed:
+        return "gb18030"
+    western = sum(1 for _ in islice(_WESTERN.finditer(content), _SEQUENCES_SEARCHED))
+    if western >= needed:
+        return "cp1252"
+    detected = _detected(content)
+    if detected:
+        return detected
+    # a damaged text is valid in none of the encodings
+    return "gb18030" if chinese > len(sequences) / 2 else "cp1252"
+
+
+def _is_common_chinese(sequence: bytes) -> bool:
+    """Whether bytes of 128 and above are common characters of GB 2312, two bytes each."""
+    return len(sequence) % 2 == 0 and _FIRST_BYTE_OF_GB2312 <= sequence[0] < _FIRST_BYTE_OF_LEVEL_2
+
+
+def _detected(content: bytes) -> str:
+    """The encoding by the frequencies of letters in its language; empty where none is likely."""
+    # imported where needed: most logs are ASCII or UTF-8
+    from charset_normalizer import from_bytes  # noqa: PLC0415
+
+    lines = content[:_BYTES_DETECTED].splitlines()
+    with_letters = [line for line in lines if not line.isascii()]
+    best = from_bytes(b"\n".join(with_letters), cp_isolation=_DETECTED).best()
+    return best.encoding if best else ""
 
 
 def without_zero_blocks(head: bytes) -> bytes:

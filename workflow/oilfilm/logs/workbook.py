@@ -9,8 +9,8 @@ Decides: how large a workbook may be, and how its cells are read.
 import datetime
 import io
 import zipfile
-from collections.abc import Iterator
-from contextlib import closing
+from collections.abc import Iterator, Sequence
+from contextlib import closing, suppress
 from typing import Any
 from xml.parsers import expat
 
@@ -77,6 +77,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     import openpyxl  # noqa: PLC0415
 
     texts: list[tuple[str, bytes]] = []
+    letters = 0
     with closing(
         openpyxl.load_workbook(checked_workbook(content), read_only=True, data_only=True)
     ) as workbook:
@@ -84,10 +85,15 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
             # the size that a sheet states may be wrong: it is read to its last cell
             sheet.reset_dimensions()
             lines: list[str] = []
+            columns_in_percent: set[int] = set()
             for row in sheet.iter_rows():
-                cells = _cells(row)
+                cells = _cells(row, columns_in_percent)
                 if cells:
                     lines.append("\t".join(cells))
+                    letters += len(lines[-1])
+                # many cells may share one long text
+                if letters > _LARGEST_UNPACKED:
+                    raise ValueError(f"its cells hold more than {_LARGEST_UNPACKED // _MIB} MiB")
             most_tabs = max((line.count("\t") for line in lines), default=0)
             filled = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
             if filled:
@@ -95,17 +101,33 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     return texts
 
 
-def _cells(row: tuple[Any, ...]) -> list[str]:
-    """The texts of a row up to its last filled cell."""
-    texts = [_text(cell) for cell in row]
+def _cells(row: Sequence[Any], columns_in_percent: set[int]) -> list[str]:
+    """The texts of a row up to its last filled cell.
+
+    A number that the sheet shows as 5 % is 0.05 in its cell. It becomes 5 in a column whose
+    name or unit has a percent sign.
+
+    Args:
+        row: The cells.
+        columns_in_percent: Columns with a percent sign above; those of this row are added.
+    """
+    texts: list[str] = []
+    for index, cell in enumerate(row):
+        value = cell.value
+        if isinstance(value, str) and "%" in value:
+            columns_in_percent.add(index)
+        if isinstance(value, (int, float)) and "%" in (cell.number_format or ""):
+            shown = 100 * value if index in columns_in_percent else value
+            texts.append(f"{shown:.12g}")
+        else:
+            texts.append(_text(value))
     while texts and not texts[-1]:
         texts.pop()
     return texts
 
 
-def _text(cell: Any) -> str:
-    """The text of a cell: numbers with all digits, instants by ISO 8601, percentages as shown."""
-    value = cell.value
+def _text(value: Any) -> str:
+    """The text of a value: numbers with all digits, instants by ISO 8601."""
     if value is None:
         return ""
     if isinstance(value, datetime.datetime):
@@ -115,9 +137,6 @@ def _text(cell: Any) -> str:
     if isinstance(value, datetime.timedelta):
         return repr(value.total_seconds())
     if isinstance(value, (int, float)) and not isinstance(value, bool):
-        if "%" in (cell.number_format or ""):
-            # the sheet shows 5 % where the cell holds 0.05, which must not be read as 0.05 %
-            return f"{100 * value:.12g}%"
         return f"{value:.0f}" if float(value).is_integer() else repr(value)
     return " ".join(str(value).split())
 
@@ -137,7 +156,8 @@ def checked_workbook(content: bytes) -> io.BytesIO:
         )
     cells = 0
     for member in archive.infolist():
-        if "worksheets/" in member.filename and member.filename.endswith(".xml"):
+        # any part may be a sheet; what is no XML, as a picture, ends at its first bytes
+        with suppress(expat.ExpatError):
             cells += _count_cells(archive, member, _MOST_CELLS - cells)
     return io.BytesIO(content)
 
