@@ -9,6 +9,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import BinaryIO
 
 from oilfilm.base.errors import OilfilmError
 
@@ -158,6 +159,13 @@ def find_sheet(folder: Path) -> Path | None:
     return sheet
 
 
+def read_beginning(file: BinaryIO) -> bytes:
+    """The bytes of a file; of one that is too large, one byte more than the largest log."""
+    # a read of some size takes so much memory at once, however small the file is
+    size = os.fstat(file.fileno()).st_size
+    return file.read(min(size, LARGEST_LOG) + 1)
+
+
 @dataclass(frozen=True)
 class RawLogs:
     """The raw logs that a job reads, each once; iterating gives the name and content of each.
@@ -187,7 +195,7 @@ class RawLogs:
         for name, path in self.paths.items():
             try:
                 with path.open("rb") as file:
-                    content = file.read(LARGEST_LOG + 1)
+                    content = read_beginning(file)
                     digest = hashlib.sha256(content)
                     # a larger log is refused for its size, but listed with its complete digest
                     block = file.read(_BLOCK_BYTES)
