@@ -16,9 +16,10 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
+from oilfilm.base.levels import clusters
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
-from oilfilm.fits.conditions import clusters, from_text, levels_of
+from oilfilm.fits.conditions import from_text, levels_of
 from oilfilm.fits.fitted import FittedLaw, read_surface
 from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_columns, runs_in_common
 from oilfilm.settings.config import ConfigKeys
