@@ -384,7 +384,7 @@ def fit_points(
         uncertainties = check(dict(calibration), Calibration, lambda _: "calibration")
         table = _with_systematic_errors(table, uncertainties)
     results = fit_oil(table, _UNNAMED_OIL, fit_settings, config.seed).replace(points=table)
-    results = with_surface(results, _UNNAMED_OIL, config.surface, config.compare.bic_difference_min)
+    results = with_surface(results, _UNNAMED_OIL, config)
     return ArrayFit(points, results, fit_settings, notes)
 
 
