@@ -74,7 +74,7 @@ def clean(first: int, last: int) -> None:
         what, _, score, is_alarm, surface = judged(campaign)
         rows.append({"law": is_true, "order": order, "alarm": is_alarm})
         if is_alarm:
-            kappa = surface.verdict.misfit
+            kappa = surface.verdict.kappa
             print(f"{number} {truth} {order}: {what}, score {score:.1f}, kappa {kappa:.3f}")
     table = pd.DataFrame(rows)
     print(table.groupby(["law", "order"])["alarm"].agg(["sum", "count"]).to_string())

@@ -148,7 +148,8 @@ def searched_surface(
             [*_size_rows(oil, sizes), *assumptions.size_rows(oil)], "surface_sizes"
         ),
         surface_constants=tables.from_rows(
-            _constant_rows(oil, name, law, surface.verdict), "surface_constants"
+            _constant_rows(oil, name, law, surface.verdict, misfit <= settings.largest_misfit),
+            "surface_constants",
         ),
     )
 
@@ -163,13 +164,19 @@ def _size_rows(oil: str, sizes: SurfaceSizes) -> list[dict[str, Any]]:
     return rows
 
 
-def _constant_rows(oil: str, name: str, law: FreeLaw, verdict: LawVerdict) -> list[dict[str, Any]]:
-    """Rows of the table `surface_constants`: the free constants of the law in the surface."""
+def _constant_rows(
+    oil: str, name: str, law: FreeLaw, verdict: LawVerdict, law_fits: bool
+) -> list[dict[str, Any]]:
+    """Rows of the table `surface_constants`: the free constants of the law in the surface.
+
+    Constants of a law that does not fit describe the plan of the tests, and have no errors.
+    """
     internal = law.constants.copy()
     internal[law.free] = verdict.constants
     constants = to_constants(law.law, internal)
     errors = np.full(len(constants), np.nan)
-    errors[law.free] = verdict.standard_errors
+    if law_fits:
+        errors[law.free] = verdict.standard_errors
     rows = []
     for constant, value, error in zip(law.law.constants, constants, errors, strict=True):
         # the internal form of a factor is its logarithm

@@ -22,7 +22,7 @@ from oilfilm.fits.best_law import FEWEST_CURVES
 from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import normal_quantile
+from oilfilm.fits.interval import CONFIDENCE, normal_quantile
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report.document import (
@@ -35,7 +35,7 @@ from oilfilm.report.document import (
     significant,
 )
 from oilfilm.report.enough import shortfalls, unread_logs
-from oilfilm.report.explorer import LEVEL, Axis, explored_fits, load_at_1_gpa, plain, sliders
+from oilfilm.report.explorer import Axis, explored_fits, load_at_1_gpa, plain, sliders
 from oilfilm.report.words import CONDITIONS, gate_name, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
@@ -194,7 +194,7 @@ def _predicted(
     upper = prediction.obs_ci_upper[0]
     interval = "not known"
     if not np.isnan(lower) and not np.isnan(upper):
-        level = fit.interval_level(LEVEL)
+        level = fit.interval_level(CONFIDENCE)
         interval = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
     if prediction.outside[0]:
         interval += ", not tested there"
@@ -587,7 +587,7 @@ def drawn_points(points: pd.DataFrame, points_max: int) -> dict[str, Any]:
     every_nth = max(math.ceil(len(accepted) / points_max), 1)
     drawn = accepted.iloc[::every_nth]
     run_number, run_names = pd.factorize(drawn["run_id"])
-    half_width = normal_quantile(LEVEL) * drawn["traction_coefficient_se"]
+    half_width = normal_quantile(CONFIDENCE) * drawn["traction_coefficient_se"]
     return {
         "names": run_names.tolist(),
         "run": run_number.tolist(),
