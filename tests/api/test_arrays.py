@@ -178,6 +178,9 @@ def test_calibration_widens_the_interval_of_the_laws_mean(points: pd.DataFrame) 
     # a gain that is off by 1 % is nearly all there is
     half_width = (float(at.mean_ci_upper) - float(at.mean_ci_lower)) / 2
     assert half_width / float(at.traction_coefficient) == pytest.approx(0.0196, rel=0.05)
+    # the table of points keeps the calibration, too: 1 % of the load
+    load_error = fit.table["load_systematic_n"] / fit.table["load_n"]
+    np.testing.assert_allclose(load_error, stated["load_relative"], atol=0)
     # the next run has the same calibration, which its interval does not contain
     without = oilfilm.fit(*columns, **QUICK).predict(1.0, 25, 50, 0.05)
     assert float(at.obs_ci_upper) == float(without.obs_ci_upper)

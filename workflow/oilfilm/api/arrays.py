@@ -23,8 +23,9 @@ from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
-from oilfilm.fits.soundness_words import what_could_be_seen, what_is_wrong
+from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.fits.surface_search import with_surface
+from oilfilm.fits.surface_words import of_surface
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -75,7 +76,7 @@ class ArrayFit:
     @property
     def table(self) -> pd.DataFrame:
         """The points as the table `points` of a campaign."""
-        return _points_table(self.points, self.oil)
+        return self.tables.points.assign(oil=self.oil)
 
     @property
     def constants(self) -> pd.DataFrame:
@@ -113,18 +114,11 @@ class ArrayFit:
             lines.extend(fitted.wrong)
             if not quality["certified"]:
                 lines.append(certificate(quality))
-        seen = what_could_be_seen(self.soundness)
-        if seen:
-            lines.append(seen)
         # conditions that give no exponent, because they did not vary, or not alone
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
         if fitted.surface is None:
             lines.append(f"There is no interval: {fitted.no_interval}.")
-        elif not fitted.surface.sizes.converged:
-            lines.append(
-                "The search of the surface ended before its maximum: the interval rests on its "
-                "last step."
-            )
+        lines.extend(of_surface(self.tables, _UNNAMED_OIL, self.soundness))
         facts = curve_facts(self.tables.fit_quality, self.tables.curve_residuals)
         lines.extend(fact.text for fact in facts)
         lines.extend(self.notes)

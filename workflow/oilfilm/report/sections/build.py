@@ -24,6 +24,7 @@ from oilfilm.fits.conditions import from_text
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE, normal_quantile
 from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.fits.surface_words import of_surface
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report.document import (
     Fact,
@@ -69,10 +70,12 @@ def fits(results: CampaignTables) -> Section:
     """Misfit, certificate and uncertainty of each fit, noise and lack of fit."""
     quality = results.configured.fit_quality
     lack_of_fit = results.lack_of_fit
+    verdicts = {str(row["oil"]): row for row in tables.rows(results.soundness)}
     sentences = facts(
         "report/sections/fits.jinja",
         fitted=tables.rows(quality[quality["rmse"].notna()]),
-        wrong={str(row["oil"]): what_is_wrong(row) for row in tables.rows(results.soundness)},
+        wrong={oil: what_is_wrong(row) for oil, row in verdicts.items()},
+        of_surface={oil: of_surface(results, oil, row) for oil, row in verdicts.items()},
         lost=[
             {"oil": row["oil"], "certificate": certificate(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
