@@ -54,7 +54,7 @@ def misfit_beside_scatter(misfit: float, run_scatter: float) -> str:
     if np.isnan(misfit) or np.isnan(run_scatter):
         return ""
     return (
-        f"The law departs from the measurements by {misfit:.1%} of mu (rms); runs scatter by "
+        f"The law departs from the measurements by {misfit:.1%} of mu (rms), and runs scatter by "
         f"{run_scatter:.1%}."
     )
 
