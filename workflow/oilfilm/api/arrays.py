@@ -31,7 +31,7 @@ from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.rig import Calibration
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS, PAPER_LAW
+from oilfilm.traction import LAWS, PAPER_LAW, why_compared_only
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
@@ -351,6 +351,9 @@ def fit_points(
     laws = [name for name, candidate in LAWS.items() if candidate.conditions == conditions]
     if law not in laws:
         names = ", ".join(laws)
+        reason = why_compared_only(law)
+        if reason:
+            raise OilfilmError(f"{reason}. The laws of arrays are {names}.")
         raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {names}.")
     for column in (*conditions, SLIP, _MU):
         _refuse_missing_or_impossible(points[column].to_numpy(dtype=float), column)
