@@ -44,8 +44,8 @@ def why_compared_only(name: str) -> str:
     if name in LAWS or name not in LAW_NAMES:
         return ""
     return (
-        f"the law {name!r} needs properties of the oil or the contact, which saved fits and exports do "
-        "not carry: it is compared only. Name it in compare.laws"
+        f"the law {name!r} needs properties of the oil or the contact, which saved fits and "
+        "exports do not carry: it is compared only. Name it in compare.laws"
     )
 
 
