@@ -45,6 +45,7 @@ def what_could_be_seen(row: Mapping[str, Any]) -> str:
         "The runs are steady, if they were made in the order of their names.",
         _smallest(row, "trend", "drift over the runs"),
         _smallest(row, "step", "step in the middle of the runs"),
+        "Runs that nothing tells apart but mu must differ by several times as much.",
     ]
     resembled = row["order_resembles"]
     if resembled:
