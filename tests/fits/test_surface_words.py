@@ -1,10 +1,11 @@
 """What is said of a surface beside the verdict: each number that a reader needs is in it."""
 
 import numpy as np
+import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.run_assumptions import RunAssumptions
-from oilfilm.fits.surface_words import of_surface
+from oilfilm.fits.surface_words import of_several_rigs, of_surface
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import rows
 
@@ -47,6 +48,12 @@ def test_errors_of_constants_are_told_over_those_of_the_fit() -> None:
 
 def test_a_search_without_a_maximum_is_said() -> None:
     assert len(said(search_converged=False)) > len(said())
+
+
+def test_several_rigs_are_counted() -> None:
+    runs = pd.DataFrame({"rig": ["a", "b", "b", "c"], "verdict": ["accepted"] * 3 + ["refused"]})
+    assert "2 rigs" in of_several_rigs(runs)
+    assert of_several_rigs(runs[runs["rig"] == "b"]) == ""
 
 
 def test_errors_that_no_rig_states_are_named() -> None:

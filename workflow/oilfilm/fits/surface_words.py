@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.soundness_words import what_could_be_seen
@@ -42,6 +43,22 @@ def of_surface(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) ->
         _assumed(surface["usual_errors"]),
     ]
     return [sentence for sentence in sentences if sentence]
+
+
+def of_several_rigs(runs: pd.DataFrame) -> str:
+    """That an interval knows no rigs; empty where all accepted runs are of one rig.
+
+    Args:
+        runs: Rows of the table `runs` of one oil.
+    """
+    rigs = runs.loc[runs["verdict"] == "accepted", "rig"].nunique()
+    if rigs < 2:
+        return ""
+    return (
+        f"The runs are of {rigs} rigs, and what rigs differ by counts as scatter of runs: the "
+        "interval holds less often where a rig ran one level of a condition alone, and for another "
+        "rig."
+    )
 
 
 def misfit_beside_scatter(misfit: float, run_scatter: float) -> str:
