@@ -161,7 +161,7 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
     if common:
         points = with_calibration(points, COMMON)
     fit = fit_oil(points, oil, _quick(curves), number).replace(points=points)
-    fit = with_surface(fit, oil, settings.surface, settings.compare.bic_difference_min)
+    fit = with_surface(fit, oil, settings)
     fitted = FittedLaw.of_configured(fit, oil)
     (quality,) = tables.rows(fit.fit_quality)
     sound = verdict_of_fit(quality, fitted, points, settings)["sound"]

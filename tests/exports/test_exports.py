@@ -412,3 +412,22 @@ def test_what_keeps_a_fit_from_being_sound_is_in_code_and_json(fit: Description)
     texts = texts_of(replace(fit, fitted=replace(fit.fitted, wrong=("It drifts.",))))
     assert json.loads(texts["traction_4050.json"])["fit"]["not_sound_because"] == ["It drifts."]
     assert "NOT SOUND: It drifts." in texts["traction_4050.h"]
+
+
+def test_the_misfit_of_a_sound_law_is_stated_beside_the_scatter_of_runs(fit: Description) -> None:
+    known = replace(fit, misfit_and_scatter=(0.0123, 0.0456))
+    texts = texts_of(known)
+    (of_json,) = [json.loads(text) for name, text in texts.items() if name.endswith(".json")]
+    assert of_json["fit"]["misfit_of_law_relative"] == 0.0123
+    assert of_json["fit"]["scatter_of_runs_relative"] == 0.0456
+    # wherever the quality of the fit is told, both numbers are
+    for text in texts.values():
+        if "rms error of mu" in text:
+            assert "1.2%" in text and "4.6%" in text
+
+
+def test_an_unknown_misfit_is_null(fit: Description) -> None:
+    (of_json,) = [
+        json.loads(text) for name, text in texts_of(fit).items() if name.endswith(".json")
+    ]
+    assert of_json["fit"]["misfit_of_law_relative"] is None

@@ -97,7 +97,7 @@ def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, f
         random = generator(3, "new runs", str(film), oil)
         points = source.points(some, random, oil)
         fit = fit_oil(points, oil, settings, 1).replace(points=points)
-        fit = with_surface(fit, oil, config.surface, config.compare.bic_difference_min)
+        fit = with_surface(fit, oil, config)
         fitted = FittedLaw.of_configured(fit, oil)
         box = some.min(axis=0), some.max(axis=0)
         new = source.points(spread_conditions(*box, 20, random), random, oil)

@@ -12,9 +12,10 @@ from campaigns import printed
 from fit_points import LAW, make_points, matrix, polished
 from measured_surfaces import with_measured_surface
 from oilfilm import tables
+from oilfilm.base.levels import clusters
 from oilfilm.base.randomness import generator
 from oilfilm.fits.best_law import best_laws
-from oilfilm.fits.conditions import clusters, levels_by_gap, varied
+from oilfilm.fits.conditions import levels_by_gap, varied
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit_tables import certify
 from oilfilm.fits.fitted import Coefficients, FittedLaw

@@ -30,7 +30,6 @@ QUALITY: dict[str, Any] = {
     "relative_rms": 0.01,
     "certified": True,
     "fixed_conditions": "",
-    "two_level_conditions": (),
     "incomplete_curves": (),
 }
 

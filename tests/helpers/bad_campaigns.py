@@ -156,6 +156,8 @@ FAULTS: tuple[Fault, ...] = (
 )
 # Faults that grow or come and go: all runs are in them.
 GRADUAL = (contamination, day_and_night, gain_drift, zero_drift)
+# Faults of runs that nothing tells apart but mu.
+WITHOUT_LABEL = (load_low, outlet_temperature)
 
 
 @dataclass(frozen=True)

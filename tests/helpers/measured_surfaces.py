@@ -8,6 +8,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw, given_surface
 from oilfilm.fits.measured_surface import Contact, free_law, measured, surface_from_tables
+from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.fits.surface_search import searched_surface
 from oilfilm.settings.config import SurfaceSettings
 
@@ -19,10 +20,10 @@ def with_measured_surface(
     constants, followed = fitted.coefficients.constants, fitted.coefficients.followed
     contact = Contact.of_points(points[points["accepted"]])
     law = free_law(fitted.law, constants, followed, contact)
-    runs, measurements = measured(points, law, contact)
+    runs, measurements = measured(points, law, contact, RunAssumptions())
     if len(runs) < settings.fewest_curves:
         return fitted
-    found = searched_surface(oil, fitted.law.name, law, measurements, settings)
+    found = searched_surface(oil, fitted.law.name, law, measurements, settings, RunAssumptions())
     (row,) = tables.rows(found.surfaces)
     fit = (fitted.law, constants, followed)
     surface = surface_from_tables(row, found.surface_sizes, points, fit)

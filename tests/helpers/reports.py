@@ -55,7 +55,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     fits = []
     for oil in oils:
         fit = fit_oil(points, oil, settings, config.seed).replace(points=points)
-        fits.append(with_surface(fit, oil, config.surface, config.compare.bic_difference_min))
+        fits.append(with_surface(fit, oil, config))
     together = {
         name: pd.concat([fit.table(name) for fit in fits], ignore_index=True)
         for name in ("coefficients", "fit_quality", "refits", *OF_SURFACE)

@@ -56,6 +56,15 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         resolve(folder, {"campaign": "laboratory"})
 
 
+def test_a_law_that_needs_the_oil_is_refused_for_fits_with_the_reason(folder: Path) -> None:
+    given = {"campaign": "laboratory", "fit": {"law": "rational-viscosity"}}
+    with pytest.raises(OilfilmError, match="'rational-viscosity' needs properties"):
+        resolve(folder, given)
+    given["fit"] = {"law": "no-such-law"}
+    with pytest.raises(OilfilmError, match="no-such-law"):
+        resolve(folder, given)
+
+
 CONFIG, OWN = "config.yaml", "campaigns/laboratory.yaml"
 ETM = "campaigns/etm-slim.yaml"
 RIG, OIL = "rigs/ball-on-disc-20mm.yaml", "oils/4102.yaml"

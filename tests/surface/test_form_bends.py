@@ -7,7 +7,7 @@ from lawless_truths import DENG_CONSTANTS
 from oilfilm.surface.form_bends import form_bends
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import FreeLaw
-from oilfilm.surface.measurements import scaled_conditions
+from oilfilm.surface.measurements import LevelWidths, scaled_conditions
 from oilfilm.traction import PAPER_LAW
 
 LAW = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
@@ -16,7 +16,7 @@ LOWEST, HIGHEST = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
 
 def box(level_counts):
     lowest, highest = scaled_conditions(np.stack([LOWEST, HIGHEST]))
-    return ConditionBox(lowest, highest, np.array(level_counts))
+    return ConditionBox(lowest, highest, np.array(level_counts), LevelWidths().scaled())
 
 
 def test_a_power_law_and_an_exponential_agree_at_both_levels():

@@ -13,7 +13,9 @@ from oilfilm.surface.kernels import (
     matern,
     matern_slope,
 )
+from oilfilm.surface.measurements import LevelWidths
 
+WIDTHS = LevelWidths().scaled()
 RANDOM = np.random.default_rng(3)
 SIZES = DepartureSizes(0.4, np.array([0.5, 0.7, 0.9]), 0.3, 1.4, np.array([0.8, 1.1, 0.6]), 0.5)
 NAMES = ("kappa", "main_0", "main_1", "main_2", "interaction", "length_0", "length_1", "length_2")
@@ -24,7 +26,7 @@ NO_CHANGE = np.zeros(8)
 
 def kernel(logarithms=NO_CHANGE, level_counts=(3, 2, 4)):
     factors = np.exp(logarithms)
-    box = ConditionBox(np.zeros(3), np.array([0.7, 0.3, 1.3]), np.array(level_counts))
+    box = ConditionBox(np.zeros(3), np.array([0.7, 0.3, 1.3]), np.array(level_counts), WIDTHS)
     sizes = DepartureSizes(
         SIZES.kappa * factors[0],
         SIZES.main * factors[1:4],
@@ -74,5 +76,5 @@ def test_a_condition_with_two_levels_keeps_its_bend_where_the_law_is_exact():
     # 3 % of mu between two levels of U, nothing at the levels
     assert np.sqrt(two_levels.variances(middle)) == pytest.approx(0.03)
     assert np.sqrt(two_levels.variances(level)) == pytest.approx(0.0, abs=1e-8)
-    three_levels = ConditionBox(box.lowest, box.highest, np.array([3, 3, 4]))
+    three_levels = ConditionBox(box.lowest, box.highest, np.array([3, 3, 4]), WIDTHS)
     assert np.sqrt(ConditionKernel(three_levels, exact).variances(middle)) < 1e-8

@@ -1,9 +1,12 @@
 """Points as arrays: scales, levels, canonical order, what is refused."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from oilfilm.surface.measurements import Measurements, levels, scaled_conditions, scaled_slip
+from oilfilm.surface.measurements import LevelWidths, Measurements, scaled_conditions, scaled_slip
 
 
 def points(conditions, per_curve=2):
@@ -25,12 +28,36 @@ def test_one_unit_of_distance_is_the_stated_change_of_each_condition():
 
 
 def test_set_points_that_scatter_are_one_level():
-    assert levels(np.array([0.501, 0.0, 0.5, 0.01])).tolist() == [1, 0, 1, 0]
+    # a rig holds a set point within 1 % of P, 2 % of U and 2 K (see gates)
+    random = np.random.default_rng(4)
+    set_points = np.array(list(itertools.product((1.0, 1.5), (20.0, 30.0), (25.0, 120.0))))
+    scatter = random.uniform(-1, 1, (20, 8, 3)) * (0.0099, 0.0199, 0)
+    measured = set_points * np.exp(scatter)
+    measured[..., 2] += random.uniform(-2, 2, (20, 8))
+    conditions = measured.reshape(-1, 3)[random.permutation(160)]
+    assert points(conditions).level_numbers().max(axis=0).tolist() == [1, 1, 1]
+
+
+def test_a_campaign_may_state_narrower_levels():
+    conditions = [(1.0, 20.0, 40.0), (1.0, 20.0, 43.0)]
+    wide = points(conditions)
+    narrow = replace(wide, level_widths=LevelWidths(temperature_k=2.0))
+    assert wide.condition_numbers().tolist() == [0, 0]
+    assert narrow.condition_numbers().tolist() == [0, 1]
+    assert narrow.in_canonical_order().level_widths == narrow.level_widths
+
+
+def test_levels_are_those_of_the_configuration_unless_a_campaign_states_others(config):
+    same = config.same_condition
+    assert LevelWidths() == LevelWidths(
+        same.max_hertz_pressure, same.entrainment_speed, same.inlet_temperature_c
+    )
 
 
 def test_a_dense_row_of_values_is_not_one_level():
     # neighbours are nearer to each other than the width of a level
-    assert levels(np.linspace(0, 1, 101)).max() > 20
+    conditions = np.column_stack([np.ones(101), np.full(101, 20.0), np.linspace(25, 125, 101)])
+    assert points(conditions).level_numbers()[:, 2].max() == 20
 
 
 def test_repeated_runs_share_a_condition():

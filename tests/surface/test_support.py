@@ -5,7 +5,7 @@ import pytest
 
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.limits import SurfaceLimits
-from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled_slip
+from oilfilm.surface.measurements import LevelWidths, Measurements, scaled_conditions, scaled_slip
 from oilfilm.surface.support import SlipCoverage, Support, support_codes
 
 DEFAULTS = SurfaceLimits()
@@ -99,7 +99,7 @@ def test_conditions_far_beyond_the_tested_ones_have_no_support(beyond, expected)
 def test_distance_from_the_box_is_in_tested_ranges():
     # pressures of 1 to 1.5 GPa, speeds of 20 to 40 m/s, one temperature
     lowest, highest = scaled_conditions(np.array([[1.0, 20.0, 70.0], [1.5, 40.0, 70.0]]))
-    box = ConditionBox(lowest, highest, np.array([3, 3, 1]))
+    box = ConditionBox(lowest, highest, np.array([3, 3, 1]), LevelWidths().scaled())
     at = np.array([[1.2, 30.0, 70.0], [1.5, 80.0, 70.0], [1.5, 30.0, 100.0]])
     beyond = box.ranges_beyond(box.centred(scaled_conditions(at)))
     # twice the highest speed is one range of a factor of two

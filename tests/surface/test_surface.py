@@ -44,7 +44,7 @@ def numbers(surface):
     return np.concatenate(
         [
             *(prediction.mu, prediction.surface_sd, prediction.next_run_sd),
-            (factors.point, factors.curve, surface.verdict.misfit),
+            (factors.point, factors.curve, surface.verdict.kappa),
             surface.verdict.constants,
         ]
     )
@@ -100,15 +100,14 @@ def test_standard_errors_of_constants_hold_the_planted_constants():
     errors = PlantedErrors()
     measured = simulated(TRUTHS["own"], latin(), np.random.default_rng(25), errors)
     verdict = fit_surface(measured, fitted_law(measured)).verdict
-    assert verdict.misfit < 0.02
+    assert verdict.kappa < 0.02
     scores = (verdict.constants - DENG_CONSTANTS) / verdict.standard_errors
     # twelve normal numbers: the largest is below 3 in 97 of 100 cases
     assert np.abs(scores).max() < 3
 
 
-def test_constants_of_a_law_that_does_not_fit_have_no_standard_errors(fitted):
-    assert fitted.verdict.misfit > 0.02
-    assert np.isnan(fitted.verdict.standard_errors).all()
+def test_a_law_that_does_not_fit_has_a_large_departure(fitted):
+    assert fitted.verdict.kappa > 0.02
 
 
 def test_a_law_that_misses_points_near_zero_by_a_third_does_not_move_the_rest():

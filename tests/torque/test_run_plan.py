@@ -10,7 +10,7 @@ from campaigns import rows, without
 from lawless_truths import TRUTHS
 from oilfilm.base.units import FloatArray
 from oilfilm.settings.resolved import Settings
-from oilfilm.surface.measurements import levels, scaled_conditions
+from oilfilm.surface.measurements import LevelWidths, level_numbers, scaled_conditions
 from oilfilm.surface.steadiness import smallest_seen
 from oilfilm.surface.surface import fit_surface
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -68,7 +68,8 @@ def added(conditions: FloatArray, made: RunPlan) -> FloatArray:
 
 def level_counts(conditions: FloatArray) -> list[int]:
     """Number of levels of P, U and T, as a surface counts them."""
-    return [int(levels(column).max()) + 1 for column in scaled_conditions(conditions).T]
+    numbers = level_numbers(scaled_conditions(conditions), LevelWidths())
+    return [int(count) for count in numbers.max(axis=0) + 1]
 
 
 def test_two_temperatures_get_the_one_between_where_pressure_and_speed_were_tested() -> None:

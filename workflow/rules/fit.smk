@@ -58,7 +58,7 @@ rule surface:
     priority: 1
     params:
         code=lambda wildcards: code("surface.py", tables=rules.surface.output.keys()),
-        config=part("compare", "fit", "surface"),
+        config=part("compare", "fit", "rigs", "same_condition", "surface"),
     script:
         "../scripts/surface.py"
 

@@ -23,14 +23,15 @@ from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
-from oilfilm.fits.soundness_words import what_could_be_seen, what_is_wrong
+from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.fits.surface_search import with_surface
+from oilfilm.fits.surface_words import of_surface
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.rig import Calibration
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS, PAPER_LAW
+from oilfilm.traction import LAWS, PAPER_LAW, why_compared_only
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
@@ -75,7 +76,7 @@ class ArrayFit:
     @property
     def table(self) -> pd.DataFrame:
         """The points as the table `points` of a campaign."""
-        return _points_table(self.points, self.oil)
+        return self.tables.points.assign(oil=self.oil)
 
     @property
     def constants(self) -> pd.DataFrame:
@@ -113,18 +114,11 @@ class ArrayFit:
             lines.extend(fitted.wrong)
             if not quality["certified"]:
                 lines.append(certificate(quality))
-        seen = what_could_be_seen(self.soundness)
-        if seen:
-            lines.append(seen)
         # conditions that give no exponent, because they did not vary, or not alone
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
         if fitted.surface is None:
             lines.append(f"There is no interval: {fitted.no_interval}.")
-        elif not fitted.surface.sizes.converged:
-            lines.append(
-                "The search of the surface ended before its maximum: the interval rests on its "
-                "last step."
-            )
+        lines.extend(of_surface(self.tables, _UNNAMED_OIL, self.soundness))
         facts = curve_facts(self.tables.fit_quality, self.tables.curve_residuals)
         lines.extend(fact.text for fact in facts)
         lines.extend(self.notes)
@@ -357,6 +351,9 @@ def fit_points(
     laws = [name for name, candidate in LAWS.items() if candidate.conditions == conditions]
     if law not in laws:
         names = ", ".join(laws)
+        reason = why_compared_only(law)
+        if reason:
+            raise OilfilmError(f"{reason}. The laws of arrays are {names}.")
         raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {names}.")
     for column in (*conditions, SLIP, _MU):
         _refuse_missing_or_impossible(points[column].to_numpy(dtype=float), column)
@@ -384,7 +381,7 @@ def fit_points(
         uncertainties = check(dict(calibration), Calibration, lambda _: "calibration")
         table = _with_systematic_errors(table, uncertainties)
     results = fit_oil(table, _UNNAMED_OIL, fit_settings, config.seed).replace(points=table)
-    results = with_surface(results, _UNNAMED_OIL, config.surface, config.compare.bic_difference_min)
+    results = with_surface(results, _UNNAMED_OIL, config)
     return ArrayFit(points, results, fit_settings, notes)
 
 

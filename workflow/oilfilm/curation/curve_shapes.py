@@ -13,10 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.gate import fault
 from oilfilm.logs.base import Refusal
-from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.measurements import Measurements, scaled_slip
 from oilfilm.surface.shape import FEWEST_CURVES, REFUSED_SIZE, CurveShape, curve_shapes
 from oilfilm.traction import PAPER_LAW
 
@@ -37,6 +38,19 @@ _DEEPEST_VALLEY = 1.15
 # standard deviation.
 _ZERO_ERROR = 0.002
 _NOISE_ERRORS = 5.0
+# A single level is off if it leaves the curve of its neighbours by this change of ln mu, and by so
+# many times what any level does once it is taken out. Of 2 940 clean curves of fourteen oils 5 are
+# named so, all of an oil with kinks. A step of +15 % is found in 76 to 96 % of curves with 12 or 15
+# levels, and in 42 to 65 % with 7 or 8. Six levels show too little.
+_OFF_THE_CURVE = 0.08
+_TIMES_THE_REST = 3.0
+_FEWEST_LEVELS = 7
+# Changes of ln mu that any smooth curve has between its levels.
+_ROUGHNESS = 0.01
+# From here on the error of the zero does not shape ln mu.
+_CARRIES_TRACTION = 5 * _ZERO_ERROR
+# Neighbours on either side through which a curve is laid.
+_NEIGHBOURS = 2
 
 
 @dataclass(frozen=True)
@@ -155,6 +169,7 @@ def _judged_alone(run_id: str, points: pd.DataFrame) -> Iterator[tuple[str, str]
         "rises_too_fast": _too_fast_rise(slip, mu, noise),
         "falls_too_fast": _too_fast_fall(slip, mu, noise),
         "two_peaks": _valley(mu, noise),
+        "single_level": _single_level(slip, mu, noise),
     }
     for name, is_beyond in limits.items():
         rows = np.flatnonzero(is_beyond)
@@ -183,3 +198,37 @@ def _valley(mu: FloatArray, noise: FloatArray) -> BoolArray:
     after = np.maximum.accumulate((mu - noise)[::-1])[::-1]
     edge = np.minimum(before, after)
     return np.asarray((edge > _DEEPEST_VALLEY * (mu + noise))[1:])
+
+
+def _single_level(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> BoolArray:
+    """Whether each point but the first leaves a curve that is smooth without it, (points - 1,).
+
+    The curve is a polynomial of ln mu over the scaled slip through two neighbours on either side.
+    Only the point that is farthest off can be named. The ends have no neighbours on one side.
+    """
+    is_off = np.zeros(len(mu), dtype=bool)
+    carries = np.flatnonzero(mu > _CARRIES_TRACTION)
+    if len(carries) < _FEWEST_LEVELS:
+        return is_off[1:]
+    scaled, log_mu = scaled_slip(slip[carries]), np.log(mu[carries])
+    deviation = _off_neighbours(scaled, log_mu)
+    excess = np.zeros(len(carries))
+    for row in range(1, len(carries) - 1):
+        rest = np.delete(np.arange(len(carries)), row)
+        roughness = np.abs(_off_neighbours(scaled[rest], log_mu[rest])).max()
+        excess[row] = abs(deviation[row]) / max(roughness, _ROUGHNESS)
+    worst = int(first_largest(excess))
+    size = abs(deviation[worst]) - noise[carries[worst]] / mu[carries[worst]]
+    is_off[carries[worst]] = excess[worst] > _TIMES_THE_REST and size > _OFF_THE_CURVE
+    return is_off[1:]
+
+
+def _off_neighbours(scaled: FloatArray, log_mu: FloatArray) -> FloatArray:
+    """ln mu less that of the curve through the neighbours of each point; 0 at the ends."""
+    deviation = np.zeros(len(scaled))
+    for row in range(1, len(scaled) - 1):
+        window = np.arange(max(0, row - _NEIGHBOURS), min(len(scaled), row + _NEIGHBOURS + 1))
+        others = window[window != row]
+        through = np.polynomial.Polynomial.fit(scaled[others], log_mu[others], len(others) - 1)
+        deviation[row] = log_mu[row] - through(scaled[row])
+    return deviation

@@ -337,6 +337,7 @@ def _fit_as_json(description: Description) -> dict[str, Any] | None:
     quality = description.quality
     if quality is None:
         return None
+    misfit, run_scatter = description.misfit_and_scatter
     return {
         "certified": description.certified,
         "verdict": certificate(quality),
@@ -345,6 +346,8 @@ def _fit_as_json(description: Description) -> dict[str, Any] | None:
         "runs": int(quality["n_curves"]),
         "rms_error_of_mu": number_or_none(quality["rmse"]),
         "largest_error_of_mu": number_or_none(quality["max_error"]),
+        "misfit_of_law_relative": number_or_none(misfit),
+        "scatter_of_runs_relative": number_or_none(run_scatter),
         "fixed_conditions": [asdict(fixed) for fixed in description.fitted.coefficients.fixed],
     }
 

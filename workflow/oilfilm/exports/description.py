@@ -6,6 +6,7 @@ short list of characters passes (`plain`, `identifiers`).
 """
 
 import hashlib
+import math
 import re
 import textwrap
 import unicodedata
@@ -22,6 +23,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.fits.surface_words import misfit_beside_scatter
 from oilfilm.report.captions import credit
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Campaign
@@ -147,6 +149,7 @@ class Description:
         constants: All constants in the law's order, as in the JSON file.
         quality: The oil's row of the table `fit_quality`; None for published constants.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
+        misfit_and_scatter: Misfit of the law and scatter of runs, relative; NaN where unknown.
         published: Of published constants; None where they were fitted.
     """
 
@@ -158,6 +161,7 @@ class Description:
     constants: tuple[Mapping[str, Any], ...]
     quality: Mapping[str, Any] | None
     adore_points: tuple[Mapping[str, float], ...]
+    misfit_and_scatter: tuple[float, float] = (math.nan, math.nan)
     published: Published | None = None
 
     @property
@@ -355,6 +359,9 @@ class Description:
                 f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
                 f"{fit['rmse']:.2g}; {self.certificate}"
             ]
+            misfit = misfit_beside_scatter(*self.misfit_and_scatter)
+            if misfit:
+                sentences.append(plain(misfit))
         return sentences + [plain(f"NOT SOUND: {sentence}") for sentence in self.fitted.wrong]
 
     @property
@@ -410,8 +417,10 @@ def describe(
     coefficients = results.coefficients[results.coefficients["oil"] == oil]
     quality = results.fit_quality[results.fit_quality["oil"] == oil]
     wrong: list[str] = []
+    sizes = (float("nan"), float("nan"))
     for row in tables.rows(results.soundness[results.soundness["oil"] == oil]):
         wrong += what_is_wrong(row)
+        sizes = (row["misfit"], row["run_scatter"])
     fitted = FittedLaw.from_tables(coefficients, oil, quality=quality, law=law)
     meanings = constant_meanings(law)
     constants = [
@@ -429,6 +438,7 @@ def describe(
         constants=tuple(constants),
         quality=quality_of_law,
         adore_points=_with_load(requested_points, accepted),
+        misfit_and_scatter=sizes,
     )
 
 

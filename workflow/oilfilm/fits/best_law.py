@@ -20,10 +20,8 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.ties import first_smallest, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.interval import student_quantile
+from oilfilm.fits.interval import CONFIDENCE, student_quantile
 
-# Level of the two-sided interval of a difference, as of every interval and test of the project.
-_CONFIDENCE = 0.95
 # From fewer curves the error of a difference is not estimated: one degree of freedom and less.
 FEWEST_CURVES = 3
 _MEASURED = "traction_coefficient_measured"
@@ -248,7 +246,7 @@ def jackknife_error(replicates: FloatArray) -> float:
     """
     count = len(replicates)
     variance = (count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)
-    return float(student_quantile(_CONFIDENCE, count - 1) * np.sqrt(variance))
+    return float(student_quantile(CONFIDENCE, count - 1) * np.sqrt(variance))
 
 
 def _best_at_ends(laws: pd.DataFrame) -> str:

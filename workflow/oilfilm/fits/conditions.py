@@ -18,6 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
+from oilfilm.base.levels import clusters
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.settings.config import FitSettings, SameConditionSettings
@@ -302,27 +303,6 @@ def away(fixed: FixedCondition, levels: Mapping[str, FloatArray]) -> npt.NDArray
 def _relative_distance(name: str, values: FloatArray, line: FloatArray) -> FloatArray:
     magnitude = np.maximum(np.abs(line), LEAST_SIZE.get(name, 0.0))
     return np.asarray(np.abs(values - line) / magnitude)
-
-
-def clusters(values: FloatArray, width: float) -> IndexArray:
-    """Clusters of values no wider than `width`, counted from 0.
-
-    Unknown values are the cluster 0, whether there are some or not.
-
-    Examples:
-        >>> clusters(np.array([0.101, 0.02, 0.099, 0.021, np.nan]), 0.006)
-        array([2, 1, 2, 1, 0])
-    """
-    cluster = np.zeros(len(values), dtype=np.int64)
-    number = 0
-    smallest_of_cluster = -np.inf
-    known = np.flatnonzero(~np.isnan(values))
-    for index in known[np.argsort(values[known], kind="stable")]:
-        if exceeds(values[index] - smallest_of_cluster, width):
-            number += 1
-            smallest_of_cluster = values[index]
-        cluster[index] = number
-    return cluster
 
 
 def levels_of(name: str, values: FloatArray, same: SameConditionSettings) -> IndexArray:

@@ -107,11 +107,6 @@ def fit_oil(
         points = points[~points["run_id"].isin(incomplete_runs)]
         data = curve_data(points, law.conditions)
     followed = followed_conditions(law.conditions, data.conditions, settings)
-    two_level_conditions = []
-    for index in np.flatnonzero(followed):
-        levels = levels_by_gap(data.conditions[:, index], settings.level_gap)
-        if levels.max() == 1:
-            two_level_conditions.append(law.conditions[index])
     fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
     quality: dict[str, Any] = {
         "oil": oil,
@@ -121,7 +116,6 @@ def fit_oil(
         "n_curves": len(data.runs),
         "incomplete_curves": tuple(incomplete_runs),
         "fixed_conditions": to_text(fixed),
-        "two_level_conditions": tuple(two_level_conditions),
     }
     accepted = points.loc[points["accepted"], list(BOX)].abs()
     smallest = accepted.min()

@@ -20,7 +20,13 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition, away, from_text
-from oilfilm.fits.interval import Band, degrees_of_spread, normal_quantile, student_quantile
+from oilfilm.fits.interval import (
+    CONFIDENCE,
+    Band,
+    degrees_of_spread,
+    normal_quantile,
+    student_quantile,
+)
 from oilfilm.fits.measured_surface import OilSurface, surface_from_tables
 from oilfilm.fits.soundness_words import what_is_wrong
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
@@ -250,7 +256,7 @@ class FittedLaw:
         of_law = self.without_interval().predict(conditions, measured.slip).traction_coefficient
         return float(np.linalg.norm(of_law - of_surface) / np.linalg.norm(of_surface))
 
-    def interval_level(self, level: float = 0.95) -> float:
+    def interval_level(self, level: float = CONFIDENCE) -> float:
         """The level of the interval of the next run: the wanted one, or what the data allow.
 
         NaN where there is no interval.
@@ -349,7 +355,7 @@ class FittedLaw:
         self,
         conditions: FloatArray,
         slip: FloatArray,
-        level: float = 0.95,
+        level: float = CONFIDENCE,
         whole_curve: bool = False,
     ) -> Prediction:
         """mu with its intervals at each point.
@@ -444,7 +450,7 @@ class FittedLaw:
         entrainment_speed: Any,
         inlet_temperature: Any,
         slide_roll_ratio: Any,
-        level: float = 0.95,
+        level: float = CONFIDENCE,
     ) -> Prediction:
         """As the function `predict`, with this law: GPa, m/s, degC, or quantities of pint.
 
@@ -848,7 +854,7 @@ def predict(
     entrainment_speed: Any,
     inlet_temperature: Any,
     slide_roll_ratio: Any,
-    level: float = 0.95,
+    level: float = CONFIDENCE,
 ) -> Prediction:
     """Traction coefficient with its intervals, and whether the operating point was tested.
 

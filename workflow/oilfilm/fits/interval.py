@@ -2,7 +2,7 @@
 
 The interval of the next run comes from the surface of measured mu (`oilfilm.surface.interval`).
 
-Decides: the interval of a law's mean.
+Decides: the interval of a law's mean; the level of intervals and tests of fits.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,9 @@ import numpy as np
 import scipy
 
 from oilfilm.base.units import FloatArray
+
+# The level of every interval and test of a fit, where none is asked for.
+CONFIDENCE = 0.95
 
 
 def normal_quantile(level: float) -> float:

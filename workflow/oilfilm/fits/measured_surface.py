@@ -16,6 +16,7 @@ import pandas as pd
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.problem import curve_data
+from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.interval import IntervalFactors, normal_factor
 from oilfilm.surface.law_mean import FreeLaw
@@ -41,8 +42,9 @@ COLUMN_OF_EFFECT = {
     "slip_scale": "slip_scale_sd",
     "temperature_k": "temperature_sd_k",
 }
-# Limits in the table of surfaces, beside the level that the conditions allow.
+# Limits in the table of surfaces, by the names of their columns.
 LIMITS = (
+    "level",
     *("largest_spread", "fewest_slips", "reach_in_gaps", "reach_in_ranges"),
     "largest_spread_of_bound",
 )
@@ -139,6 +141,7 @@ class OilSurface:
         misfit: Misfit of the law at the measured points, relative to mu.
         run_scatter: Change of mu by the errors of runs, relative to mu.
         no_law_fits: Whether no law fits, so that the surface answers instead.
+        assumptions: What was known of the runs before the search.
     """
 
     law_name: str
@@ -153,12 +156,13 @@ class OilSurface:
     misfit: float
     run_scatter: float
     no_law_fits: bool
+    assumptions: RunAssumptions
 
     @cached_property
     def surface(self) -> Surface:
         """The surface itself."""
         return surface_of_sizes(
-            self.measurements, self.law, RunErrorSizes(), self.sizes, self.limits
+            self.measurements, self.law, self.assumptions.errors, self.sizes, self.limits
         )
 
     def level(self, wanted: float) -> float:
@@ -213,7 +217,8 @@ def surface_from_tables(
     """
     contact = Contact.of_points(points[points["accepted"]])
     law = free_law(*fit, contact)
-    runs, measurements = measured(points, law, contact)
+    assumptions = RunAssumptions.of_tables(row, sizes)
+    runs, measurements = measured(points, law, contact, assumptions)
     logarithms = {}
     for search, of_search in sizes.groupby("search"):
         by_size = of_search.set_index("size")["logarithm"]
@@ -235,6 +240,7 @@ def surface_from_tables(
         misfit=row["misfit"],
         run_scatter=row["run_scatter"],
         no_law_fits=row["no_law_fits"],
+        assumptions=assumptions,
     )
 
 
@@ -264,7 +270,7 @@ def free_law(law: Law, constants: FloatArray, followed: BoolArray, contact: Cont
 
 
 def measured(
-    points: pd.DataFrame, law: FreeLaw, contact: Contact
+    points: pd.DataFrame, law: FreeLaw, contact: Contact, assumptions: RunAssumptions
 ) -> tuple[tuple[str, ...], Measurements]:
     """The points of an oil that carry traction, and the run of each of their curves.
 
@@ -275,6 +281,7 @@ def measured(
         points: The oil's rows of the table of points.
         law: The law, which says where a point carries traction.
         contact: What turns the conditions of the law into P, U and T.
+        assumptions: What is known of the runs.
     """
     data = curve_data(points, law.law.conditions)
     unknown = np.isnan(data.conditions)
@@ -284,7 +291,7 @@ def measured(
     slides = is_complete[data.curve] & (data.slip > 0)
     point_conditions = conditions[data.curve[slides]]
     mu_of_law = np.exp(law.log_mu(point_conditions, data.slip[slides]))
-    carries = mu_of_law > _smallest_traction(data.mu[slides])
+    carries = mu_of_law > _smallest_traction(data.mu[slides], assumptions.errors)
     points_used = np.flatnonzero(slides)[carries]
     rows, curve = np.unique(data.curve[points_used], return_inverse=True)
     slip = data.slip[points_used]
@@ -296,18 +303,19 @@ def measured(
         noise_ratio=_noise_ratio(
             data.mu_se[points_used] / mu_of_law[carries], data.slip_se[points_used] / slip
         ),
+        level_widths=assumptions.level_widths,
     )
     return tuple(data.runs[row] for row in rows.tolist()), measurements
 
 
-def _smallest_traction(mu: FloatArray) -> float:
+def _smallest_traction(mu: FloatArray, errors: RunErrorSizes) -> float:
     """mu of the law above which a point carries traction, and not only the error of the zero.
 
-    Readings below zero show the size of that error, where it is larger than rigs usually have.
+    Readings below zero show the size of that error, where it is larger than expected.
     """
-    usual = _CARRIES_TRACTION * RunErrorSizes().zero.median
+    expected = _CARRIES_TRACTION * errors.zero.median
     below_zero = -float(np.quantile(mu, _RARE)) if len(mu) else 0.0
-    return max(usual, below_zero)
+    return max(expected, below_zero)
 
 
 def _noise_ratio(mu_se: FloatArray, slip_se: FloatArray) -> FloatArray | None:

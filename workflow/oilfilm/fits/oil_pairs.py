@@ -13,6 +13,7 @@ import pandas as pd
 from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw, read_fit
 from oilfilm.fits.measured_surface import Contact, free_law, measured
+from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -84,7 +85,8 @@ def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
         return OilPair(Obstacle.OTHER_CONDITIONS, 0, 0, rigs)
     if _has_unknown_condition(first) or _has_unknown_condition(second):
         return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rigs)
-    oils = (_of_pair(first), _of_pair(second))
+    assumptions = assumptions_of_pair(first, second)
+    oils = (_of_pair(first, assumptions), _of_pair(second, assumptions))
     runs = PairedRuns(oils[0].measurements, oils[1].measurements)
     is_paired = runs.is_paired()
     paired = int(np.count_nonzero(is_paired))
@@ -94,7 +96,7 @@ def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
     elif paired < _FEWEST_PAIRED:
         ratio = Obstacle.FEW_PAIRS
     else:
-        ratio = _fitted(*oils, limits_of_pair(first, second))
+        ratio = _fitted(*oils, assumptions, limits_of_pair(first, second))
     return OilPair(ratio, paired, len(is_paired) - paired, rigs)
 
 
@@ -106,24 +108,34 @@ def limits_of_pair(first: MeasuredOil, second: MeasuredOil) -> SurfaceLimits:
     return SurfaceLimits()
 
 
-def _fitted(first: OilOfPair, second: OilOfPair, limits: SurfaceLimits) -> RatioSurface:
+def assumptions_of_pair(first: MeasuredOil, second: MeasuredOil) -> RunAssumptions:
+    """What is known of the runs: as of the surface of the first oil that has one."""
+    for oil in (first, second):
+        if oil.fit.surface is not None:
+            return oil.fit.surface.assumptions
+    return RunAssumptions()
+
+
+def _fitted(
+    first: OilOfPair, second: OilOfPair, assumptions: RunAssumptions, limits: SurfaceLimits
+) -> RatioSurface:
     """The ratio by the runs.
 
     Raises:
         OilfilmError: The points cannot have one.
     """
     try:
-        return fit_ratio(first, second, limits=limits)
+        return fit_ratio(first, second, assumptions.errors, limits)
     except ValueError as error:
         raise OilfilmError(f"the ratio of two oils by their runs: {error}.") from None
 
 
-def _of_pair(oil: MeasuredOil) -> OilOfPair:
+def _of_pair(oil: MeasuredOil, assumptions: RunAssumptions) -> OilOfPair:
     """The oil as a surface takes it."""
     contact = Contact.of_points(oil.points[oil.points["accepted"]])
     fitted = oil.fit.coefficients
     law = free_law(oil.fit.law, fitted.constants, fitted.followed, contact)
-    _, measurements = measured(oil.points, law, contact)
+    _, measurements = measured(oil.points, law, contact, assumptions)
     return OilOfPair(measurements, law)
 
 

@@ -16,10 +16,12 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
+from oilfilm.base.levels import clusters
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
-from oilfilm.fits.conditions import clusters, from_text, levels_of
+from oilfilm.fits.conditions import from_text, levels_of
 from oilfilm.fits.fitted import FittedLaw, read_surface
+from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_columns, runs_in_common
 from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
@@ -27,8 +29,6 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import SET_POINTS, with_levels
 from oilfilm.tables.table_needs import OF_FIT, OF_SURFACE
 
-# The level of every interval and test of the project.
-_CONFIDENCE = 0.95
 # Largest ratio of the sum of squares to that between repeats. Repeats that are copies have a sum of
 # squares of rounding only.
 _LARGEST_RATIO = 1e6
@@ -218,7 +218,7 @@ def lack_of_fit(
     ratio = sse_of_means / fit_degrees / (pure_sse / pure_degrees)
     values_per_run = len(values) / len(condition_of_run)
     limit = scipy.special.fdtri(
-        fit_degrees / values_per_run, pure_degrees / values_per_run, _CONFIDENCE
+        fit_degrees / values_per_run, pure_degrees / values_per_run, CONFIDENCE
     )
     noise = _between_runs(residual, pair, cell_of_value, cell)
     # the constants have taken up a part of the noise
@@ -374,7 +374,6 @@ def verdict_of_fit(
             "misfit": quality["relative_rms"] > settings.fit.odd_scatter or misfit > largest_misfit,
             "lack of fit": lack_shown,
             "too few curves": too_few_curves,
-            "two levels": len(quality["two_level_conditions"]) > 0,
         },
         otherwise="adequate",
     )

@@ -45,6 +45,7 @@ def what_could_be_seen(row: Mapping[str, Any]) -> str:
         "The runs are steady, if they were made in the order of their names.",
         _smallest(row, "trend", "drift over the runs"),
         _smallest(row, "step", "step in the middle of the runs"),
+        "Runs that nothing tells apart but mu must differ by several times as much.",
     ]
     resembled = row["order_resembles"]
     if resembled:
@@ -90,8 +91,6 @@ _LAW = {
     "lack of fit": "The law is not adequate: it misses more than repeated runs scatter.",
     "condition missing": "A condition is not known of every run, so that mu is mixed over its "
     "levels. Fill it in in the campaign or rig file.",
-    "two levels": "A condition was tested at two levels only: a bend between them cannot be seen. "
-    "The interval of the next run is wider there. Test a third level.",
     "too few curves": "The runs are too few to show whether the law is adequate or the campaign "
     "steady. Measure more runs.",
     "no fit": "Nothing could be fitted.",

@@ -18,7 +18,7 @@ from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.settings.config import ChangeSizeSettings, SteadinessSettings
-from oilfilm.surface.effects import EFFECTS, effect_design
+from oilfilm.surface.effects import EFFECTS, RunErrorSizes, effect_design
 from oilfilm.surface.label_swap import LabelSwap, swapped_temperatures
 from oilfilm.surface.misreading import Misreading, misread_runs
 from oilfilm.surface.steadiness import (
@@ -57,16 +57,19 @@ class MeasuredCampaign:
     Attributes:
         surface: The surface.
         runs: Run of each curve of its measurements.
+        errors: Expected sizes of the errors of the rig.
     """
 
     surface: Surface
     runs: tuple[str, ...]
+    errors: RunErrorSizes
 
     @classmethod
     def of_surface(cls, measured: OilSurface) -> "MeasuredCampaign":
         """The campaign behind the surface of an oil."""
         rows, _ = measured.measurements.canonical_order()
-        return cls(measured.surface, tuple(measured.runs[row] for row in rows.tolist()))
+        runs = tuple(measured.runs[row] for row in rows.tolist())
+        return cls(measured.surface, runs, measured.assumptions.errors)
 
     @property
     def order(self) -> IndexArray:
@@ -145,8 +148,8 @@ def change_columns(
     covariance, order = campaign.surface.misfit_covariance, campaign.order
     labels = {name: np.isin(campaign.runs, list(runs)) for name, runs in groups.items()}
     change = largest_change(covariance, order, labels, limits)
-    swap = swapped_temperatures(campaign.surface, limits=limits)
-    misreading = misread_runs(campaign.surface, labels, limits=limits)
+    swap = swapped_temperatures(campaign.surface, campaign.errors, limits)
+    misreading = misread_runs(campaign.surface, labels, campaign.errors, limits)
     named: list[tuple[float, dict[str, Any]]] = []
     if change is not None and change.is_alarm:
         named.append((change.score, _change_columns(campaign, change)))

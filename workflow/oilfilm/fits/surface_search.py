@@ -3,7 +3,7 @@
 Decides: which law a surface stands on; when no law fits.
 """
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,10 @@ from oilfilm.fits.measured_surface import (
     free_law,
     measured,
 )
-from oilfilm.settings.config import SurfaceSettings
-from oilfilm.surface.effects import EFFECTS, RunErrorSizes, effect_design
+from oilfilm.fits.run_assumptions import RunAssumptions
+from oilfilm.settings.config import ConfigKeys, SurfaceSettings
+from oilfilm.settings.rig import Rig
+from oilfilm.surface.effects import EFFECTS, effect_design
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
@@ -33,7 +35,7 @@ from oilfilm.traction.law import to_constants
 
 
 def surface_of_oil(
-    results: CampaignTables, oil: str, settings: SurfaceSettings, bic_difference_min: float
+    results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig]
 ) -> CampaignTables:
     """The tables of the surface of one oil, without rows where it has none.
 
@@ -42,29 +44,30 @@ def surface_of_oil(
     Args:
         results: Tables `points`, `coefficients`, `fit_quality` and `law_points` of its fits.
         oil: The oil.
-        settings: Config's `surface`.
-        bic_difference_min: As in `best_laws`.
+        settings: `compare`, `same_condition` and `surface`.
+        rigs: The rigs of the campaign.
     """
+    assumptions = RunAssumptions.of_settings(settings.same_condition, rigs)
     points = results.points[results.points["oil"] == oil]
     contact = Contact.of_points(points[points["accepted"]])
-    for name in _laws_in_order(results, oil, bic_difference_min):
+    for name in _laws_in_order(results, oil, settings.compare.bic_difference_min):
         fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[name])
         constants = fit.coefficients.constants
         if not contact.has_surface(fit.law) or np.isnan(constants).any():
             continue
         law = free_law(fit.law, constants, fit.coefficients.followed, contact)
-        runs, measurements = measured(points, law, contact)
-        if len(runs) < settings.fewest_curves:
+        runs, measurements = measured(points, law, contact, assumptions)
+        if len(runs) < settings.surface.fewest_curves:
             break
-        return searched_surface(oil, name, law, measurements, settings)
+        return searched_surface(oil, name, law, measurements, settings.surface, assumptions)
     return CampaignTables.in_memory(**{table: tables.empty(table) for table in OF_SURFACE})
 
 
 def with_surface(
-    results: CampaignTables, oil: str, settings: SurfaceSettings, bic_difference_min: float
+    results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig] = ()
 ) -> CampaignTables:
-    """The tables of fits to one oil, with those of its surface."""
-    found = surface_of_oil(results, oil, settings, bic_difference_min)
+    """The tables of fits to one oil, with those of its surface; see `surface_of_oil`."""
+    found = surface_of_oil(results, oil, settings, rigs)
     return results.replace(**{name: found.table(name) for name in OF_SURFACE})
 
 
@@ -86,7 +89,12 @@ def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float)
 
 
 def searched_surface(
-    oil: str, name: str, law: FreeLaw, measurements: Measurements, settings: SurfaceSettings
+    oil: str,
+    name: str,
+    law: FreeLaw,
+    measurements: Measurements,
+    settings: SurfaceSettings,
+    assumptions: RunAssumptions,
 ) -> CampaignTables:
     """The tables of the surface about one law.
 
@@ -96,8 +104,9 @@ def searched_surface(
         law: The law with its free constants.
         measurements: The points.
         settings: Config's `surface`.
+        assumptions: What is known of the runs.
     """
-    errors = RunErrorSizes()
+    errors = assumptions.errors
     limits = SurfaceLimits(
         level=settings.level,
         largest_spread=settings.largest_spread,
@@ -131,12 +140,16 @@ def searched_surface(
         "search_converged": sizes.converged,
         **{COLUMN_OF_EFFECT[effect]: size for effect, size in effect_sizes.items()},
         **{limit: getattr(limits, limit) for limit in LIMITS},
+        **assumptions.columns(),
     }
     return CampaignTables.in_memory(
         surfaces=tables.from_rows([row], "surfaces"),
-        surface_sizes=tables.from_rows(_size_rows(oil, sizes), "surface_sizes"),
+        surface_sizes=tables.from_rows(
+            [*_size_rows(oil, sizes), *assumptions.size_rows(oil)], "surface_sizes"
+        ),
         surface_constants=tables.from_rows(
-            _constant_rows(oil, name, law, surface.verdict), "surface_constants"
+            _constant_rows(oil, name, law, surface.verdict, misfit <= settings.largest_misfit),
+            "surface_constants",
         ),
     )
 
@@ -151,13 +164,19 @@ def _size_rows(oil: str, sizes: SurfaceSizes) -> list[dict[str, Any]]:
     return rows
 
 
-def _constant_rows(oil: str, name: str, law: FreeLaw, verdict: LawVerdict) -> list[dict[str, Any]]:
-    """Rows of the table `surface_constants`: the free constants of the law in the surface."""
+def _constant_rows(
+    oil: str, name: str, law: FreeLaw, verdict: LawVerdict, law_fits: bool
+) -> list[dict[str, Any]]:
+    """Rows of the table `surface_constants`: the free constants of the law in the surface.
+
+    Constants of a law that does not fit describe the plan of the tests, and have no errors.
+    """
     internal = law.constants.copy()
     internal[law.free] = verdict.constants
     constants = to_constants(law.law, internal)
     errors = np.full(len(constants), np.nan)
-    errors[law.free] = verdict.standard_errors
+    if law_fits:
+        errors[law.free] = verdict.standard_errors
     rows = []
     for constant, value, error in zip(law.law.constants, constants, errors, strict=True):
         # the internal form of a factor is its logarithm

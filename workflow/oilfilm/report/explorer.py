@@ -18,6 +18,7 @@ from oilfilm.base.ties import first_smallest
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE, levels_by_gap
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.report.words import CONDITIONS, oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import SLIP_SCALE, scaled_slip
@@ -26,7 +27,6 @@ from oilfilm.torque.operating_grid import AXES
 from oilfilm.traction.expression import Form, Language, in_steps
 from oilfilm.traction.law import Law, to_internal
 
-LEVEL = 0.95  # confidence level of the intervals in the report
 # Nodes of the surface in the page: along a condition its tested levels and their middles, or a
 # fixed number where it has more levels; and along the slip.
 _MOST_LEVELS = 6
@@ -234,7 +234,7 @@ def law_as_json(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str,
         "internal": to_internal(law, coefficients.constants),
         "known": coefficients.followed,
         "fixed": _fixed_conditions(fit),
-        "level": fit.interval_level(LEVEL),
+        "level": fit.interval_level(CONFIDENCE),
         "limit": coefficients.limiting_stress_ratio,
         "lattice": _tested_lattice(fit),
         "surface": _surface_as_json(fit),
@@ -263,7 +263,7 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
         conditions[:, axis["column"]] = mesh.ravel()
     slip = meshes[-1].ravel()
     rows = fit.on_line(conditions)
-    answer = surface.answer(fit.law, rows, slip, LEVEL, whole_curve=False)
+    answer = surface.answer(fit.law, rows, slip, CONFIDENCE, whole_curve=False)
     of_law = fit.without_interval().predict(rows, slip).traction_coefficient
     return {
         "axes": [{key: axis[key] for key in ("column", "scale", "nodes")} for axis in axes],

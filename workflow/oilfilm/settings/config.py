@@ -5,15 +5,24 @@ Decides: name, unit, range and meaning of the keys of `config/config.yaml`.
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from oilfilm.bearing.inputs import Uncertain
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, OneOf, key
+from oilfilm.settings.base import Group, OneOf, contradiction, key
 from oilfilm.settings.ranges import check_ranges, with_range
-from oilfilm.traction import LAW_NAMES, LAWS
+from oilfilm.traction import LAW_NAMES, LAWS, why_compared_only
 
-LawOfConditions = Annotated[str, OneOf((*LAWS,))]
+
+def _refuse_compared_only(name: Any) -> Any:
+    """Refuse a law that is compared only, with the reason."""
+    reason = why_compared_only(str(name))
+    if reason:
+        raise contradiction((), f"{reason}. Here one of {', '.join(LAWS)} is expected.")
+    return name
+
+
+LawOfConditions = Annotated[str, OneOf((*LAWS,)), BeforeValidator(_refuse_compared_only)]
 AnyLaw = Annotated[str, OneOf(LAW_NAMES)]
 
 

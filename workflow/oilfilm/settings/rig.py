@@ -59,6 +59,29 @@ class Calibration(Group):
     temperature_c: q.TemperatureErrorC = key("Of the inlet temperature.")
 
 
+class ErrorsBetweenRuns(Group):
+    """Standard deviations of what differs from run to run; usual sizes where a key is missing."""
+
+    traction_force_relative: float | None = optional(
+        "Of the traction force, relative; one error per run.", unit="1", ge=1e-4, le=0.2
+    )
+    zero_as_traction_coefficient: float | None = optional(
+        "Of the zero of the traction force, over the load; one error per run.",
+        unit="1",
+        ge=1e-7,
+        le=5e-3,
+    )
+    slip_relative: float | None = optional(
+        "Of the slide-roll ratio, relative; one error per run.", unit="1", ge=1e-4, le=0.2
+    )
+    inlet_temperature_k: float | None = optional(
+        "Of the inlet temperature; one error per run.", unit="K", ge=0.01, le=20
+    )
+    noise_of_points_relative: float | None = optional(
+        "Of mu of each point, relative.", unit="1", ge=5e-4, le=0.2
+    )
+
+
 class RigLimits(Group):
     """Highest levels at which the rig can run a test."""
 
@@ -88,6 +111,9 @@ class Rig(Group):
     disc_roughness_rq_um: q.RoughnessUm | None = optional("Measured Rq of the disc; else 1.25 Ra.")
     full_scale: FullScale | None = optional("Full scale of the sensors.")
     calibration: Calibration | None = optional("Standard uncertainties of calibration.")
+    errors_between_runs: ErrorsBetweenRuns | None = optional(
+        "Standard deviations from run to run; usual sizes are assumed without it."
+    )
     limits: RigLimits | None = optional("Highest levels of a test, for `oilfilm plan`.")
 
     @model_validator(mode="after")

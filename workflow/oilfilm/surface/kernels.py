@@ -22,7 +22,7 @@ import numpy as np
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import LogNormal
-from oilfilm.surface.measurements import LEVEL_WIDTH, scaled_slip
+from oilfilm.surface.measurements import scaled_slip
 
 # Standard deviation of ln mu in the middle between two levels of P, U and T: the bends of oils.
 _BEND_SD = (0.05, 0.03, 0.08)
@@ -98,11 +98,13 @@ class ConditionBox:
         lowest: Lowest P, U and T, shape (3,).
         highest: Highest P, U and T, shape (3,).
         level_counts: Number of levels of P, U and T, shape (3,).
+        level_widths: Largest range of one level of P, U and T, shape (3,).
     """
 
     lowest: FloatArray
     highest: FloatArray
     level_counts: IndexArray
+    level_widths: FloatArray
 
     def centred(self, scaled: FloatArray) -> FloatArray:
         """Scaled conditions about the middle of the box, shape (rows, 3)."""
@@ -135,7 +137,7 @@ class ConditionBox:
         beyond = np.maximum(np.abs(centred) - tested_range / 2, 0.0)
         is_single = self.level_counts == 1
         in_ranges = beyond / np.where(is_single, 1.0, tested_range)
-        off_level = np.where(np.abs(centred) > LEVEL_WIDTH, np.inf, 0.0)
+        off_level = np.where(np.abs(centred) > self.level_widths, np.inf, 0.0)
         return np.max(np.where(is_single, off_level, in_ranges), axis=1)
 
     @property

@@ -18,7 +18,7 @@ import scipy.special
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECTS, RunErrorSizes
-from oilfilm.surface.measurements import LEVEL_WIDTH, scaled_conditions
+from oilfilm.surface.measurements import LevelWidths
 from oilfilm.surface.posterior import DensePosterior, smooth_covariance
 from oilfilm.surface.reduction import Coordinates, reduced
 from oilfilm.surface.relabelled import Relabelled
@@ -78,7 +78,9 @@ def swapped_temperatures(
         present = present.fitted_to(replace(present.measurements, conditions=proposed))
         if present.objective < labels.objective:
             labels = present
-    moved = np.flatnonzero(_is_moved(given, labels.measurements.conditions))
+    moved = np.flatnonzero(
+        _is_moved(given, labels.measurements.conditions, surface.measurements.level_widths)
+    )
     count = len(moved)
     if not count:
         return None
@@ -90,10 +92,10 @@ def swapped_temperatures(
     return LabelSwap(moved, new, score, score > alarm)
 
 
-def _is_moved(old: FloatArray, new: FloatArray) -> BoolArray:
+def _is_moved(old: FloatArray, new: FloatArray, widths: LevelWidths) -> BoolArray:
     """Whether the temperature of each row has another level, shape (rows,)."""
-    difference = scaled_conditions(new) - scaled_conditions(old)
-    return np.abs(difference[:, _TEMPERATURE]) > LEVEL_WIDTH
+    difference_k = new[:, _TEMPERATURE] - old[:, _TEMPERATURE]
+    return np.asarray(np.abs(difference_k) > widths.temperature_k)
 
 
 @dataclass(frozen=True)
@@ -120,7 +122,7 @@ def _likeliest_conditions(labels: Relabelled) -> FloatArray | None:
     _, assigned = scipy.optimize.linear_sum_assignment(-density)
     proposed = conditions.copy()
     proposed[suspects, _TEMPERATURE] = temperatures[assigned]
-    is_moved = _is_moved(conditions, proposed)
+    is_moved = _is_moved(conditions, proposed, labels.measurements.level_widths)
     proposed[~is_moved] = conditions[~is_moved]
     return proposed if is_moved.any() else None
 
@@ -133,7 +135,8 @@ def _suspects(labels: Relabelled) -> IndexArray:
         squares = left_out.error @ left_out.precision @ left_out.error
         contradiction.append(squares / len(left_out.error))
     size = np.array(contradiction)
-    size[_is_moved(labels.surface.measurements.conditions, labels.measurements.conditions)] = np.inf
+    given = labels.surface.measurements
+    size[_is_moved(given.conditions, labels.measurements.conditions, given.level_widths)] = np.inf
     count = min(_MOST_SUSPECTS, int(_LARGEST_SHARE * runs))
     return np.sort(np.argsort(-size, kind="stable")[:count])
 

@@ -3,10 +3,11 @@
 Decides: the scales of slip and conditions in a surface; which conditions are one level.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from oilfilm.base.levels import clusters
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
 # The slip at which the scaled slip turns from linear to logarithmic.
@@ -15,8 +16,6 @@ SLIP_SCALE = 0.003
 _PRESSURE_SCALE, _SPEED_SCALE, _TEMPERATURE_SCALE_K = 0.6, 1.5, 75.0
 # Degree of the noise over the scaled slip.
 _NOISE_DEGREE = 2
-# Values within this distance are one level: 1.8 % of P, 4.5 % of U, 2.3 K.
-LEVEL_WIDTH = 0.03
 
 
 def scaled_slip(slip: FloatArray) -> FloatArray:
@@ -52,21 +51,44 @@ def unscaled_conditions(scaled: FloatArray) -> FloatArray:
     )
 
 
-def levels(scaled: FloatArray) -> IndexArray:
-    """Number of the level of each value, counted from the lowest value, shape (rows,).
+@dataclass(frozen=True)
+class LevelWidths:
+    """Largest range of the measured values of one level of P, U and T.
 
-    A level begins at the lowest value that no other level holds, and has a fixed width.
+    A campaign may state others (`same_condition` of its configuration).
+
+    Attributes:
+        pressure: Of P, relative.
+        speed: Of U, relative.
+        temperature_k: Of T.
+    """
+
+    pressure: float = 0.02
+    speed: float = 0.04
+    temperature_k: float = 4.0
+
+    def scaled(self) -> FloatArray:
+        """The ranges in the units of `scaled_conditions`, shape (3,)."""
+        return np.array(
+            [
+                self.pressure / _PRESSURE_SCALE,
+                self.speed / _SPEED_SCALE,
+                self.temperature_k / _TEMPERATURE_SCALE_K,
+            ]
+        )
+
+
+def level_numbers(scaled: FloatArray, widths: LevelWidths) -> IndexArray:
+    """Number of the level of P, U and T in each row, from the lowest on, shape (rows, 3).
 
     Args:
-        scaled: One scaled condition, shape (rows,).
+        scaled: Scaled conditions, shape (rows, 3).
+        widths: Largest range of the values of one level.
     """
-    level = np.zeros(len(scaled), dtype=np.int64)
-    number, start = -1, -np.inf
-    for row in np.argsort(scaled, kind="stable"):
-        if scaled[row] > start + LEVEL_WIDTH:
-            number, start = number + 1, scaled[row]
-        level[row] = number
-    return level
+    columns = zip(scaled.T, widths.scaled().tolist(), strict=True)
+    numbers = np.column_stack([clusters(column, width) for column, width in columns])
+    # the cluster 0 is that of unknown values
+    return numbers - 1
 
 
 @dataclass(frozen=True)
@@ -80,6 +102,7 @@ class Measurements:
         mu: Traction coefficient of each point, shape (points,).
         noise_ratio: Noise of each point over that of a typical one, as its readings show it, shape
             (points,); 1 if it is not given.
+        level_widths: Largest range of the values of one level.
     """
 
     conditions: FloatArray
@@ -87,6 +110,7 @@ class Measurements:
     slip: FloatArray
     mu: FloatArray
     noise_ratio: FloatArray | None = None
+    level_widths: LevelWidths = LevelWidths()
 
     def __post_init__(self) -> None:
         if self.noise_ratio is not None and not np.all(self.noise_ratio > 0):
@@ -123,7 +147,7 @@ class Measurements:
 
     def level_numbers(self) -> IndexArray:
         """Number of the level of P, U and T of each curve, shape (curves, 3)."""
-        return np.column_stack([levels(column) for column in scaled_conditions(self.conditions).T])
+        return level_numbers(scaled_conditions(self.conditions), self.level_widths)
 
     def condition_numbers(self) -> IndexArray:
         """Number of the condition of each curve; repeated runs share it. Shape (curves,)."""
@@ -134,7 +158,8 @@ class Measurements:
         """The same points, ordered by their values: no result depends on the order of rows."""
         curves, points = self.canonical_order()
         sizes = np.bincount(self.curve)[curves]
-        return Measurements(
+        return replace(
+            self,
             conditions=self.conditions[curves],
             curve=np.repeat(np.arange(len(curves)), sizes),
             slip=self.slip[points],
@@ -169,7 +194,8 @@ class Measurements:
             is_chosen: Whether each point stays, shape (points,).
         """
         rows, curve = np.unique(self.curve[is_chosen], return_inverse=True)
-        return Measurements(
+        return replace(
+            self,
             conditions=self.conditions[rows],
             curve=curve,
             slip=self.slip[is_chosen],

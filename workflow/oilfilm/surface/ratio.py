@@ -21,7 +21,7 @@ from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes, effect_design
 from oilfilm.surface.interval import IntervalFactors, allowed_level, interval_factors
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
-from oilfilm.surface.measurements import LEVEL_WIDTH, Measurements, scaled_conditions
+from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled_slip
 from oilfilm.surface.pair_covariance import PairCovariance, PairSizes, most_likely_pair, pair_priors
 from oilfilm.surface.posterior import LeftOut, coordinates_by_group, smooth_variance, spread_out
 from oilfilm.surface.reduction import (
@@ -32,7 +32,7 @@ from oilfilm.surface.reduction import (
     reduced,
     response,
 )
-from oilfilm.surface.support import SlipCoverage, support_codes
+from oilfilm.surface.support import SAME_SLIP, SlipCoverage, support_codes
 from oilfilm.surface.threads import with_one_blas_thread
 
 # So many conditions, far from each other, stand for all: in the answer, and in the search of sizes.
@@ -79,6 +79,7 @@ class PairedRuns:
             slip=np.concatenate([self.first.slip, self.second.slip]),
             mu=np.concatenate([self.first.mu, self.second.mu]),
             noise_ratio=noise_ratio,
+            level_widths=self.first.level_widths,
         )
 
     @cached_property
@@ -312,8 +313,8 @@ class RatioSurface:
         for oil in (self.runs.first, self.runs.second):
             box = box_of(oil)
             beyond = np.maximum(box.lowest - scaled, scaled - box.highest)
-            outside |= np.any(beyond > LEVEL_WIDTH, axis=1)
-            outside |= slip > oil.slip.max() * (1 + LEVEL_WIDTH)
+            outside |= np.any(beyond > box.level_widths, axis=1)
+            outside |= scaled_slip(slip) > scaled_slip(oil.slip).max() + SAME_SLIP
         return outside
 
 

@@ -197,7 +197,8 @@ def box_of(measurements: Measurements) -> ConditionBox:
     """The box of the tested conditions."""
     scaled = scaled_conditions(measurements.conditions)
     counts = measurements.level_numbers().max(axis=0) + 1
-    return ConditionBox(scaled.min(axis=0), scaled.max(axis=0), counts)
+    widths = measurements.level_widths.scaled()
+    return ConditionBox(scaled.min(axis=0), scaled.max(axis=0), counts, widths)
 
 
 def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> FloatArray:

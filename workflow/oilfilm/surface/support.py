@@ -10,7 +10,7 @@ from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, scaled_slip
 
 # Scaled slips within this distance are the same slip: 0.02 is 2 % of a slip far above 0.003.
-_SAME_SLIP = 0.02
+SAME_SLIP = 0.02
 
 
 class Support(IntEnum):
@@ -46,7 +46,7 @@ class SlipCoverage:
         scaled = scaled_slip(measurements.slip)
         ends = np.flatnonzero(np.diff(measurements.curve)) + 1
         gaps = [np.diff(of_curve) for of_curve in np.split(scaled, ends)]
-        counts = [1 + np.count_nonzero(gap > _SAME_SLIP) for gap in gaps]
+        counts = [1 + np.count_nonzero(gap > SAME_SLIP) for gap in gaps]
         widest = [gap.max(initial=0.0) for gap in gaps]
         return cls(np.unique(scaled), float(np.median(widest)), float(np.median(counts)))
 
@@ -63,7 +63,7 @@ class SlipCoverage:
         scaled = scaled_slip(slip)
         beyond = (scaled < self.scaled[0]) | (scaled > self.scaled[-1])
         reach = reach_in_gaps * self.widest_gap * np.where(beyond, 0.5, 1.0)
-        return self.distance(slip) > reach + _SAME_SLIP
+        return self.distance(slip) > reach + SAME_SLIP
 
     def distance(self, slip: FloatArray) -> FloatArray:
         """Distance of each slip from the nearest tested one, scaled, shape (points,)."""
@@ -93,7 +93,7 @@ def support_codes(
             shape (points, constants at a bound).
         ranges_beyond: As `ConditionBox.ranges_beyond`, shape (points,).
     """
-    is_between = slips.distance(slip) > _SAME_SLIP
+    is_between = slips.distance(slip) > SAME_SLIP
     too_few = slips.per_curve < limits.fewest_slips
     at_bound = np.any(of_constants > limits.largest_spread_of_bound, axis=1)
     reasons: list[tuple[Support, BoolArray]] = [

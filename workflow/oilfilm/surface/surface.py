@@ -39,8 +39,6 @@ _AT_ONCE = 2000
 # The standard errors by the model are smaller than the errors of simulated fits by this factor.
 _ERROR_INFLATION = 1.3
 _ZERO = EFFECTS.index("zero")
-# With a larger misfit the constants describe the plan of the tests, not the oil.
-_LARGEST_MISFIT_OF_A_LAW = 0.02
 
 
 @dataclass(frozen=True)
@@ -74,13 +72,14 @@ class LawVerdict:
     """What the measurements say of the law.
 
     Attributes:
-        misfit: kappa, the size of the departure from the law; 0.01 is about 1 % of mu.
+        kappa: Size of the departure from the law that is expected anywhere, in ln mu. The misfit
+            at the measured points is another number.
         constants: Free internal constants, shape (free constants,).
-        standard_errors: Their standard errors; nan if the misfit is too large for them to mean
-            anything. Shape (free constants,).
+        standard_errors: Their standard errors, which mean something where the law fits, shape
+            (free constants,).
     """
 
-    misfit: float
+    kappa: float
     constants: FloatArray
     standard_errors: FloatArray
 
@@ -392,11 +391,8 @@ def _verdict(law: FreeLaw, posterior: Posterior, covariance: CurveCovariance) ->
     change, spread = posterior.freedom_of_law()
     count = np.count_nonzero(law.free)
     constants = law.constants[law.free] + CONSTANT_SD * change[:count]
-    misfit = float(covariance.sizes.departure.kappa)
     standard_errors = _ERROR_INFLATION * CONSTANT_SD * np.sqrt(np.diag(spread)[:count])
-    if misfit >= _LARGEST_MISFIT_OF_A_LAW:
-        standard_errors = np.full(count, np.nan)
-    return LawVerdict(misfit, constants, standard_errors)
+    return LawVerdict(float(covariance.sizes.departure.kappa), constants, standard_errors)
 
 
 def _sample(ordered: Measurements) -> Measurements:

@@ -18,7 +18,12 @@ import numpy as np
 
 from oilfilm.base.ties import exceeds, first_largest, first_smallest
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.surface.measurements import LEVEL_WIDTH, levels, scaled_conditions, unscaled_conditions
+from oilfilm.surface.measurements import (
+    LevelWidths,
+    level_numbers,
+    scaled_conditions,
+    unscaled_conditions,
+)
 from oilfilm.traction.law import CONDITIONS
 
 # Whether a rig can run each of some conditions, shape (runs, 3) to (runs,).
@@ -30,6 +35,8 @@ _FIRST_LEVELS = (3, 4, 6)
 _TEMPERATURES_PER_PAIR = 2
 # Digits of a new level, less than the width of a level.
 _DIGITS = 3
+# Scaled range of one level of P, U and T.
+_LEVEL_WIDTHS = LevelWidths().scaled()
 
 
 @dataclass(frozen=True)
@@ -64,8 +71,8 @@ class Levels:
         """The levels of conditions in any order, of which some may be equal."""
         conditions = distinct(conditions)
         values = []
-        for column, scaled in zip(conditions.T, scaled_conditions(conditions).T, strict=True):
-            number = levels(scaled)
+        numbers = level_numbers(scaled_conditions(conditions), LevelWidths())
+        for column, number in zip(conditions.T, numbers.T, strict=True):
             values.append(np.array([np.median(column[number == k]) for k in np.unique(number)]))
         return cls(conditions, tuple(values))
 
@@ -73,7 +80,7 @@ class Levels:
     def is_constant(self) -> BoolArray:
         """Which of P, U and T were not varied, or too little for a level between, shape (3,)."""
         span = np.ptp(scaled_conditions(np.stack([self.lowest, self.highest])), axis=0)
-        return ~_is_wider(span, 2 * LEVEL_WIDTH)
+        return ~_is_wider(span, 2 * _LEVEL_WIDTHS)
 
     @property
     def has_two_levels(self) -> BoolArray:
@@ -109,7 +116,7 @@ class Levels:
             over: Over which of P, U and T the distance is taken, shape (3,).
         """
         scaled = scaled_conditions(self.conditions)
-        span = np.maximum(np.ptp(scaled, axis=0), LEVEL_WIDTH)
+        span = np.maximum(np.ptp(scaled, axis=0), _LEVEL_WIDTHS)
         away = (scaled - scaled_conditions(target[np.newaxis])) / span
         distance = np.sum(away[:, over] ** 2, axis=1)
         row = int(first_smallest(np.where(among, distance, np.inf)))
@@ -120,10 +127,10 @@ class Levels:
         target = self.conditions.copy()
         target[:, dimension] = value
         away = scaled_conditions(self.conditions) - scaled_conditions(target)
-        return ~_is_wider(away[:, dimension], LEVEL_WIDTH)
+        return ~_is_wider(away[:, dimension], _LEVEL_WIDTHS[dimension])
 
 
-def _is_wider(away: FloatArray, width: float) -> BoolArray:
+def _is_wider(away: FloatArray, width: FloatArray) -> BoolArray:
     """Whether scaled distances are larger than a width, by more than rounding."""
     # scaled conditions are of the size of 1
     return exceeds(np.abs(away), width, size=1.0)
@@ -135,7 +142,7 @@ def distinct(conditions: FloatArray) -> FloatArray:
     Of those that have the same levels the first one is taken.
     """
     ordered = conditions[np.lexsort(conditions.T[::-1])]
-    numbers = np.column_stack([levels(column) for column in scaled_conditions(ordered).T])
+    numbers = level_numbers(scaled_conditions(ordered), LevelWidths())
     _, first = np.unique(numbers, axis=0, return_index=True)
     return ordered[np.sort(first)]
 
@@ -143,7 +150,7 @@ def distinct(conditions: FloatArray) -> FloatArray:
 def is_among(conditions: FloatArray, others: FloatArray) -> BoolArray:
     """Which conditions are the same as one of the others, shape (conditions,)."""
     away = scaled_conditions(conditions)[:, np.newaxis] - scaled_conditions(others)
-    is_same = np.all(~_is_wider(away, LEVEL_WIDTH), axis=2)
+    is_same = np.all(~_is_wider(away, _LEVEL_WIDTHS), axis=2)
     return np.asarray(np.any(is_same, axis=1))
 
 
@@ -370,7 +377,7 @@ def _largest_box(
     boxes = boxes[is_possible]
     lowest = at_level[tuple(boxes[:, :, 0].T)]
     highest = at_level[tuple(boxes[:, :, 1].T)]
-    volume = np.prod(highest - lowest + LEVEL_WIDTH, axis=1)
+    volume = np.prod(highest - lowest + _LEVEL_WIDTHS, axis=1)
     best = boxes[int(first_largest(volume))]
     return [
         (values[low], values[high])

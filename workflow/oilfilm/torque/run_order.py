@@ -12,7 +12,7 @@ import numpy as np
 from oilfilm.base.randomness import generator
 from oilfilm.base.ties import exceeds, first_smallest
 from oilfilm.base.units import FloatArray, IndexArray
-from oilfilm.surface.measurements import LEVEL_WIDTH, levels, scaled_conditions
+from oilfilm.surface.measurements import LevelWidths, level_numbers, scaled_conditions
 from oilfilm.traction.law import CONDITIONS
 
 # Runs in random order have a ratio of successive differences near 1. Below this limit the smallest
@@ -48,17 +48,20 @@ def ordered_by(conditions: FloatArray) -> str:
     scaled = scaled_conditions(conditions)
     if exceeds(_share_within_conditions(scaled), _TIED_FROM):
         return ""
-    ratios = [_successive_difference_ratio(column) for column in scaled.T]
+    widths = LevelWidths().scaled()
+    ratios = [
+        _successive_difference_ratio(*of_one) for of_one in zip(scaled.T, widths, strict=True)
+    ]
     smallest = int(first_smallest(ratios))
     return CONDITIONS[smallest] if exceeds(_ORDERED_BELOW, ratios[smallest]) else ""
 
 
-def _successive_difference_ratio(scaled: FloatArray) -> float:
+def _successive_difference_ratio(scaled: FloatArray, level_width: float) -> float:
     """Sum of squares of successive differences over twice that about the mean.
 
     It is infinite for a condition that was not varied.
     """
-    if np.ptp(scaled) <= LEVEL_WIDTH:
+    if np.ptp(scaled) <= level_width:
         return np.inf
     about_mean = scaled - scaled.mean()
     return float(np.sum(np.diff(scaled) ** 2) / (2 * np.sum(about_mean**2)))
@@ -66,8 +69,8 @@ def _successive_difference_ratio(scaled: FloatArray) -> float:
 
 def _share_within_conditions(scaled: FloatArray) -> float:
     """Share of the variance of the position in time that is among runs of one condition."""
-    level_numbers = np.column_stack([levels(column) for column in scaled.T])
-    _, condition = np.unique(level_numbers, axis=0, return_inverse=True)
+    numbers = level_numbers(scaled, LevelWidths())
+    _, condition = np.unique(numbers, axis=0, return_inverse=True)
     condition = condition.ravel()
     position = np.arange(len(scaled)) - (len(scaled) - 1) / 2
     mean_position = np.bincount(condition, position) / np.bincount(condition)

@@ -35,6 +35,20 @@ PAPER_LAW = laws.DENG2026
 BEARING_LAW_NAMES = tuple(law.name for law in ALL_LAWS if law.in_bearings)
 
 
+def why_compared_only(name: str) -> str:
+    """Why a law of `compare.laws` cannot be the configured law of fits; empty where it can.
+
+    Args:
+        name: Name of a law.
+    """
+    if name in LAWS or name not in LAW_NAMES:
+        return ""
+    return (
+        f"the law {name!r} needs properties of the oil or the contact, which saved fits and "
+        "exports do not carry: it is compared only. Name it in compare.laws"
+    )
+
+
 def laws_for(oil: Oil | None, contact: Contact | None) -> dict[str, Law]:
     """The laws that are available for an oil in a contact, by name.
 

@@ -22,8 +22,9 @@ from oilfilm.fits.best_law import FEWEST_CURVES
 from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.conditions import from_text
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import normal_quantile
+from oilfilm.fits.interval import CONFIDENCE, normal_quantile
 from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.fits.surface_words import of_several_rigs, of_surface
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report.document import (
     Fact,
@@ -35,7 +36,7 @@ from oilfilm.report.document import (
     significant,
 )
 from oilfilm.report.enough import shortfalls, unread_logs
-from oilfilm.report.explorer import LEVEL, Axis, explored_fits, load_at_1_gpa, plain, sliders
+from oilfilm.report.explorer import Axis, explored_fits, load_at_1_gpa, plain, sliders
 from oilfilm.report.words import CONDITIONS, gate_name, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
@@ -69,10 +70,12 @@ def fits(results: CampaignTables) -> Section:
     """Misfit, certificate and uncertainty of each fit, noise and lack of fit."""
     quality = results.configured.fit_quality
     lack_of_fit = results.lack_of_fit
+    verdicts = {str(row["oil"]): row for row in tables.rows(results.soundness)}
     sentences = facts(
         "report/sections/fits.jinja",
         fitted=tables.rows(quality[quality["rmse"].notna()]),
-        wrong={str(row["oil"]): what_is_wrong(row) for row in tables.rows(results.soundness)},
+        wrong={oil: what_is_wrong(row) for oil, row in verdicts.items()},
+        of_surface={oil: _of_surface(results, oil, row) for oil, row in verdicts.items()},
         lost=[
             {"oil": row["oil"], "certificate": certificate(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
@@ -87,6 +90,13 @@ def fits(results: CampaignTables) -> Section:
         show_table(lack_of_fit, "lack_of_fit"),
     ]
     return Section("fits", "Fits", sentences, shown_tables)
+
+
+def _of_surface(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
+    """What the surface of an oil says, and what its interval does not know."""
+    sentences = of_surface(results, oil, verdict)
+    rigs = of_several_rigs(results.runs[results.runs["oil"] == oil])
+    return [*sentences, rigs] if sentences and rigs else sentences
 
 
 def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
@@ -194,7 +204,7 @@ def _predicted(
     upper = prediction.obs_ci_upper[0]
     interval = "not known"
     if not np.isnan(lower) and not np.isnan(upper):
-        level = fit.interval_level(LEVEL)
+        level = fit.interval_level(CONFIDENCE)
         interval = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
     if prediction.outside[0]:
         interval += ", not tested there"
@@ -587,7 +597,7 @@ def drawn_points(points: pd.DataFrame, points_max: int) -> dict[str, Any]:
     every_nth = max(math.ceil(len(accepted) / points_max), 1)
     drawn = accepted.iloc[::every_nth]
     run_number, run_names = pd.factorize(drawn["run_id"])
-    half_width = normal_quantile(LEVEL) * drawn["traction_coefficient_se"]
+    half_width = normal_quantile(CONFIDENCE) * drawn["traction_coefficient_se"]
     return {
         "names": run_names.tolist(),
         "run": run_number.tolist(),

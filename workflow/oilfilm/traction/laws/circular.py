@@ -8,8 +8,9 @@ one coefficient less than `EYRING`, which explains the form of the heat. The vis
 N, has an exponential of the inlet temperature, as in Johnson and Tevaarwerk. The heat, and that L
 and H have an exponential too, are OURS.
 
-References: R.-T. Lee, B. J. Hamrock, J. Tribol. 112 (1990) 486 (cited from memory); K. L. Johnson,
-J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215.
+References: R.-T. Lee, B. J. Hamrock, A circular non-Newtonian fluid model: part I, J. Tribol. 112
+(1990) 486 (its abstract names the circular model and its limiting shear strength; the equation was
+not compared with the paper); K. L. Johnson, J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215.
 """
 
 from oilfilm.traction.law import Coefficient, Law

@@ -1,0 +1,78 @@
+"""What is known of the runs before the data: from files of rigs and the configuration, and back."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from fit_points import LAW
+from lawless_truths import TRUTHS
+from oilfilm import tables
+from oilfilm.fits.run_assumptions import RunAssumptions
+from oilfilm.fits.surface_search import searched_surface
+from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import ErrorsBetweenRuns, Rig
+from oilfilm.surface.effects import RunErrorSizes
+from surface_campaigns import PlantedErrors, fitted_law, latin, simulated
+
+
+def rig(**errors: float) -> Rig:
+    """A rig that states some errors between runs."""
+    stated = ErrorsBetweenRuns(**errors) if errors else None
+    return Rig(name="rig", source="a test", errors_between_runs=stated)
+
+
+def of_rigs(config: Settings, *rigs: Rig) -> RunAssumptions:
+    """What is known of the runs of some rigs."""
+    return RunAssumptions.of_settings(config.same_condition, rigs)
+
+
+def test_a_size_that_no_rig_states_is_that_of_usual_rigs(config: Settings) -> None:
+    assumed = of_rigs(config, rig(inlet_temperature_k=2.0))
+    assert assumed.errors.temperature_k.median == 2.0
+    assert assumed.errors.gain == RunErrorSizes().gain
+    assert "temperature_k" not in assumed.usual_errors
+    assert "gain" in assumed.usual_errors
+
+
+def test_without_a_rig_all_sizes_are_usual(config: Settings) -> None:
+    assumed = of_rigs(config)
+    assert assumed.errors == RunErrorSizes()
+    assert len(assumed.usual_errors) == 5
+
+
+def test_of_two_rigs_the_mean_square_counts(config: Settings) -> None:
+    slow, fast = rig(slip_relative=0.003), rig(slip_relative=0.004)
+    assumed = of_rigs(config, slow, fast)
+    assert assumed.errors.slip_scale.median == pytest.approx(np.sqrt(12.5e-6))
+    # a rig that states nothing has the usual size, and its size is named as usual
+    mixed = of_rigs(config, slow, rig())
+    assert "slip_scale" in mixed.usual_errors
+
+
+def test_a_surface_from_its_tables_rests_on_the_same_assumptions(config: Settings) -> None:
+    assumed = of_rigs(config, rig(inlet_temperature_k=2.0, zero_as_traction_coefficient=1e-4))
+    row = {**assumed.columns()}
+    sizes = pd.DataFrame(assumed.size_rows("4050"))
+    again = RunAssumptions.of_tables(row, sizes)
+    assert again.level_widths == assumed.level_widths
+    assert again.usual_errors == assumed.usual_errors
+    for name in ("gain", "zero", "slip_scale", "temperature_k", "noise"):
+        median = getattr(assumed.errors, name).median
+        assert getattr(again.errors, name).median == pytest.approx(median, rel=1e-12)
+
+
+def test_a_stated_temperature_error_counts_where_no_run_is_repeated(config: Settings) -> None:
+    # runs scatter by 3 K, and the usual 0.5 K is a prior that 24 runs do not outweigh in full
+    errors = PlantedErrors(temperature_k=3.0)
+    points = simulated(TRUTHS["own"], latin(), np.random.default_rng(7), errors)
+    law = fitted_law(points)
+    found = {}
+    for name, assumed in {
+        "usual": of_rigs(config),
+        "stated": of_rigs(config, rig(inlet_temperature_k=3.0)),
+    }.items():
+        surface = searched_surface("own", LAW.name, law, points, config.surface, assumed)
+        (row,) = tables.rows(surface.surfaces)
+        found[name] = row["temperature_sd_k"]
+    assert abs(found["stated"] - 3.0) < abs(found["usual"] - 3.0)
+    assert found["stated"] == pytest.approx(3.0, rel=0.3)

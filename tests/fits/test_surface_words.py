@@ -1,0 +1,62 @@
+"""What is said of a surface beside the verdict: each number that a reader needs is in it."""
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fits.run_assumptions import RunAssumptions
+from oilfilm.fits.surface_words import of_several_rigs, of_surface
+from oilfilm.tables.campaign_tables import CampaignTables
+from reports import rows
+
+VERDICT = {
+    "oil": "4050",
+    "law": "deng2026",
+    "law_verdict": "adequate",
+    "campaign_verdict": "steady",
+    "misfit": 0.0123,
+    "run_scatter": 0.0456,
+    "seen_trend_gain": 0.029,
+    "seen_step_gain": 0.017,
+}
+
+
+def said(constant_error: float = 0.002, **surface: object) -> str:
+    """Everything that is said of one surface."""
+    known = {"search_converged": True, "usual_errors": (), **surface}
+    constant = {"oil": "4050", "law": "deng2026", "constant": "A0"}
+    results = CampaignTables.in_memory(
+        surfaces=rows("surfaces", {"oil": "4050", "law": "deng2026", **known}),
+        surface_constants=rows("surface_constants", {**constant, "standard_error": constant_error}),
+        coefficients=rows("coefficients", {**constant, "standard_error": 0.004}),
+    )
+    (verdict,) = tables.rows(rows("soundness", VERDICT))
+    return " ".join(of_surface(results, "4050", verdict))
+
+
+def test_the_misfit_of_an_adequate_law_and_what_could_be_seen_are_said() -> None:
+    text = said()
+    for number in ("1.2%", "4.6%", "2.9%", "1.7%"):
+        assert number in text
+
+
+def test_errors_of_constants_are_told_over_those_of_the_fit() -> None:
+    # 0.002 over 0.004
+    assert "0.5 to 0.5 times" in said()
+    assert "0.5 to" not in said(constant_error=np.nan)
+
+
+def test_a_search_without_a_maximum_is_said() -> None:
+    assert len(said(search_converged=False)) > len(said())
+
+
+def test_several_rigs_are_counted() -> None:
+    runs = pd.DataFrame({"rig": ["a", "b", "b", "c"], "verdict": ["accepted"] * 3 + ["refused"]})
+    assert "2 rigs" in of_several_rigs(runs)
+    assert of_several_rigs(runs[runs["rig"] == "b"]) == ""
+
+
+def test_errors_that_no_rig_states_are_named() -> None:
+    usual = RunAssumptions().usual_errors
+    assert "errors_between_runs" in said(usual_errors=usual)
+    assert "errors_between_runs" not in said()

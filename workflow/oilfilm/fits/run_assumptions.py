@@ -1,0 +1,115 @@
+"""What is known of the runs of an oil before their surface is searched.
+
+The tables `surfaces` and `surface_sizes` hold it, because a surface from them must rest on it too.
+
+Decides: which sizes of errors are expected where rigs state some of them.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.settings.config import SameConditionSettings
+from oilfilm.settings.rig import Rig
+from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.measurements import LevelWidths
+
+# What stands for a search in the rows of sizes that were expected before the data.
+_EXPECTED = "expected"
+# Keys of a rig's `errors_between_runs`, by the size that they state.
+_KEY_OF_SIZE = {
+    "gain": "traction_force_relative",
+    "zero": "zero_as_traction_coefficient",
+    "slip_scale": "slip_relative",
+    "temperature_k": "inlet_temperature_k",
+    "noise": "noise_of_points_relative",
+}
+
+
+@dataclass(frozen=True)
+class RunAssumptions:
+    """What is known of the runs of an oil before their surface is searched.
+
+    Attributes:
+        level_widths: Largest range of the measured values of one level.
+        errors: Expected sizes of the errors of runs and points.
+        usual_errors: Which of these sizes no rig states, so that they are those of usual rigs.
+    """
+
+    level_widths: LevelWidths = field(default_factory=LevelWidths)
+    errors: RunErrorSizes = field(default_factory=RunErrorSizes)
+    usual_errors: tuple[str, ...] = tuple(_KEY_OF_SIZE)
+
+    @classmethod
+    def of_settings(
+        cls, same_condition: SameConditionSettings, rigs: Collection[Rig]
+    ) -> "RunAssumptions":
+        """The assumptions of a campaign.
+
+        Args:
+            same_condition: Config's `same_condition`.
+            rigs: Its rigs. Of several ones the mean square of an error counts.
+        """
+        usual = RunErrorSizes()
+        expected, not_stated = {}, []
+        for size, key in _KEY_OF_SIZE.items():
+            stated = [getattr(rig.errors_between_runs, key, None) for rig in rigs]
+            if not stated or None in stated:
+                not_stated.append(size)
+            usual_size = getattr(usual, size).median
+            known = [usual_size if value is None else value for value in stated]
+            if known:
+                expected[size] = float(np.sqrt(np.mean(np.square(known))))
+        return cls(_widths_of(same_condition), _expecting(expected), tuple(not_stated))
+
+    @classmethod
+    def of_tables(cls, row: Mapping[str, Any], sizes: pd.DataFrame) -> "RunAssumptions":
+        """The assumptions of a surface.
+
+        Args:
+            row: The oil's row of the table `surfaces`.
+            sizes: Its rows of the table `surface_sizes`.
+        """
+        expected = sizes[sizes["search"] == _EXPECTED].set_index("size")["logarithm"]
+        widths = LevelWidths(
+            row["level_width_pressure"], row["level_width_speed"], row["level_width_temperature_k"]
+        )
+        return cls(widths, _expecting(np.exp(expected).to_dict()), tuple(row["usual_errors"]))
+
+    def columns(self) -> dict[str, Any]:
+        """Columns of the table `surfaces`."""
+        return {
+            "level_width_pressure": self.level_widths.pressure,
+            "level_width_speed": self.level_widths.speed,
+            "level_width_temperature_k": self.level_widths.temperature_k,
+            "usual_errors": list(self.usual_errors),
+        }
+
+    def size_rows(self, oil: str) -> list[dict[str, Any]]:
+        """Rows of the table `surface_sizes`."""
+        rows = []
+        for size in _KEY_OF_SIZE:
+            logarithm = float(np.log(getattr(self.errors, size).median))
+            rows.append({"oil": oil, "search": _EXPECTED, "size": size, "logarithm": logarithm})
+        return rows
+
+
+def _widths_of(same_condition: SameConditionSettings) -> LevelWidths:
+    """Largest range of the values of one level, from the configuration."""
+    return LevelWidths(
+        pressure=same_condition.max_hertz_pressure,
+        speed=same_condition.entrainment_speed,
+        temperature_k=same_condition.inlet_temperature_c,
+    )
+
+
+def _expecting(medians: Mapping[str, float]) -> RunErrorSizes:
+    """Usual sizes of errors, with other medians by their names."""
+    usual = RunErrorSizes()
+    return replace(
+        usual,
+        **{size: replace(getattr(usual, size), median=value) for size, value in medians.items()},
+    )

@@ -1,0 +1,117 @@
+"""What the surface of an oil says beside the verdict on its fit, in sentences.
+
+Decides: what is said of the surface behind a verdict.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.fits.soundness_words import what_could_be_seen
+from oilfilm.tables.campaign_tables import CampaignTables
+
+# What a size of `usual_errors` is, in words.
+_ERRORS = {
+    "gain": "traction force",
+    "zero": "zero of the force",
+    "slip_scale": "slip",
+    "temperature_k": "inlet temperature",
+    "noise": "noise of points",
+}
+
+
+def of_surface(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
+    """Misfit, steadiness, search, errors of constants and what was assumed, in sentences.
+
+    Args:
+        results: Tables `surfaces`, `surface_constants` and `coefficients`.
+        oil: The oil; without a surface there is nothing to say.
+        verdict: Its row of the table `soundness`.
+    """
+    surfaces = tables.rows(results.surfaces[results.surfaces["oil"] == oil])
+    if not surfaces:
+        return []
+    (surface,) = surfaces
+    sentences = [
+        misfit_beside_scatter(verdict["misfit"], verdict["run_scatter"]),
+        what_could_be_seen(verdict),
+        end_of_search(surface["search_converged"]),
+        _errors_of_constants(results, oil),
+        _assumed(surface["usual_errors"]),
+    ]
+    return [sentence for sentence in sentences if sentence]
+
+
+def of_several_rigs(runs: pd.DataFrame) -> str:
+    """That an interval knows no rigs; empty where all accepted runs are of one rig.
+
+    Args:
+        runs: Rows of the table `runs` of one oil.
+    """
+    rigs = runs.loc[runs["verdict"] == "accepted", "rig"].nunique()
+    if rigs < 2:
+        return ""
+    return (
+        f"The runs are of {rigs} rigs, and what rigs differ by counts as scatter of runs: the "
+        "interval holds less often where a rig ran one level of a condition alone, and for another "
+        "rig."
+    )
+
+
+def misfit_beside_scatter(misfit: float, run_scatter: float) -> str:
+    """The misfit of the law beside what runs scatter; empty where one is not known.
+
+    Args:
+        misfit: Misfit of the law, relative to mu.
+        run_scatter: Change of mu by the errors of runs, relative to mu.
+    """
+    if np.isnan(misfit) or np.isnan(run_scatter):
+        return ""
+    return (
+        f"The law departs from the measurements by {misfit:.1%} of mu (rms), and runs scatter by "
+        f"{run_scatter:.1%}."
+    )
+
+
+def end_of_search(converged: bool) -> str:
+    """That the search of a surface found no maximum; empty where it did."""
+    if converged:
+        return ""
+    return (
+        "The search of the surface ended before its maximum: the interval rests on its last step."
+    )
+
+
+def _errors_of_constants(results: CampaignTables, oil: str) -> str:
+    """The errors of constants by the surface, beside those of the fit."""
+    by_surface = results.surface_constants
+    by_surface = by_surface[by_surface["oil"] == oil].set_index("constant")
+    law = by_surface["law"].iloc[0]
+    if by_surface["standard_error"].isna().all():
+        return (
+            f"The surface gives no errors of the constants of {law}: the law departs too far from "
+            "the measurements."
+        )
+    fits = results.coefficients
+    of_fit = fits[(fits["oil"] == oil) & (fits["law"] == law)].set_index("constant")
+    ratio = (by_surface["standard_error"] / of_fit["standard_error"]).dropna()
+    if ratio.empty:
+        return ""
+    return (
+        f"With the errors of runs in the model, the constants of {law} have standard errors of "
+        f"{ratio.min():.2g} to {ratio.max():.2g} times those of the fit (table surface_constants)."
+    )
+
+
+def _assumed(usual_errors: list[str]) -> str:
+    """Which errors between runs the files of rigs do not state."""
+    if not usual_errors:
+        return ""
+    names = ", ".join(_ERRORS[size] for size in usual_errors)
+    return (
+        f"Errors between runs that the rig's file does not state are assumed as on usual rigs: "
+        f"{names} (errors_between_runs)."
+    )
