@@ -19,6 +19,7 @@ from oilfilm.logs import text_rows
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
 from oilfilm.logs.columns import LoggedTable, TablesOfFile
 from oilfilm.logs.header import FULL_WIDTH
+from oilfilm.logs.likely_names import likely_names
 from oilfilm.logs.log_kind import Vocabulary
 
 _BLANKS = " "
@@ -271,6 +272,10 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> _NameLine:
     if not hint:
         first = next((line for line in plain_lines.values() if line.strip()), "")
         hint = f"; its first line is {first[:120]!r}" if first else ""
+        likely = likely_names(lines)
+        if likely is not None:
+            number, text = likely
+            hint = f"; the names seem to be in line {number}: {text.strip()[:160]!r}"
     raise ValueError(f"no line names columns of a {vocabulary.name} log{hint}")
 
 

@@ -22,7 +22,7 @@ from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.logs import base, delimited_text, lvm, parquet, pcs, tdms
 from oilfilm.logs.columns import ROWS_ADVICE, TablesOfFile, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
-from oilfilm.logs.raw_files import LARGEST_LOG
+from oilfilm.logs.raw_files import LARGEST_LOG, TOO_LITTLE_MEMORY, read_at_most
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -232,7 +232,9 @@ def read_bytes(path: Path) -> bytes:
             # to open a pipe without a writer would wait without end
             raise OilfilmError(f"{path}: is a pipe or a device; expected a file.")
         with path.open("rb") as file:
-            return file.read(LARGEST_LOG + 1)
+            return read_at_most(file, LARGEST_LOG + 1)
+    except MemoryError:
+        raise OilfilmError(f"{path}: {TOO_LITTLE_MEMORY}") from None
     except OSError as error:
         is_folder = isinstance(error, IsADirectoryError)
         advice = "Name the logs in it" if is_folder else "Check the path and its rights"

@@ -9,6 +9,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import BinaryIO
 
 from oilfilm.base.errors import OilfilmError
 
@@ -16,6 +17,9 @@ from oilfilm.base.errors import OilfilmError
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
 # Largest log in bytes, packed or unpacked. A larger one was made to fill the memory.
 LARGEST_LOG = 1 << 28
+TOO_LITTLE_MEMORY = (
+    "the memory does not suffice to read it. Give the program more memory, or end other programs."
+)
 _BLOCK_BYTES = 1 << 20
 # Number of faults or names in a message; the others are counted.
 _MOST_LISTED = 20
@@ -27,6 +31,27 @@ _LOCK_FILE = "~$"
 _UNFIT = re.compile(
     r"[{}<>\\\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
 )
+
+
+def read_at_most(file: BinaryIO, most: int) -> bytes:
+    """The first bytes of a file; memory is taken for the bytes that it has.
+
+    Args:
+        file: The file, open.
+        most: Largest number of bytes.
+    """
+    # a plain `read(most)` takes memory for `most` bytes, however small the file is
+    size = os.fstat(file.fileno()).st_size
+    content = file.read(min(size, most))
+    if len(content) == most:
+        return content
+    # a file may grow, and some say no size
+    blocks = [content]
+    left = most - len(content)
+    while blocks[-1] and left > 0:
+        blocks.append(file.read(min(_BLOCK_BYTES, left)))
+        left -= len(blocks[-1])
+    return b"".join(blocks)
 
 
 def raw_files(folder: Path) -> list[str]:
@@ -187,13 +212,15 @@ class RawLogs:
         for name, path in self.paths.items():
             try:
                 with path.open("rb") as file:
-                    content = file.read(LARGEST_LOG + 1)
+                    content = read_at_most(file, LARGEST_LOG + 1)
                     digest = hashlib.sha256(content)
                     # a larger log is refused for its size, but listed with its complete digest
                     block = file.read(_BLOCK_BYTES)
                     while block:
                         digest.update(block)
                         block = file.read(_BLOCK_BYTES)
+            except MemoryError:
+                raise OilfilmError(f"{self.folder / name}: {TOO_LITTLE_MEMORY}") from None
             except OSError as error:
                 raise OilfilmError(
                     f"{self.folder / name}: cannot be read ({error.strerror}). Check its rights. "
