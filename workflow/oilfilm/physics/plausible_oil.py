@@ -48,12 +48,12 @@ class OilFault:
     """A property that no oil has.
 
     Attributes:
-        property: The property that is wrong.
+        quantity: The property that is wrong.
         found: What was found.
         expected: What every oil has.
     """
 
-    property: Property
+    quantity: Property
     found: str
     expected: str
 

@@ -473,7 +473,7 @@ class OilKeys(Group):
             temperatures_c += [temperature_k + ABSOLUTE_ZERO_C for temperature_k, _ in rows]
         oil = self.properties()
         for fault in plausible_oil.faults(oil, min(temperatures_c), max(temperatures_c)):
-            yield self.keys_of[fault.property], f"{fault.sentence} Check the numbers and the units."
+            yield self.keys_of[fault.quantity], f"{fault.sentence} Check the numbers and the units."
 
     # Keys to blame for a property.
     keys_of: ClassVar[dict[plausible_oil.Property, tuple[str, ...]]] = {
