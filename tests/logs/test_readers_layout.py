@@ -141,7 +141,7 @@ REFUSED = {
     ),
     "two columns of one name": (
         log([*NAMES, "Load"], [*UNITS, "N"], [[*row, "82"] for row in ROWS]),
-        "repeats the column 'load'",
+        "'load' and 'Load' are both the quantity 'load'",
     ),
     "month or day": (
         log(rows=timed("03/01/2026 10:15:00", "03/01/2026 10:15:01")),

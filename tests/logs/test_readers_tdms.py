@@ -46,8 +46,8 @@ def test_time_follows_from_the_sampling_interval_where_no_channel_has_it(read) -
     clock = {"wf_increment": 0.02, "wf_start_offset": 1.5}
     (run,) = read(without_time(40, 5 * [clock])).runs
     np.testing.assert_allclose(run.samples["time_s"], 1.5 + 0.02 * np.arange(40), rtol=1e-12)
-    # channels with clocks of their own give none
-    (refusal,) = read(without_time(40, [clock, *4 * [{"wf_increment": 0.04}]])).refusals
+    # a channel without a clock has no time
+    (refusal,) = read(without_time(40, [clock, *3 * [{"wf_increment": 0.04}], {}])).refusals
     assert "columns time" in refusal.reason
 
 

@@ -21,12 +21,11 @@ from oilfilm.api.arrays import ArrayFit, fit_points
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import PA_PER_GPA, FloatArray, possible_conversion
-from oilfilm.logs import delimited_text
+from oilfilm.logs import delimited_text, workbook
 from oilfilm.logs.base import UnreadableLogError
-from oilfilm.logs.columns import LoggedTable
 from oilfilm.logs.header import split_unit
 from oilfilm.logs.ingest import read_bytes, unpack
-from oilfilm.logs.sheet_file import checked_workbook
+from oilfilm.logs.logged_table import LoggedTable
 from oilfilm.logs.sniff import Guesses, has_word, unit_in_name
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
@@ -64,7 +63,6 @@ _LARGEST_SLIP = 2.0
 _HOTTEST_C = 300.0
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 # First bytes of a file.
-_EXCEL_SIGNATURE = b"PK\x03\x04"
 _PARQUET_SIGNATURE = b"PAR1"
 # Laws that are fitted to a table of load or of pressure if none is named.
 _LAW_OF_LOAD = "wang-deng-load"
@@ -218,19 +216,82 @@ def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
         OilfilmError: A column is missing, doubtful or without a unit, or a number is impossible.
     """
     if isinstance(table, pd.DataFrame):
-        mu_table = MuTable("the data frame")
-        text = _tab_separated(table)
+        name = "the data frame"
+        texts = [("", _tab_separated(table))]
     else:
-        mu_table = MuTable(str(table))
-        text = _file_text(Path(table), mu_table)
+        name = str(table)
+        texts = _file_texts(Path(table), MuTable(name))
+    parts: list[tuple[str, MuTable]] = []
+    faults: dict[str, OilfilmError] = {}
+    for title, text in texts:
+        try:
+            parts.append((title, _table_of_text(text, MuTable(name))))
+        except OilfilmError as error:
+            faults[title] = error
+    if not parts:
+        # the sheet that comes nearest to a table has the most text
+        raise faults[max(texts, key=lambda title_and_text: len(title_and_text[1]))[0]]
+    mu_table = parts[0][1] if len(parts) == 1 else _joined_sheets(parts, MuTable(name))
+    if faults and len(parts) == 1:
+        mu_table.notes.append(f"the sheet {parts[0][0]!r} is read")
+    for title, fault in faults.items():
+        reason = str(fault).removeprefix(f"{name}: ")
+        mu_table.notes.append(f"the sheet {title!r} is not read: {cut(reason)}")
+    return mu_table
+
+
+def _joined_sheets(parts: Sequence[tuple[str, MuTable]], joined: MuTable) -> MuTable:
+    """One table of several sheets. Where a sheet names no oil, its title does.
+
+    Raises:
+        OilfilmError: The sheets have different conditions.
+    """
+    columns = {title: set(map(str, part.points)) - {"oil", "curve"} for title, part in parts}
+    if len(set(map(frozenset, columns.values()))) > 1:
+        listed = "; ".join(f"{title!r}: {', '.join(sorted(of))}" for title, of in columns.items())
+        raise joined.error(
+            f"its sheets have different conditions: {listed}.",
+            "Give all sheets the same columns, or save the sheet to be fitted alone.",
+        )
+    frames: list[pd.DataFrame] = []
+    for title, part in parts:
+        points = part.points
+        if "oil" not in points:
+            points = points.assign(oil=title)
+        if "curve" in points:
+            points = points.assign(curve=title + " " + points["curve"].astype(str))
+        frames.append(points)
+    joined.points = pd.concat(frames, ignore_index=True)
+    titles = ", ".join(repr(title) for title, _ in parts)
+    joined.notes = [*parts[0][1].notes, f"the sheets {titles} are read"]
+    for _, part in parts[1:]:
+        joined.notes += [note for note in part.notes if note not in joined.notes]
+    return joined
+
+
+def _table_of_text(text: bytes, mu_table: MuTable) -> MuTable:
+    """The table in a text: of all blocks that repeat the line of names.
+
+    Raises:
+        OilfilmError: As by `read_mu_table`.
+    """
     try:
-        form, (logged,) = delimited_text.tables(text, VOCABULARY)
+        form, blocks = delimited_text.tables(text, VOCABULARY)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
         raise mu_table.error(f"{error.refusal.reason}.", advice) from None
-    columns = _columns(logged, mu_table)
-    _add_points(mu_table, logged, columns)
-    _add_labels(mu_table, logged, columns, _DELIMITERS.get(form.delimiter))
+    frames: list[pd.DataFrame] = []
+    notes: list[str] = []
+    for logged in blocks:
+        mu_table.notes = list(logged.notes)
+        mu_table.points = pd.DataFrame()
+        columns = _columns(logged, mu_table)
+        _add_points(mu_table, logged, columns)
+        _add_labels(mu_table, logged, columns, _DELIMITERS.get(form.delimiter))
+        frames.append(mu_table.points)
+        notes += [note for note in mu_table.notes if note not in notes]
+    mu_table.points = pd.concat(frames, ignore_index=True)
+    mu_table.notes = notes
     return _without_gaps(mu_table)
 
 
@@ -265,20 +326,25 @@ def _index_of_label(names: Sequence[str], words: str, names_in_use: set[str]) ->
     return None
 
 
-def _file_text(path: Path, mu_table: MuTable) -> bytes:
-    """A file as text: a workbook's first sheet and Parquet as tab-separated values."""
+def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
+    """Title and text of each sheet of a workbook; another file is one text without a title.
+
+    Raises:
+        OilfilmError: The file cannot be read.
+    """
     content = unpack(read_bytes(path))
     try:
         if content.startswith(_PARQUET_SIGNATURE):
-            return _tab_separated(pd.read_parquet(io.BytesIO(content)))
-        if content.startswith(_EXCEL_SIGNATURE):
-            # a sheet may have lines above the names
-            sheet = pd.read_excel(checked_workbook(content), header=None, dtype=object)
-            return sheet.to_csv(sep="\t", index=False, header=False).encode()
+            return [("", _tab_separated(pd.read_parquet(io.BytesIO(content))))]
+        if content.startswith(workbook.SIGNATURE):
+            sheets = workbook.sheet_texts(content)
+            if not sheets:
+                raise ValueError("no sheet has a cell")
+            return sheets
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
         raise mu_table.error(reason, "Export it again, or as csv.") from error
-    return content
+    return [("", content)]
 
 
 def _tab_separated(frame: pd.DataFrame) -> bytes:

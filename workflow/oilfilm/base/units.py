@@ -88,7 +88,9 @@ def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | Non
     """As `conversion`, but None where there is none."""
     if unit in targets:
         return Conversion(unit)
-    pint_unit = _pint_units().get(unit.strip().lower(), unit.strip())
+    spelling = unit.strip()
+    spellings = _pint_units()
+    pint_unit = spellings.get(spelling) or spellings.get(spelling.lower(), spelling)
     if len(pint_unit) > _LONGEST_UNIT or not _PRODUCT.fullmatch(pint_unit):
         return None
     for target in targets:

@@ -17,6 +17,8 @@ IndexArray = npt.NDArray[np.int64]
 # Columns of a log: the name of each, and the unit beside or below it (empty where there is none).
 NamesAndUnits = list[tuple[str, str]]
 
+# Rule of a note on how a log was read. It refuses nothing.
+READING_NOTE = "reading_note"
 COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
 
 # These limits hold whatever the settings of a campaign are.

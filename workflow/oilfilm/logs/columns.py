@@ -6,19 +6,21 @@ Decides: which rows are refused for their cells.
 """
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+import pandas as pd
 
 from oilfilm.base.errors import printable
 from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
 from oilfilm.logs import base
+from oilfilm.logs.clocks import with_time
 from oilfilm.logs.log_kind import Column, LogKind, UsableLog, Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 from oilfilm.logs.run_sheet import Labels, RunSheet
+from oilfilm.logs.runs_in_table import runs_in_table
 from oilfilm.logs.text_rows import DAY
 from oilfilm.settings.resolved import Settings
 
@@ -40,48 +42,8 @@ _KEYS_WITH_COLUMN = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS
 _MOST_STATED_KEYS = 30
 # Of the columns of a log that the table of runs names.
 _MOST_NAMES, _LONGEST_NAME = 200, 100
+_NOTE_ADVICE = "Nothing to do if that is right."
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
-Values = npt.NDArray[Any]
-
-
-@dataclass(frozen=True)
-class LoggedTable:
-    """One run as a format found it: what every reader gives.
-
-    Attributes:
-        keys: Header keys, as `plain_key` makes them.
-        names: Names of all columns.
-        units: Unit beside each name; empty where there is none.
-        values: Gives the columns with some indices, each of shape (rows,). A cell without a number
-            is NaN.
-        rows: Number of rows, good and bad.
-        run_name: Name of the run in its file; empty where the file is one run.
-        columns: The columns that make a run, where the format itself says it.
-        flaw: Why the run cannot be used; None where it can.
-        problem: Why nothing of the run can be read; None where it can.
-        clocks: Start, increment and unit of the time of evenly sampled columns, by their index.
-        cut_row_cells: Number of cells of the last row where it has no line end; else 0.
-        show: Gives a row as the file has it. Without it the numbers are shown.
-        contradictory: Rows that contradict themselves, where the format can show it.
-    """
-
-    keys: Mapping[str, str]
-    names: Sequence[str]
-    units: Sequence[str]
-    values: Callable[[Sequence[int]], Sequence[Values]]
-    rows: int
-    run_name: str = ""
-    columns: Sequence[Column] = ()
-    flaw: base.Refusal | None = None
-    problem: base.Refusal | None = None
-    clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
-    cut_row_cells: int = 0
-    show: Callable[[int], str] | None = None
-    contradictory: BoolArray | None = None
-
-
-# What a reader finds in a file: how the text is written, and its tables.
-TablesOfFile = tuple[base.TextForm, Iterable[LoggedTable]]
 
 
 def read_tables(
@@ -89,29 +51,101 @@ def read_tables(
 ) -> base.Reading:
     """The runs in the tables of a file, and what was refused of them."""
     form = tables_of_file[0]
-    tables = list(tables_of_file[1])
-    read_as = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
     rows = 0
-    runs: list[base.LoggedRun] = []
-    refusals: list[base.Refusal] = []
-    for table in tables:
-        labels = sheet.labels(file, table.run_name, table.keys, settings)
-        try:
-            run, refused = _read_table(table, labels, rows + 1, form, settings, kind)
-            runs.append(run)
-        except (ValueError, base.UnreadableLogError) as error:
-            problem = base.Refusal("columns", f"{error}{read_as}", kind.vocabulary.advice)
-            if isinstance(error, base.UnreadableLogError):
-                problem = error.refusal
-            problem = labels.with_exclusion(problem)
-            run_id = labels.run_id if table.run_name else ""
-            refused = [problem.of_rows(run_id, rows + 1, rows + table.rows)]
-        rows += table.rows
-        refusals += refused
-        refusals += labels.remarks
-    run_names = [table.run_name for table in tables if table.run_name]
-    refusals += sheet.unmatched_rows(file, run_names)
-    return base.Reading(rows, runs, refusals, form)
+    reading = base.Reading(0, form=form)
+    run_names: list[str] = []
+    context = _Context(file, form, settings, kind, sheet)
+    for table in tables_of_file[1]:
+        run_tables = _runs_in(table, settings, kind)
+        for run_table in run_tables:
+            run_names += _read_run(run_table, rows + 1, reading, context)
+        rows += sum(run_table.rows for run_table in run_tables)
+    refusals = [*reading.refusals, *sheet.unmatched_rows(file, run_names)]
+    return replace(reading, rows=rows, refusals=refusals)
+
+
+def _runs_in(table: LoggedTable, settings: Settings, kind: LogKind) -> list[LoggedTable]:
+    """The runs in a table, with its time. Its columns are converted once for all of them."""
+    vocabulary = kind.vocabulary_of(settings.campaign)
+    table = with_time(table, vocabulary)
+    converted: dict[int, Values] = {}
+
+    def values(indices: Sequence[int]) -> list[Values]:
+        missing = [index for index in indices if index not in converted]
+        if missing:
+            converted.update(zip(missing, table.values(missing), strict=True))
+        return [converted[index] for index in indices]
+
+    return runs_in_table(replace(table, values=values), vocabulary, settings)
+
+
+@dataclass(frozen=True)
+class _Context:
+    """What the runs of one file share: its name, how its text is written, what judges them."""
+
+    file: str
+    form: base.TextForm
+    settings: Settings
+    kind: LogKind
+    sheet: RunSheet
+
+
+def _read_run(
+    table: LoggedTable, first_row: int, reading: base.Reading, context: _Context
+) -> list[str]:
+    """Add the run of a table, or why it is refused, to the reading of its file.
+
+    A run at several set points is added as several runs.
+
+    Returns:
+        The names of the runs in the file; none where the file is one run.
+    """
+    form, kind = context.form, context.kind
+    read_as = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
+    labels = context.sheet.labels(context.file, table.run_name, table.keys, context.settings)
+    try:
+        run, refused = _read_table(table, labels, first_row, form, context.settings, kind)
+        parts = _parts_at_set_points(table, run, first_row, kind)
+        if len(parts) > 1:
+            return [name for part in parts for name in _read_run(part, first_row, reading, context)]
+        reading.runs.append(run)
+    except (ValueError, base.UnreadableLogError) as error:
+        problem = base.Refusal("columns", f"{error}{read_as}", kind.vocabulary.advice)
+        if isinstance(error, base.UnreadableLogError):
+            problem = error.refusal
+        problem = labels.with_exclusion(problem)
+        run_id = labels.run_id if table.run_name else ""
+        rows = base.unbroken_ranges(table.numbers_of_rows(first_row))
+        # a table without rows is refused, too
+        rows = rows or [(first_row, first_row - 1)]
+        refused = [problem.of_rows(run_id, first, last) for first, last in rows]
+    reading.refusals.extend(refused)
+    reading.refusals.extend(labels.remarks)
+    return [table.run_name] if table.run_name else []
+
+
+def _parts_at_set_points(
+    table: LoggedTable, run: base.LoggedRun, first_row: int, kind: LogKind
+) -> list[LoggedTable]:
+    """The parts of a run at different set points; the table itself where it has one."""
+    # some formats say themselves what a run is
+    rows_of_parts = [] if table.columns else kind.rows_of_set_points(run)
+    if len(rows_of_parts) < 2:
+        return [table]
+    # rows that cannot be used belong to the part before them
+    firsts = [int(run.samples["row"][rows[0]]) for rows in rows_of_parts[1:]]
+    splits = np.searchsorted(table.numbers_of_rows(first_row), firsts)
+    listed_rows = ", ".join(map(str, firsts[:10]))
+    note = (
+        f"the load or the speed changes to another set point at row {listed_rows}; the rows "
+        f"before and after are runs of their own"
+    )
+    parts: list[LoggedTable] = []
+    for number, rows in enumerate(np.split(np.arange(table.rows), splits), start=1):
+        name = f"{table.run_name} setpoint{number}".strip()
+        part = table.part(rows, name, table.keys)
+        parts.append(part.with_note(note))
+    return parts
 
 
 def _read_table(
@@ -131,17 +165,18 @@ def _read_table(
     if table.problem:
         raise base.UnreadableLogError.from_refusal(table.problem)
     vocabulary = kind.vocabulary_of(settings.campaign)
-    table = _with_time(table, vocabulary)
     not_needed = kind.not_needed(labels.keys, settings)
-    columns = table.columns or vocabulary.columns(table.names, table.units, not_needed)
+    names, table = _without_twins(table, vocabulary)
+    columns = table.columns or vocabulary.columns(names, table.units, not_needed)
     problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
     first_problem = next(filter(None, problems), None)
     if first_problem:
         raise base.UnreadableLogError.from_refusal(first_problem)
     logged = _numbers(table, columns)
     values, readable = _converted(logged)
-    rows = np.arange(first_row, first_row + table.rows)
+    rows = table.numbers_of_rows(first_row)
     good, refusals = _good_rows(table, list(logged.values()), readable, rows)
+    refusals += [base.Refusal(base.READING_NOTE, note, _NOTE_ADVICE) for note in table.notes]
     refusals = [replace(refusal, run_id=labels.run_id) for refusal in refusals]
     if not good.all():
         rows = rows[good]
@@ -156,6 +191,33 @@ def _read_table(
         _understood(table, labels, logged),
     )
     return kind.run(log, settings), refusals
+
+
+def _without_twins(table: LoggedTable, vocabulary: Vocabulary) -> tuple[list[str], LoggedTable]:
+    """The names of a table, empty for a column that repeats an earlier one, and notes on these.
+
+    Two columns of one quantity with the same numbers are one column.
+    """
+    names = list(table.names)
+    if table.columns:
+        return names, table
+    first_of: dict[str, int] = {}
+    notes: list[str] = []
+    meanings = vocabulary.meanings(table.names, table.units)
+    for index, (quantity, unit) in meanings.items():
+        first = first_of.setdefault(quantity, index)
+        if first == index or unit != meanings[first][1]:
+            continue
+        numbers, twin_numbers = table.values([first, index])
+        if numbers.dtype.kind not in "iuf" or twin_numbers.dtype.kind not in "iuf":
+            continue
+        if np.array_equal(numbers, twin_numbers, equal_nan=True):
+            notes.append(
+                f"the columns {names[first][:60]!r} and {names[index][:60]!r} hold the same "
+                "numbers; the first of them is used"
+            )
+            names[index] = ""
+    return names, replace(table, notes=(*table.notes, *notes))
 
 
 def _good_rows(
@@ -174,7 +236,7 @@ def _good_rows(
     if table.cut_row_cells:
         ended[-1] = False
     refusals = [
-        _unreadable(table, logged, first, last, first - int(rows[0]))
+        _unreadable(table, logged, first, last, int(np.searchsorted(rows, first)))
         for first, last in base.unbroken_ranges(rows[ended & ~readable])
     ]
     good = readable & ended
@@ -344,27 +406,6 @@ def _two_decimal_marks(
     return base.Refusal("decimal_marks", reason)
 
 
-def _with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
-    """The table with time made of the sampling interval, where no column has it."""
-    meanings = vocabulary.meanings(table.names, table.units)
-    clocks = {table.clocks[index] for index in meanings if index in table.clocks}
-    has_time = any(quantity == "time" for quantity, _ in meanings.values())
-    if len(clocks) != 1 or has_time:
-        return table
-    start, increment, unit = clocks.pop()
-    time_index = len(table.names)
-
-    def values(indices: Sequence[int]) -> list[Values]:
-        logged_indices = [index for index in indices if index != time_index]
-        logged = dict(zip(logged_indices, table.values(logged_indices), strict=True))
-        logged[time_index] = start + increment * np.arange(table.rows)
-        return [logged[index] for index in indices]
-
-    names = [*table.names, "time"]
-    units = [*table.units, unit]
-    return replace(table, names=names, units=units, values=values)
-
-
 def _numbers(table: LoggedTable, columns: Sequence[Column]) -> dict[Column, FloatArray]:
     """The columns with their numbers as logged, without spare ones that hold none.
 
@@ -423,3 +464,15 @@ def header_text(value: object) -> str:
     if isinstance(value, float) and value.is_integer():
         return str(int(value))
     return str(value).strip()
+
+
+def texts_of(values: Values) -> Texts:
+    """Numbers or texts of a binary format as a text log would write them; missing ones are empty.
+
+    Args:
+        values: Values of a column, shape (rows,).
+    """
+    codes, different = pd.factorize(values)
+    # the code of a missing value is -1
+    texts = [*(header_text(value) for value in different.tolist()), ""]
+    return np.array(texts, dtype=object)[codes]

@@ -9,18 +9,18 @@ Decides: how the layout of a text log is found.
 import csv
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import suppress
-from dataclasses import dataclass
-from itertools import zip_longest
+from dataclasses import dataclass, replace
+from itertools import pairwise, zip_longest
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs import text_rows
-from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows
-from oilfilm.logs.columns import LoggedTable, TablesOfFile
+from oilfilm.logs import base, text_rows
+from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows, parse_decimal
 from oilfilm.logs.header import FULL_WIDTH
 from oilfilm.logs.likely_names import likely_names
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 _BLANKS = " "
 _DELIMITERS = (",", ";", "\t", "|")
@@ -81,6 +81,7 @@ class _NameLine:
 
 def recognises(head: bytes) -> bool:
     """True for any text."""
+    head = text_rows.without_zero_blocks(head)
     text = text_rows.normalise(head).decode("utf-8", "replace")
     letters = text.lstrip("\ufeff \n")[:_LETTERS_JUDGED]
     control = [letter for letter in letters if not (letter.isprintable() or letter.isspace())]
@@ -92,9 +93,34 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
     encoding = text_rows.encoding_of(content)
     text = text_rows.normalise(content, encoding)
+    check_rows(max(text_rows.count_rows(text) - 1, 0))
+    first_form, first_table = _table(text, encoding, vocabulary)
+    blocks = _blocks(text, vocabulary)
+    if len(blocks) < 2:
+        return first_form, [first_table]
+    tables_of_blocks = [_table(block, encoding, vocabulary)[1] for block in blocks]
+    names = base.distinct_names(f"block{number}" for number, _ in enumerate(blocks, start=1))
+    return first_form, [
+        replace(table, run_name=name, keys=keys)
+        for table, name, keys in zip(
+            tables_of_blocks, names, _keys_of_blocks(tables_of_blocks), strict=True
+        )
+    ]
+
+
+def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm, LoggedTable]:
+    """How a text with one line of names is written, and its table.
+
+    Args:
+        text: The text, as `normalise` gives it.
+        encoding: The encoding of the file.
+        vocabulary: The names that are known.
+
+    Raises:
+        UnreadableLogError: No line names columns, or a row is above it.
+    """
     # one of the lines may be that of the names
     rows = max(text_rows.count_rows(text) - 1, 0)
-    check_rows(rows)
     try:
         head = _find_head(text, vocabulary)
         # a row may be above the names: all lines count
@@ -112,19 +138,149 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         head.units[stamps[0]] = "s"
     body, delimiter, start = _plain_cells(body, head, start)
     decimal_mark, group_mark = _marks(head, delimiter, meanings.keys() - stamps)
+    keys = _header_keys(head.header, head.delimiter)
+    may_grow = "time" in vocabulary.required and keys.get("log_kind") != "steps"
+    body, notes = _with_line_end(body, start, delimiter, len(head.names), may_grow=may_grow)
     table = text_rows.TextTable(
         body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start
     )
     logged = LoggedTable(
-        _header_keys(head.header, head.delimiter),
+        keys,
         head.names,
         head.units,
         table.numbers,
         table.rows,
         cut_row_cells=table.cut_row_cells,
         show=table.show,
+        texts=table.texts,
+        notes=notes,
     )
-    return TextForm.from_marks(encoding, head.delimiter, decimal_mark), [logged]
+    return TextForm.from_marks(encoding, head.delimiter, decimal_mark), logged
+
+
+def _blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
+    """The parts of a text that each have header lines and the same line of names above rows.
+
+    Programs of rigs write one for each step. A line of names that a logger repeats without header
+    lines, while time goes on, begins no block.
+    """
+    head = _find_head(text, vocabulary)
+    names_at = _start_of_line(text, len(head.header))
+    line_of_names = text[names_at : text.find(b"\n", names_at) + 1]
+    starts = [0]
+    found = text.find(b"\n" + line_of_names, names_at) if line_of_names else -1
+    while found >= 0:
+        start = _start_of_header(text, found + 1, head)
+        has_header = start < found + 1
+        if has_header or not _time_goes_on(text, found + 1, head, vocabulary):
+            starts.append(start)
+        found = text.find(b"\n" + line_of_names, found + 1)
+    return [text[start:stop] for start, stop in pairwise([*starts, len(text)])]
+
+
+def _with_line_end(
+    body: bytes, start: int, delimiter: str, width: int, *, may_grow: bool
+) -> tuple[bytes, tuple[str, ...]]:
+    """The rows, the last one ended where it is complete, and a note that says so.
+
+    The last row is complete where it has all its cells and its last number is as long as those
+    above it: a number that was cut is shorter. In a log that may still be written, all of them
+    must have the same number of decimals, too.
+
+    Args:
+        body: A text that ends in the rows.
+        start: Position of the first row.
+        delimiter: Character between cells.
+        width: Number of cells of a row.
+        may_grow: Whether the log may still be written; settled readings are a finished table.
+    """
+    if body.endswith(b"\n") or len(body) <= start:
+        return body, ()
+    lines = body[max(start, len(body) - text_rows.HEAD_BYTES) :].decode("utf-8", "replace")
+    *rows_above, last_row = [line.split(delimiter) for line in lines.split("\n")]
+    lengths = [_length_of_number(row[-1]) for row in rows_above if len(row) == width]
+    if len(last_row) != width or not lengths:
+        return body, ()
+    whole, decimals = _length_of_number(last_row[-1])
+    shortest_whole = min(length for length, _ in lengths)
+    fewest_decimals = min(length for _, length in lengths)
+    most_decimals = max(length for _, length in lengths)
+    if whole < shortest_whole or decimals < fewest_decimals:
+        return body, ()
+    if may_grow and decimals < most_decimals:
+        return body, ()
+    note = (
+        "the last row has no line end; it is used, because it has all its cells and its last "
+        "number is as long as those above it"
+    )
+    return body + b"\n", (note,)
+
+
+def _length_of_number(cell: str) -> tuple[int, int]:
+    """Letters of a number before and behind its decimal mark; -1 and -1 without a number."""
+    number = _bare(cell)
+    if not _is_number(number):
+        return -1, -1
+    whole, _, decimals = number.lstrip("+-").replace(",", ".").partition(".")
+    return len(whole), len(decimals)
+
+
+def _start_of_line(text: bytes, number: int) -> int:
+    """Position of the line with a number, from 0."""
+    position = 0
+    for _ in range(number):
+        position = text.index(b"\n", position) + 1
+    return position
+
+
+def _start_of_header(text: bytes, names_at: int, head: _Head) -> int:
+    """Position of the first header line above a line of names: behind the last row above it.
+
+    Args:
+        text: The text.
+        names_at: Position of the line of names.
+        head: The lines above the first row.
+    """
+    start = names_at
+    while start > 0:
+        above = text.rfind(b"\n", 0, start - 1) + 1
+        line = text[above : start - 1].decode("utf-8", "replace")
+        cells = _split(line, head.delimiter)
+        numbers = [cell for cell in cells if _is_number(cell) or text_rows.is_stamp(cell)]
+        if len(cells) >= len(head.names) and len(numbers) > len(cells) / 2:
+            return start
+        start = above
+    return start
+
+
+def _time_goes_on(text: bytes, names_at: int, head: _Head, vocabulary: Vocabulary) -> bool:
+    """Whether time rises from the row above a repeated line of names to the row below it."""
+    meanings = vocabulary.meanings(head.names, head.units)
+    time = next((index for index, (quantity, _) in meanings.items() if quantity == "time"), None)
+    if time is None:
+        return False
+    above = text[:names_at].rstrip(b"\n").rpartition(b"\n")[2]
+    times: list[str] = []
+    lines_below = text[names_at : names_at + text_rows.HEAD_BYTES].split(b"\n")[1:3]
+    for line in (above, *lines_below):
+        cells = _split(line.decode("utf-8", "replace"), head.delimiter)
+        cell = cells[time].strip('" ') if time < len(cells) else ""
+        if cell[:1].isdigit():
+            times.append(cell)
+    if len(times) < 2:
+        return False
+    try:
+        return parse_decimal(times[1]) > parse_decimal(times[0])
+    except ValueError:
+        # time stamps of one log have one form
+        return times[1] > times[0]
+
+
+def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
+    """Header keys of each block, with those above the first block that no other block gives."""
+    of_other_blocks = {key for table in tables[1:] for key in table.keys}
+    of_file = {key: text for key, text in tables[0].keys.items() if key not in of_other_blocks}
+    return [of_file | dict(table.keys) for table in tables]
 
 
 def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
@@ -272,11 +428,26 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> _NameLine:
     if not hint:
         first = next((line for line in plain_lines.values() if line.strip()), "")
         hint = f"; its first line is {first[:120]!r}" if first else ""
+        commented = _names_in_comment(comments.values(), first)
         likely = likely_names(lines)
-        if likely is not None:
+        if commented:
+            hint = f"; the names in its comment are {commented[:120]!r}"
+        elif likely is not None:
             number, text = likely
             hint = f"; the names seem to be in line {number}: {text.strip()[:160]!r}"
     raise ValueError(f"no line names columns of a {vocabulary.name} log{hint}")
+
+
+def _names_in_comment(comments: Collection[str], row: str) -> str:
+    """The last comment that has as many cells as a row, and no number; empty without one."""
+    names = ""
+    for delimiter in _DELIMITERS:
+        width = len(_split(row, delimiter))
+        for comment in comments:
+            cells = _split(comment, delimiter)
+            if width > 1 and len(cells) == width and not any(map(_is_number, cells)):
+                names = comment
+    return names
 
 
 def _best_line_of_names(lines: Mapping[int, str], vocabulary: Vocabulary) -> _NameLine | None:

@@ -19,10 +19,11 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.logs import base, delimited_text, lvm, parquet, pcs, tdms
-from oilfilm.logs.columns import ROWS_ADVICE, TablesOfFile, read_tables
+from oilfilm.logs import base, delimited_text, lvm, matlab, parquet, pcs, tdms, workbook
+from oilfilm.logs.columns import ROWS_ADVICE, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
-from oilfilm.logs.raw_files import LARGEST_LOG, TOO_LITTLE_MEMORY, read_at_most
+from oilfilm.logs.logged_table import TablesOfFile
+from oilfilm.logs.raw_files import LARGEST_LOG, TOO_LITTLE_MEMORY, read_beginning
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -54,22 +55,28 @@ READERS: dict[str, Reader] = {
     "parquet": parquet,
     "lvm": lvm,
     "pcs": pcs,
+    "xlsx": workbook,
+    "mat": matlab,
     "csv": delimited_text,
 }
 # First bytes of files that are no logs -> what they are.
 FOREIGN = {
-    b"PK\x03\x04": "an Excel workbook or a zip archive: export it as csv, or unpack it",
+    b"PK\x03\x04": "a zip archive: unpack it",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls): save it as xlsx or csv",
+    b"\x89HDF": "an HDF5 file: export the channels as csv, or save a MATLAB file with -v7",
     b"TDSh": "the index of a tdms log without its data: take the file .tdms beside it",
     b"\x1f\x8b": "a log that was packed twice: unpack it once",
 }
+# It is near the beginning of an OpenDocument spreadsheet, which is a zip archive.
+_OPEN_DOCUMENT = b"application/vnd.oasis.opendocument.spreadsheet"
 # Formats that a library reads. Any error that it raises shows a damaged file.
-BINARY = frozenset({"tdms", "parquet"})
+BINARY = frozenset({"tdms", "parquet", "xlsx", "mat"})
 
 
 def recognised_format(content: bytes) -> str | None:
     """The name of the format of a file's bytes; None where no reader recognises them."""
     head = content[:4096]
-    if head.startswith(tuple(FOREIGN)):
+    if head.startswith(tuple(FOREIGN)) and not workbook.recognises(head):
         return None
     return next((name for name, reader in READERS.items() if reader.recognises(head)), None)
 
@@ -232,7 +239,7 @@ def read_bytes(path: Path) -> bytes:
             # to open a pipe without a writer would wait without end
             raise OilfilmError(f"{path}: is a pipe or a device; expected a file.")
         with path.open("rb") as file:
-            return read_at_most(file, LARGEST_LOG + 1)
+            return read_beginning(file)
     except MemoryError:
         raise OilfilmError(f"{path}: {TOO_LITTLE_MEMORY}") from None
     except OSError as error:
@@ -311,6 +318,8 @@ def _unknown_format(content: bytes) -> base.UnreadableLogError:
         for first_bytes, foreign in FOREIGN.items():
             if content.startswith(first_bytes):
                 description = foreign
+        if _OPEN_DOCUMENT in content[:100]:
+            description = "an OpenDocument spreadsheet (.ods): save it as xlsx or csv"
         reason = f"the format is not known: the file is {description}"
     else:
         reason = "the file is empty"

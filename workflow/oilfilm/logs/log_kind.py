@@ -183,7 +183,15 @@ class Vocabulary:
         counts = Counter(quantity for quantity, _ in meanings.values())
         for quantity, count in counts.items():
             if count > 1:
-                raise ValueError(f"the log repeats the column {quantity!r}")
+                same = [
+                    names[index] for index, meaning in meanings.items() if meaning[0] == quantity
+                ]
+                logged = " and ".join(repr(name[:60]) for name in same)
+                raise ValueError(
+                    f"the columns {logged} are both the quantity {quantity!r} and hold different "
+                    f"numbers; list the one that counts under `{self.columns_key}` of the campaign "
+                    "file, or rename the other"
+                )
         chosen = self._chosen_alternative(counts.keys() | not_needed)
         needed = self._needed(chosen, counts.keys(), not_needed)
         # before the units: a log of another kind gets the message that columns are missing
@@ -331,6 +339,10 @@ def _needs_all_quantities(keys: Mapping[str, str], settings: Settings) -> Set[st
     return frozenset()
 
 
+def _all_rows(run: base.LoggedRun) -> list[base.IndexArray]:
+    return [np.arange(len(run))]
+
+
 @dataclass(frozen=True)
 class LogKind:
     """A kind of log: it makes a run of the names, units, keys and numbers that a format finds.
@@ -346,6 +358,7 @@ class LogKind:
         run: Makes the run of a log.
         sheet_keys: Header keys that the run sheet may give beside the oil.
         not_needed: Quantities for which a log with these header keys needs no column.
+        rows_of_set_points: The rows of each set point of a run that are runs of their own.
     """
 
     vocabulary: Vocabulary
@@ -354,6 +367,7 @@ class LogKind:
     run: Callable[[UsableLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
     not_needed: Callable[[Mapping[str, str], Settings], Set[str]] = _needs_all_quantities
+    rows_of_set_points: Callable[[base.LoggedRun], list[base.IndexArray]] = _all_rows
 
     def vocabulary_of(self, campaign: Campaign) -> Vocabulary:
         """What such logs may hold in a campaign, with the names that its file lists."""

@@ -12,9 +12,9 @@ import numpy as np
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
-from oilfilm.logs.columns import LoggedTable, TablesOfFile
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalise
 
 _TITLE = b"LabVIEW Measurement"
@@ -122,6 +122,7 @@ def _table(
         text += "\n"
     table = TextTable(text.encode(), len(names), separator, marks.decimal)
     clocks: dict[int, tuple[float, float, str]] = {}
+    time_of: dict[int, int] = {}
     if _first_cell(header, "x_dimension", "Time") == "Time":
         time_unit = _first_cell(header, "x_unit_label", "s")
         if _first_cell(header, "x_columns", "One") == "No":
@@ -129,6 +130,8 @@ def _table(
         elif names and _one_time(table, names):
             names = ["time", *names[1:]]
             units = [time_unit, *units[1:]]
+        elif names and time_unit == "s":
+            time_of = _times_of_channels(names)
     problem = None
     if not names:
         reason = f"the segment has no line `{_X}` with the names of its channels"
@@ -143,7 +146,9 @@ def _table(
         flaw=_too_few_rows(header, len(rows)),
         problem=problem,
         clocks=clocks,
+        time_of=time_of,
         cut_row_cells=cut_row_cells,
+        texts=table.texts,
     )
 
 
@@ -151,6 +156,18 @@ def _one_time(table: TextTable, names: Sequence[str]) -> bool:
     """Whether the X columns of all channels agree, so that the first one is the time."""
     first, *others = table.numbers([index for index, name in enumerate(names) if name == _X])
     return all(np.array_equal(first, other, equal_nan=True) for other in others)
+
+
+def _times_of_channels(names: Sequence[str]) -> dict[int, int]:
+    """Index of the X column in front of each channel, by the index of the channel."""
+    time_of: dict[int, int] = {}
+    x_column = 0
+    for index, name in enumerate(names):
+        if name == _X:
+            x_column = index
+        else:
+            time_of[index] = x_column
+    return time_of
 
 
 def _row(line: str, width: int, separator: str) -> str:

@@ -11,9 +11,12 @@ import pyarrow.parquet as parquet
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import COPY_AGAIN, NO_TEXT, UnreadableLogError, check_rows
-from oilfilm.logs.columns import LoggedTable, TablesOfFile, header_text, seconds
+from oilfilm.logs.columns import header_text, seconds, texts_of
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts
 
+# Largest size of a column of text that may name the run of a row.
+_LARGEST_TEXTS = 1 << 26
 # Key of the metadata in tables that oilfilm writes.
 _OILFILM_KEY = b"oilfilm"
 _PANDAS_ATTRIBUTES_KEY = b"PANDAS_ATTRS"
@@ -39,8 +42,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         raise UnreadableLogError(reason, advice, rows, "own_table")
     check_rows(rows)
     units = [_unit(field) for field in schema]
-    # of several columns with one name any may be read: the run is refused in each case. Texts of
-    # any length are not read
+    # texts of any length are not read
     names_to_read = {
         schema.names[index]: None
         for index in vocabulary.meanings(schema.names, units)
@@ -50,17 +52,43 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     if columns.num_rows != rows:
         reason = f"the footer counts {rows} rows, and the pages have {columns.num_rows}"
         raise UnreadableLogError(reason, COPY_AGAIN, columns.num_rows, "damaged_file")
+    # of each name all columns are read, in the order of the file
+    indices_read = [index for index, name in enumerate(schema.names) if name in names_to_read]
     numbers_of = {
-        name: _numbers(column)
-        for name, column in zip(columns.schema.names, columns.columns, strict=True)
+        index: _numbers(column) for index, column in zip(indices_read, columns.columns, strict=True)
     }
     no_numbers = np.array([], dtype=str)
 
     def values(indices: Sequence[int]) -> list[npt.NDArray[Any]]:
-        return [numbers_of.get(schema.names[index], no_numbers) for index in indices]
+        return [numbers_of.get(index, no_numbers) for index in indices]
 
-    logged = LoggedTable(_keys(metadata), schema.names, units, values, rows)
+    def texts(index: int) -> Texts:
+        name = schema.names[index]
+        is_text = arrow.types.is_string(schema.types[index])
+        if _bytes_of(log.metadata, name) > _LARGEST_TEXTS or not (
+            is_text or _holds_numbers(schema.types[index])
+        ):
+            return np.full(rows, "", dtype=object)
+        # a dictionary holds each text once
+        encoded = parquet.ParquetFile(
+            arrow.BufferReader(content), read_dictionary=[name] if is_text else None
+        ).read(columns=[name], use_threads=False)
+        return texts_of(encoded.columns[0].to_pandas().to_numpy())
+
+    logged = LoggedTable(_keys(metadata), schema.names, units, values, rows, texts=texts)
     return NO_TEXT, [logged] if rows else []
+
+
+def _bytes_of(metadata: parquet.FileMetaData, name: str) -> int:
+    """Bytes of a column when it is unpacked."""
+    size = 0
+    for group in range(metadata.num_row_groups):
+        row_group = metadata.row_group(group)
+        for number in range(row_group.num_columns):
+            column = row_group.column(number)
+            if column.path_in_schema == name:
+                size += column.total_uncompressed_size
+    return size
 
 
 def _unit(field: arrow.Field) -> str:

@@ -18,8 +18,8 @@ import yaml
 
 from oilfilm.base.units import BoolArray, FloatArray, conversion
 from oilfilm.logs import base
-from oilfilm.logs.columns import LoggedTable, TablesOfFile
 from oilfilm.logs.log_kind import Column, Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import encoding_of
 
 _STEP = re.compile(r"^Step (\d{1,9})\b.* started at .+$")

@@ -33,27 +33,6 @@ _UNFIT = re.compile(
 )
 
 
-def read_at_most(file: BinaryIO, most: int) -> bytes:
-    """The first bytes of a file; memory is taken for the bytes that it has.
-
-    Args:
-        file: The file, open.
-        most: Largest number of bytes.
-    """
-    # a plain `read(most)` takes memory for `most` bytes, however small the file is
-    size = os.fstat(file.fileno()).st_size
-    content = file.read(min(size, most))
-    if len(content) == most:
-        return content
-    # a file may grow, and some say no size
-    blocks = [content]
-    left = most - len(content)
-    while blocks[-1] and left > 0:
-        blocks.append(file.read(min(_BLOCK_BYTES, left)))
-        left -= len(blocks[-1])
-    return b"".join(blocks)
-
-
 def raw_files(folder: Path) -> list[str]:
     """Paths of all logs below a campaign's raw folder, relative to it, sorted.
 
@@ -183,6 +162,13 @@ def find_sheet(folder: Path) -> Path | None:
     return sheet
 
 
+def read_beginning(file: BinaryIO) -> bytes:
+    """The bytes of a file; of one that is too large, one byte more than the largest log."""
+    # a read of some size takes so much memory at once, however small the file is
+    size = os.fstat(file.fileno()).st_size
+    return file.read(min(size, LARGEST_LOG) + 1)
+
+
 @dataclass(frozen=True)
 class RawLogs:
     """The raw logs that a job reads, each once; iterating gives the name and content of each.
@@ -212,7 +198,7 @@ class RawLogs:
         for name, path in self.paths.items():
             try:
                 with path.open("rb") as file:
-                    content = read_at_most(file, LARGEST_LOG + 1)
+                    content = read_beginning(file)
                     digest = hashlib.sha256(content)
                     # a larger log is refused for its size, but listed with its complete digest
                     block = file.read(_BLOCK_BYTES)

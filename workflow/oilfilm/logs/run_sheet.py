@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any, Self
 
-from oilfilm.logs.base import LOADS, SET_POINTS, Refusal, parse_set_point
+from oilfilm.logs.base import LOADS, READING_NOTE, SET_POINTS, Refusal, parse_set_point
 from oilfilm.logs.header import header_keys, named_keys, oil_id
 from oilfilm.settings.resolved import Settings
 
@@ -18,7 +18,7 @@ from oilfilm.settings.resolved import Settings
 UNMATCHED = "sheet_row_unmatched"
 UNLISTED = "logs_not_in_sheet"
 CONTRADICTION = "sheet_contradicts_header"
-REMARKS = frozenset({UNMATCHED, UNLISTED, CONTRADICTION})
+REMARKS = frozenset({UNMATCHED, UNLISTED, CONTRADICTION, READING_NOTE})
 EXCLUDED = "excluded"
 EXCLUDED_ADVICE = "Nothing to do. To use the run, empty the cell `exclude` of its row."
 UNMATCHED_ADVICE = "Correct the row or take it out; it has no effect."

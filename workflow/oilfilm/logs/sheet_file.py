@@ -11,7 +11,6 @@ import csv
 import io
 import os
 import unicodedata
-import zipfile
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -27,6 +26,7 @@ from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, listed, named_logs
 from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
 from oilfilm.logs.text_rows import encoding_of
+from oilfilm.logs.workbook import SIGNATURE, checked_workbook
 from oilfilm.settings.resolved import Settings
 
 # Columns that every run sheet may have. A kind of logs adds more.
@@ -37,9 +37,6 @@ _KEEPING_CELLS = frozenset(["", *"0 - n no false nein falsch non faux nej nei Âê
 _LINES_SEARCHED = 20
 _MIB = 1 << 20
 _LARGEST_SHEET = 16 * _MIB
-_LARGEST_UNPACKED = 64 * _MIB
-# An Excel workbook is a zip archive, which begins with these bytes.
-_ZIP_SIGNATURE = b"PK"
 # The cell with which the unit of a column is tried: 1 is a possible set point in every usual unit.
 _TRIAL_CELL = "1"
 _SET_POINT_OF_QUANTITY = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
@@ -245,9 +242,7 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
     """
     if len(content) > _LARGEST_SHEET:
         raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST_SHEET // _MIB} MiB.")
-    readings = (
-        [_workbook(content, sheet)] if content.startswith(_ZIP_SIGNATURE) else _texts(content)
-    )
+    readings = [_workbook(content, sheet)] if content.startswith(SIGNATURE) else _texts(content)
     sheet.stop()
     lines, index_of_names = _line_of_names(readings, sheet)
     columns = {
@@ -317,21 +312,6 @@ def _texts(content: bytes) -> list[Cells]:
     return readings
 
 
-def checked_workbook(content: bytes) -> io.BytesIO:
-    """An Excel workbook that can be opened: a small archive may hold more than the memory.
-
-    Raises:
-        ValueError: It has more than 64 MiB when it is unpacked.
-    """
-    members = zipfile.ZipFile(io.BytesIO(content)).infolist()
-    size = sum(member.file_size for member in members)
-    if size > _LARGEST_UNPACKED:
-        raise ValueError(
-            f"unpacked it has {size // _MIB} MiB; expected at most {_LARGEST_UNPACKED // _MIB}"
-        )
-    return io.BytesIO(content)
-
-
 def _workbook(content: bytes, sheet: _Sheet) -> Cells:
     """The cells of the first sheet of an Excel workbook, as a text sheet would hold them.
 
@@ -361,8 +341,11 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
             checked_workbook(content), read_only=True, data_only=True
         ).worksheets[0]
         with_formulas = openpyxl.load_workbook(
-            checked_workbook(content), read_only=True, data_only=False
+            io.BytesIO(content), read_only=True, data_only=False
         ).worksheets[0]
+        # the size that a sheet states may be wrong: it is read to its last cell
+        with_values.reset_dimensions()
+        with_formulas.reset_dimensions()
         return [
             [text(value, cell) for value, cell in zip(values, cells, strict=True)]
             for values, cells in zip(

@@ -12,8 +12,9 @@ from nptdms.log import log_manager
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct_names
-from oilfilm.logs.columns import LoggedTable, TablesOfFile, Values, header_text, seconds
+from oilfilm.logs.columns import header_text, seconds, texts_of
 from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 
 _TAG = b"TDSm"
 _LEAD_IN_BYTES = 28
@@ -22,6 +23,8 @@ _BIG_ENDIAN = 1 << 6
 # Largest number of scalings, and of their coefficients, in a log of a rig. The library loops over
 # them.
 _MOST_SCALINGS = 1000
+
+_EARLIEST_START = np.datetime64("1970-01-01")
 
 # Its warnings about damaged files would repeat the message of the refusal on the terminal.
 log_manager.set_level(logging.ERROR)
@@ -54,7 +57,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
             run_names = [""]
         # read here, while the file is open
         return NO_TEXT, [
-            _table(group, log.properties, run_name, flaw, vocabulary)
+            _table(group, log.properties, run_name, flaw, vocabulary, content)
             for group, run_name in zip(groups, run_names, strict=True)
         ]
 
@@ -127,6 +130,7 @@ def _table(
     run_name: str,
     flaw: Refusal | None,
     vocabulary: Vocabulary,
+    content: bytes,
 ) -> LoggedTable:
     """A group as a table, in which shorter channels end in rows without a number.
 
@@ -144,14 +148,47 @@ def _table(
     def values(indices: Sequence[int]) -> list[Values]:
         return [_with_length(numbers[index], rows) for index in indices]
 
+    group_name = group.name
+
+    def texts(index: int) -> Texts:
+        # few logs have such a channel: the file is opened again for it
+        with TdmsFile.open(io.BytesIO(content)) as log:
+            channel = log[group_name].channels()[index]
+            if len(channel) != rows:
+                return np.full(rows, "", dtype=object)
+            return texts_of(np.asarray(channel[:]))
+
+    starts = _starts_s([channels[index].properties for index in indices])
     clocks: dict[int, tuple[float, float, str]] = {}
-    for index, channel in enumerate(channels):
-        if "wf_increment" in channel.properties:
-            start = float(channel.properties.get("wf_start_offset", 0.0))
-            clocks[index] = start, float(channel.properties["wf_increment"]), "s"
+    for index, start_s in zip(indices, starts, strict=True):
+        if "wf_increment" in channels[index].properties:
+            clocks[index] = start_s, float(channels[index].properties["wf_increment"]), "s"
     properties = dict(file_properties) | dict(group.properties)
     keys = {plain_key(name): header_text(value) for name, value in properties.items()}
-    return LoggedTable(keys, names, units, values, rows, run_name, flaw=flaw, clocks=clocks)
+    return LoggedTable(
+        keys, names, units, values, rows, run_name, flaw=flaw, clocks=clocks, texts=texts
+    )
+
+
+def _starts_s(properties: Sequence[Mapping[str, Any]]) -> list[float]:
+    """Start of each channel after that of the first one, in s: by its start time and offset.
+
+    Start times count only where all channels have one; LabVIEW writes an unknown one as of 1904.
+    """
+    instants = [channel.get("wf_start_time") for channel in properties]
+    offsets = [float(channel.get("wf_start_offset", 0.0)) for channel in properties]
+    known = [
+        np.datetime64(instant)
+        for instant in instants
+        if instant is not None and np.datetime64(instant) > _EARLIEST_START
+    ]
+    if len(known) < len(properties):
+        return offsets
+    first = min(known)
+    return [
+        offset + float((instant - first) / np.timedelta64(1, "us")) * 1e-6
+        for offset, instant in zip(offsets, known, strict=True)
+    ]
 
 
 def _unit(channel: TdmsChannel) -> str:

@@ -15,21 +15,35 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 import pyarrow as arrow
 import pyarrow.csv as arrow_csv
 
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import BoolArray, FloatArray
 
 # The header and the names of the columns are in the first so many bytes of a text.
 HEAD_BYTES = 1 << 16
 _EMPTY_LINES = re.compile(rb"\n\n+")
 _HIGH_BYTES = re.compile(rb"[\x80-\xff]+")
+# UTF-16 has no four zeros in a row.
+_ZERO_BLOCK = re.compile(rb"\0{4,}")
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 # The encoding is judged by so many sequences of bytes of 128 and above.
 _SEQUENCES_SEARCHED = 10_000
+# One or two letters of western languages between ASCII characters, and signs of units in
+# Windows-1252. Before an ASCII letter a raised 2 or 3 is a letter of another encoding.
+_WESTERN = re.compile(
+    rb"(?<![\x80-\xff])"
+    rb"(?:[\xc0-\xd6\xd8-\xf6\xf8-\xff]{1,2}|[\xb0\xb5\xb7\xb1\x80\x85\x91-\x97]|[\xb2\xb3](?![A-Za-z]))"
+    rb"(?![\x80-\xff])"
+)
+# Encodings that the letters decide: Japanese, Russian, traditional Chinese, central European.
+_DETECTED = ["gb18030", "cp932", "cp1251", "koi8_r", "big5", "cp1250"]
+_BYTES_DETECTED = 1 << 16
 # Nearly all Chinese characters in use are in level 1 of GB 2312. Level 2 begins with this byte.
+_FIRST_BYTE_OF_GB2312 = 0xA1
 _FIRST_BYTE_OF_LEVEL_2 = 0xD8
 
 
@@ -41,13 +55,14 @@ def encoding_of(content: bytes) -> str:
 
     - valid UTF-8 hardly ever occurs by chance;
     - common Chinese characters have two such bytes in GB18030;
-    - western letters have one in Windows-1252, between ASCII letters.
+    - western letters and signs have one in Windows-1252, between ASCII letters;
+    - other texts have the encoding in which their letters are as frequent as in a language.
     """
     if content.startswith(_UTF8_MARK):
         return "utf-8"
     if content.startswith(_UTF16_MARKS):
         return "utf-16"
-    head = content[:2000]
+    head = without_zero_blocks(content[:2000])
     zeros_at_odd = head[1::2].count(0)
     zeros_at_even = head[0::2].count(0)
     if max(zeros_at_odd, zeros_at_even) > len(head) / 4:
@@ -62,12 +77,41 @@ def encoding_of(content: bytes) -> str:
     letters = b" ".join(sequences).decode("utf-8", "replace").replace(" ", "")
     if letters.count("\ufffd") <= len(letters) / 2:
         return "utf-8"
-    chinese = [
-        sequence
-        for sequence in sequences
-        if len(sequence) % 2 == 0 and sequence[0] < _FIRST_BYTE_OF_LEVEL_2
-    ]
-    return "gb18030" if len(chinese) > len(sequences) / 2 else "cp1252"
+    chinese = sum(map(_is_common_chinese, sequences))
+    # damaged bytes are sequences of their own
+    damaged = max(len(sequences) // 10, min(len(sequences) // 3, 1))
+    needed = len(sequences) - damaged
+    if chinese >= needed:
+        return "gb18030"
+    western = sum(1 for _ in islice(_WESTERN.finditer(content), _SEQUENCES_SEARCHED))
+    if western >= needed:
+        return "cp1252"
+    detected = _detected(content)
+    if detected:
+        return detected
+    # a damaged text is valid in none of the encodings
+    return "gb18030" if chinese > len(sequences) / 2 else "cp1252"
+
+
+def _is_common_chinese(sequence: bytes) -> bool:
+    """Whether bytes of 128 and above are common characters of GB 2312, two bytes each."""
+    return len(sequence) % 2 == 0 and _FIRST_BYTE_OF_GB2312 <= sequence[0] < _FIRST_BYTE_OF_LEVEL_2
+
+
+def _detected(content: bytes) -> str:
+    """The encoding by the frequencies of letters in its language; empty where none is likely."""
+    # imported where needed: most logs are ASCII or UTF-8
+    from charset_normalizer import from_bytes  # noqa: PLC0415
+
+    lines = content[:_BYTES_DETECTED].splitlines()
+    with_letters = [line for line in lines if not line.isascii()]
+    best = from_bytes(b"\n".join(with_letters), cp_isolation=_DETECTED).best()
+    return best.encoding if best else ""
+
+
+def without_zero_blocks(head: bytes) -> bytes:
+    """The beginning of a file without blocks of zeros, which a full disk or a logger leaves."""
+    return _ZERO_BLOCK.sub(b"", head)
 
 
 def normalise(content: bytes, encoding: str | None = None) -> bytes:
@@ -154,13 +198,37 @@ class TextTable:
             numbers = [self._column(ended_rows, index, misfits) for index in indices]
         if not misfits and not self.cut_row_cells:
             return numbers
+        with_gaps = np.full((len(indices), self.rows), np.nan)
+        with_gaps[:, self._fitting(misfits)] = numbers
+        return list(with_gaps)
+
+    def texts(self, index: int) -> npt.NDArray[np.object_]:
+        """Text of each cell of a column, shape (rows,).
+
+        It is empty in a row with more or fewer cells than columns.
+        """
+        texts = np.full(self.rows, "", dtype=object)
+        ended_rows = memoryview(self.text)[self.start : self.text.rfind(b"\n") + 1]
+        if not ended_rows:
+            return texts
+        misfits: list[int] = []
+        (cells,) = self._cells(ended_rows, [index], arrow.binary(), misfits)
+        # few texts differ: one object for each
+        encoded = cells.combine_chunks().dictionary_encode()
+        different = [
+            cell.decode("utf-8", "replace").strip(' "') for cell in encoded.dictionary.to_pylist()
+        ]
+        codes = encoded.indices.to_numpy()
+        texts[self._fitting(misfits)] = np.array(different, dtype=object)[codes]
+        return texts
+
+    def _fitting(self, misfits: Sequence[int]) -> BoolArray:
+        """Rows that are ended and have a cell for each column, shape (rows,)."""
         fitting = np.ones(self.rows, dtype=bool)
         fitting[np.array(misfits, dtype=int) - 1] = False
         if self.cut_row_cells:
             fitting[-1] = False
-        with_gaps = np.full((len(indices), self.rows), np.nan)
-        with_gaps[:, fitting] = numbers
-        return list(with_gaps)
+        return fitting
 
     def show(self, index: int) -> str:
         """The text of a row."""

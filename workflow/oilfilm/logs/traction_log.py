@@ -12,6 +12,7 @@ from oilfilm import tables
 from oilfilm.base.units import PA_PER_GPA, FloatArray, rpm_to_surface_speed
 from oilfilm.logs import base, header
 from oilfilm.logs.log_kind import Column, LogKind, Problems, Renamed, UsableLog, Vocabulary
+from oilfilm.logs.set_point_changes import rows_of_set_points
 from oilfilm.physics.contact import Contact, max_hertz_pressure
 from oilfilm.settings.campaign import Campaign, Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
@@ -32,6 +33,13 @@ _OF_RIG_FILE = "max_hertz_pressure"
 _PRESSURE_TOLERANCE = 0.05
 # A sweep to a smaller slide-roll ratio shows no traction curve.
 _SMALLEST_SWEEP = 0.005
+# The unit of a force that is logged as the torque that it makes about an axis.
+_TORQUE = "N m"
+# Rows that come more slowly than this, nearly each at another slip, are settled readings.
+_INTERVAL_OF_READINGS_S = 5.0
+_SHARE_OF_READINGS = 0.9
+_FEWEST_READINGS = 5
+_SAME_SLIP = 0.002
 # Column name of the project, with its unit -> quantity and unit.
 _PROJECT_NAMES = {
     "time_s": ("time", "s"),
@@ -39,6 +47,7 @@ _PROJECT_NAMES = {
     "max_hertz_pressure_gpa": ("load", "GPa"),
     "stated_max_hertz_pressure_gpa": (_OF_RIG_FILE, "GPa"),
     "traction_force_n": ("traction_force", "N"),
+    "traction_torque_n_m": ("traction_force", _TORQUE),
     "traction_coefficient": ("traction_coefficient", "1"),
     "traction_force_1_n": ("traction_force_1", "N"),
     "traction_force_2_n": ("traction_force_2", "N"),
@@ -100,11 +109,14 @@ def _missing_rig_values(
         missing.append("disc_track_radius_m")
     if units.get("load") == "GPa" and rig.ball_radius_m is None:
         missing.append("ball_radius_m")
+    if units.get("traction_force") == _TORQUE and rig.torque_arm_m is None:
+        missing.append("torque_arm_m")
     if not missing:
         return None
     return base.Refusal(
         "rig",
-        f"speeds in rpm or a load as pressure need {', '.join(missing)} of the rig {rig_name!r}",
+        f"speeds in rpm, a load as pressure or a force as torque need {', '.join(missing)} of the "
+        f"rig {rig_name!r}",
         f"Add it to config/rigs/{rig_name}.yaml.",
     )
 
@@ -125,6 +137,9 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     contact = rig.contact()
     if contact is not None and log.units.get("load") == "GPa":
         values["load"] = contact.load_n(values["load"])
+    # a torque is refused of a rig whose lever arm is not known
+    if log.units.get("traction_force") == _TORQUE and rig.torque_arm_m is not None:
+        values["traction_force"] = values["traction_force"] / rig.torque_arm_m
     if "traction_coefficient" in values:
         force = semantics.direction * values["traction_coefficient"] * values["load"]
         values["traction_force"] = force
@@ -143,6 +158,8 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     flaw = flaw or _fraction_in_percent(log, values)
     if contact is not None:
         flaw = flaw or _contradicted_rig(values, set_points, contact, rig_name)
+    if log.keys.get("log_kind") != "steps":
+        flaw = flaw or _settled_readings(values["time"], ball, disc)
     return log.run(rig_name, samples, set_points, flaw)
 
 
@@ -193,6 +210,31 @@ def _fraction_in_percent(log: UsableLog, values: Mapping[str, FloatArray]) -> ba
         "slip_unit",
         f"the column {column.name[:60]!r} goes up to {100 * largest:.3g} % of slip, which shows no "
         "traction curve; it may be a fraction, whose unit is 1",
+    )
+
+
+def _settled_readings(
+    time_s: FloatArray, ball: FloatArray, disc: FloatArray
+) -> base.Refusal | None:
+    """A flaw where each row has another slip, seconds after the row before.
+
+    Args:
+        time_s: Time of each row, shape (rows,).
+        ball: Surface speed of the ball in m/s, shape (rows,).
+        disc: Surface speed of the disc in m/s, shape (rows,).
+    """
+    if len(time_s) < _FEWEST_READINGS:
+        return None
+    interval = float(np.median(np.diff(time_s)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slip = 2 * (disc - ball) / (disc + ball)
+    is_other_slip = np.abs(np.diff(slip)) > _SAME_SLIP
+    if interval < _INTERVAL_OF_READINGS_S or is_other_slip.mean() < _SHARE_OF_READINGS:
+        return None
+    return base.Refusal(
+        "settled_readings",
+        f"rows come every {interval:.3g} s, each at another slide-roll ratio: these look like "
+        "settled readings, and the log is read as a signal against time",
     )
 
 
@@ -389,4 +431,5 @@ TRACTION = LogKind(
     _run,
     sheet_keys=("rig", "log_kind", *base.SET_POINTS),
     not_needed=_not_needed,
+    rows_of_set_points=rows_of_set_points,
 )

@@ -77,6 +77,9 @@ class Rig(Group):
     ball_radius_m: q.BallRadiusM | None = optional("Radius of the ball.")
     ball_track_radius_m: q.TrackRadiusM | None = optional("R1: spindle axis to contact, ball.")
     disc_track_radius_m: q.TrackRadiusM | None = optional("R2: spindle axis to contact, disc.")
+    torque_arm_m: q.TrackRadiusM | None = optional(
+        "Lever arm of a logged traction torque: the force is torque over arm."
+    )
     ball: Elasticity | None = optional("Elastic constants of the ball.")
     disc: Elasticity | None = optional("Elastic constants of the disc.")
     ball_roughness_ra_um: q.RoughnessUm | None = optional("Ra of the ball.")

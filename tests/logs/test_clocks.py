@@ -1,0 +1,157 @@
+"""Channels with clocks of their own are paired by time, or refused where no times are common."""
+
+import io
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from nptdms import ChannelObject, RootObject, TdmsWriter
+
+from bad_logs import CONFIG
+from oilfilm.logs.base import READING_NOTE, Reading
+from oilfilm.logs.ingest import read_log
+
+INTERVAL_S = 0.1
+ROWS = 200
+TIME = INTERVAL_S * np.arange(ROWS)
+START = np.datetime64("2026-03-01T10:15:00", "us")
+UNITS = {
+    "load": "N",
+    "traction_force": "N",
+    "ball_speed": "rpm",
+    "disc_speed": "rpm",
+    "inlet_temperature": "degC",
+}
+# what each sensor reads at a time: linear, so that interpolation between readings is exact
+TRUTH: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "load": lambda time: 80 + 0.1 * time,
+    "traction_force": lambda time: 0.5 * time,
+    "ball_speed": lambda time: 8000 - 10 * time,
+    "disc_speed": lambda time: 2500 + 10 * time,
+    "inlet_temperature": lambda time: 60 + 0.2 * time,
+}
+# Start, interval and number of readings of a channel.
+Clock = tuple[float, float, int]
+
+
+def tdms(clocks: dict[str, Clock], *, by_offset: bool = False) -> bytes:
+    """A TDMS log; each channel has its readings at the times of its clock."""
+    channels = []
+    for name, truth in TRUTH.items():
+        start, interval, count = clocks.get(name, (0.0, INTERVAL_S, ROWS))
+        shift = np.timedelta64(0 if by_offset else round(start * 1e6), "us")
+        properties = {
+            "unit_string": UNITS[name],
+            "wf_increment": interval,
+            "wf_start_offset": start if by_offset else 0.0,
+            "wf_start_time": START + shift,
+        }
+        readings = truth(start + interval * np.arange(count))
+        channels.append(ChannelObject("run", name, readings, properties))
+    buffer = io.BytesIO()
+    with TdmsWriter(buffer) as writer:
+        writer.write_segment([RootObject({"oil": "4102"}), *channels])
+    return buffer.getvalue()
+
+
+def lvm(clocks: dict[str, Clock], *, by_columns: bool = False) -> bytes:
+    """An LVM log, with X0 and Delta_X or with a column of time for each channel."""
+    count = len(TRUTH)
+    all_clocks = [clocks.get(name, (0.0, INTERVAL_S, ROWS)) for name in TRUTH]
+    lines = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t."]
+    lines += [f"X_Columns\t{'Multi' if by_columns else 'No'}", "Description\toil: 4102"]
+    lines += ["***End_of_Header***\t", f"Channels\t{count}", "X_Dimension" + "\tTime" * count]
+    lines += ["X0\t" + "\t".join(str(start) for start, _, _ in all_clocks)]
+    lines += ["Delta_X\t" + "\t".join(str(interval) for _, interval, _ in all_clocks)]
+    lines += ["***End_of_Header***\t"]
+    names = [f"{name} [{UNITS[name]}]" for name in TRUTH]
+    between = "\tX_Value\t" if by_columns else "\t"
+    lines.append("X_Value\t" + between.join(names))
+    for row in range(max(readings for _, _, readings in all_clocks)):
+        cells = [] if by_columns else [""]
+        for truth, (start, interval, readings) in zip(TRUTH.values(), all_clocks, strict=True):
+            time = start + interval * row
+            reading = f"{float(truth(np.array(time))):.9g}" if row < readings else ""
+            cells += [f"{time:.6f}" if row < readings else "", reading] if by_columns else [reading]
+        lines.append("\t".join(cells))
+    return ("\n".join(lines) + "\n").encode()
+
+
+WRITERS: dict[str, Callable[[dict[str, Clock]], bytes]] = {
+    "tdms by start time": tdms,
+    "tdms by offset": lambda clocks: tdms(clocks, by_offset=True),
+    "lvm by X0": lvm,
+    "lvm by columns": lambda clocks: lvm(clocks, by_columns=True),
+}
+
+
+def read(content: bytes) -> Reading:
+    return read_log(content, "log", CONFIG)[1]
+
+
+def check_truth(reading: Reading) -> np.ndarray:
+    """Compare each row with what the sensors read at its time; the times."""
+    (run,) = reading.runs
+    time = run.samples["time_s"]
+    for column, name in [
+        ("load_n", "load"),
+        ("traction_force_n", "traction_force"),
+        ("inlet_temperature_c", "inlet_temperature"),
+    ]:
+        np.testing.assert_allclose(run.samples[column], TRUTH[name](time), rtol=1e-6, atol=1e-6)
+    return time
+
+
+@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)
+@pytest.mark.parametrize("slower", [2, 10, 50])
+def test_slow_channel_is_interpolated_onto_the_fastest(
+    writer: Callable[[dict[str, Clock]], bytes], slower: int
+) -> None:
+    # its last reading is at the end of the log
+    clock = (0.0, slower * INTERVAL_S, ROWS // slower + 1)
+    reading = read(writer({"inlet_temperature": clock}))
+    np.testing.assert_allclose(check_truth(reading), TIME, atol=1e-9)
+    (note,) = reading.refusals
+    assert note.rule == READING_NOTE
+    assert "inlet_temperature" in note.reason
+
+
+@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)
+@pytest.mark.parametrize("later_s", [1.2, 0.25])
+def test_channel_that_begins_later_is_paired_by_time(
+    writer: Callable[[dict[str, Clock]], bytes], later_s: float
+) -> None:
+    reading = read(writer({"traction_force": (later_s, INTERVAL_S, ROWS)}))
+    time = check_truth(reading)
+    # before, there is no force
+    assert time[0] >= later_s - INTERVAL_S
+    assert len(time) == pytest.approx(ROWS - later_s / INTERVAL_S, abs=1)
+    assert reading.rows == ROWS
+
+
+@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)
+def test_channels_that_were_never_read_together_are_refused(
+    writer: Callable[[dict[str, Clock]], bytes],
+) -> None:
+    reading = read(writer({"traction_force": (500.0, INTERVAL_S, ROWS)}))
+    assert reading.runs == []
+    (refusal,) = reading.refusals
+    assert refusal.rule == "clocks"
+    assert "not read at the same time" in refusal.reason
+    assert refusal.refused_rows == reading.rows
+
+
+@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)
+def test_clocks_that_agree_within_their_rounding_are_one(
+    writer: Callable[[dict[str, Clock]], bytes],
+) -> None:
+    reading = read(writer({"load": (0.0, INTERVAL_S * (1 + 1e-7), ROWS)}))
+    assert len(reading.runs[0]) == ROWS
+    assert [refusal.rule for refusal in reading.refusals if refusal.refused_rows] == []
+
+
+@pytest.mark.parametrize("interval_s", [10.0, 1.0, 1e-2, 1e-4])
+def test_log_of_any_rate_is_read(interval_s: float) -> None:
+    clocks = {name: (0.0, interval_s, ROWS) for name in TRUTH}
+    (run,) = read(tdms(clocks)).runs
+    np.testing.assert_allclose(run.samples["time_s"], interval_s * np.arange(ROWS), rtol=1e-12)

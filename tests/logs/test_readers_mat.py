@@ -1,0 +1,133 @@
+"""MATLAB files in the forms that laboratories save; what cannot be read says so at once."""
+
+import io
+import struct
+import time
+import zlib
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+import formats
+
+ROWS = 30
+VALUES = formats.columns(ROWS)
+# names with the unit in them, as MATLAB allows them
+NAMED = {
+    "time_s": VALUES["time"],
+    "load_n": VALUES["load"],
+    "traction_force_n": VALUES["traction_force"],
+    "ball_speed_rpm": VALUES["ball_speed"],
+    "disc_speed_rpm": VALUES["disc_speed"],
+    "inlet_temperature_c": VALUES["inlet_temperature"] - 273.15,
+}
+NAMES = np.array([f"{name} ({formats.UNITS[name]})" for name in VALUES], dtype=object)
+MATRIX = np.column_stack(list(VALUES.values()))
+
+
+def mat(variables: dict[str, Any], **options: Any) -> bytes:
+    buffer = io.BytesIO()
+    savemat(buffer, variables, **options)
+    return buffer.getvalue()
+
+
+FORMS = {
+    "vectors": {**NAMED, "oil": "4102"},
+    "rows": {"oil": "4102", **{name: column[np.newaxis] for name, column in NAMED.items()}},
+    "structure": {"log": {**NAMED, "oil": "4102"}},
+    "structure beside its oil": {"log": NAMED, "oil": "4102"},
+    "integers": {**NAMED, "time_s": np.arange(ROWS), "oil": "4102"},
+}
+
+
+@pytest.mark.parametrize("compressed", [False, True])
+@pytest.mark.parametrize("variables", FORMS.values(), ids=FORMS)
+def test_form_of_a_log_is_read(read, variables: dict[str, Any], compressed: bool) -> None:
+    reading = read(mat(variables, do_compression=compressed))
+    (run,) = reading.runs
+    assert (run.run_id, run.oil, len(run)) == ("log", "4102", ROWS)
+    np.testing.assert_allclose(run.samples["load_n"], VALUES["load"])
+    assert reading.refusals == []
+
+
+@pytest.mark.parametrize("name", ["colheaders", "names"])
+def test_matrix_with_names_of_its_columns_is_read(read, name: str) -> None:
+    for log in (
+        {"data": MATRIX, name: NAMES, "oil": "4102"},
+        {"log": {"data": MATRIX, name: NAMES, "oil": "4102"}},
+        {
+            "data": MATRIX,
+            name: np.array(list(VALUES), dtype=object),
+            "units": np.array([formats.UNITS[quantity] for quantity in VALUES], dtype=object),
+            "oil": "4102",
+        },
+    ):
+        (run,) = read(mat(log)).runs
+        np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665)
+
+
+def test_structures_and_their_arrays_are_runs(read) -> None:
+    first = {**NAMED, "oil": "4102", "load_n_set": 20}
+    second = {**{name: column[:10] for name, column in NAMED.items()}, "oil": "4050"}
+    runs = read(mat({"a": first, "b": second})).runs
+    assert [(run.run_id, run.oil, len(run)) for run in runs] == [
+        ("log:a", "4102", 30),
+        ("log:b", "4050", 10),
+    ]
+    array = np.array([(NAMED["time_s"], "4102"), (NAMED["time_s"], "4050")], dtype=object)
+    both = np.zeros(2, dtype=[(name, object) for name in [*NAMED, "oil"]])
+    for index, oil in enumerate(array[:, 1]):
+        for name, column in NAMED.items():
+            both[name][index] = column
+        both["oil"][index] = oil
+    runs = read(mat({"run": both})).runs
+    assert [(run.run_id, run.oil) for run in runs] == [("log:run1", "4102"), ("log:run2", "4050")]
+
+
+def test_column_of_runs_and_restart_of_time_divide_it(read) -> None:
+    labelled = {**NAMED, "run": np.repeat([1, 2, 3], 10), "oil": "4102"}
+    assert [run.run_id for run in read(mat(labelled)).runs] == ["log:1", "log:2", "log:3"]
+    oils = np.array(["4102", "4050"] * 15, dtype=object)
+    assert {run.oil for run in read(mat({**NAMED, "oil": oils})).runs} == {"4102", "4050"}
+    again = {**NAMED, "time_s": np.tile(np.arange(15) / 50, 2), "oil": "4102"}
+    assert [run.run_id for run in read(mat(again)).runs] == ["log:part1", "log:part2"]
+
+
+def test_row_with_nan_is_refused_with_its_number(read) -> None:
+    load = NAMED["load_n"].copy()
+    load[4] = np.nan
+    (refusal,) = read(mat({**NAMED, "load_n": load, "oil": "4102"})).refusals
+    assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unreadable_row", 5, 5)
+
+
+def test_version_7_3_is_refused_with_what_to_do(read) -> None:
+    content = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b" ") + b"\x89HDF\r\n\x1a\n"
+    (refusal,) = read(content).refusals
+    assert refusal.rule == "unknown_format"
+    assert "-v7" in refusal.advice
+
+
+@pytest.mark.parametrize("variables", [{}, {"x": 1.0}, {"picture": np.zeros((5, 7))}, {"t": "a"}])
+def test_file_without_a_table_is_refused(read, variables: dict[str, Any]) -> None:
+    reading = read(mat(variables))
+    assert reading.runs == []
+    assert "vectors of equal length" in reading.refusals[0].reason
+
+
+def test_small_file_that_would_fill_the_memory_is_refused_at_once(read) -> None:
+    packed = zlib.compress(bytes(1 << 28), 9)
+    content = mat({})[:128] + struct.pack("<II", 15, len(packed)) + packed
+    started = time.monotonic()
+    (refusal,) = read(content).refusals
+    assert refusal.rule == "too_large"
+    assert time.monotonic() - started < 5
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.95])
+def test_cut_file_is_refused(read, share: float) -> None:
+    content = mat({**NAMED, "oil": "4102"})
+    reading = read(content[: int(share * len(content))])
+    assert reading.runs == []
+    assert reading.refusals[0].rule == "damaged_file"

@@ -1,0 +1,233 @@
+"""Workbooks are read sheet by sheet, and one that would fill the memory is refused at once."""
+
+import datetime
+import io
+import time
+import zipfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import openpyxl
+import pytest
+
+import formats
+import oilfilm
+from bad_logs import CONFIG
+from oilfilm.base.errors import OilfilmError
+from oilfilm.logs.base import READING_NOTE
+from oilfilm.logs.ingest import read_log
+from oilfilm.logs.workbook import checked_workbook
+
+VALUES = formats.columns(30)
+NAMES = [f"{name} ({formats.UNITS[name]})" for name in VALUES]
+ROWS = np.column_stack(list(VALUES.values())).tolist()
+
+
+def book(**sheets: Sequence[Sequence[Any]]) -> bytes:
+    made = openpyxl.Workbook()
+    made.remove(made.active)
+    for title, rows in sheets.items():
+        sheet = made.create_sheet(title)
+        for row in rows:
+            sheet.append(list(row))
+    buffer = io.BytesIO()
+    made.save(buffer)
+    return buffer.getvalue()
+
+
+def test_numbers_and_header_of_a_sheet_are_those_of_a_text_log(read) -> None:
+    reading = read(book(Log=[["Oil", "4102"], [], NAMES, *ROWS]))
+    (run,) = reading.runs
+    assert (run.run_id, run.oil) == ("log", "4102")
+    np.testing.assert_array_equal(run.samples["time_s"], VALUES["time"])
+    np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
+    assert reading.refusals == []
+
+
+def test_each_sheet_with_columns_is_a_run_and_others_are_named(read) -> None:
+    reading = read(
+        book(
+            Cover=[["Test", "Day"], ["traction", 3]],
+            first=[["Oil", "4102"], NAMES, *ROWS[:10]],
+            second=[["Oil", "4050"], NAMES, *ROWS[10:]],
+        )
+    )
+    assert [(run.run_id, run.oil, len(run)) for run in reading.runs] == [
+        ("log:first", "4102", 10),
+        ("log:second", "4050", 20),
+    ]
+    (note,) = reading.refusals
+    assert note.rule == READING_NOTE
+    assert "'Cover'" in note.reason
+
+
+def test_column_of_runs_and_repeated_headers_divide_a_sheet(read) -> None:
+    with_runs = [["Run", *NAMES], *([row // 10, *ROWS[row]] for row in range(30))]
+    runs = read(book(Log=[["Oil", "4102"], *with_runs])).runs
+    assert [run.run_id for run in runs] == ["log:0", "log:1", "log:2"]
+    block = [["Load (N)", 20], NAMES, *ROWS[:10]]
+    runs = read(book(Log=[["Oil", "4102"], *block, [], ["Load (N)", 40], *block[1:]])).runs
+    assert [run.nominal["load_n"] for run in runs] == [20, 40]
+
+
+def test_instants_of_a_sheet_are_seconds(read) -> None:
+    start = datetime.datetime(2026, 3, 1, 10, 15)
+    times = [start + datetime.timedelta(seconds=row / 4) for row in range(30)]
+    rows = [[instant, *row[1:]] for instant, row in zip(times, ROWS, strict=True)]
+    (run,) = read(book(Log=[["Oil", "4102"], ["time", *NAMES[1:]], *rows])).runs
+    np.testing.assert_allclose(run.samples["time_s"], np.arange(30) / 4, atol=1e-9)
+
+
+@pytest.mark.parametrize(("unit", "shown"), [("%", True), ("1", True), ("%", False), ("1", False)])
+def test_slip_is_read_as_the_sheet_shows_it(read, unit: str, shown: bool) -> None:
+    names = ["time (s)", "load (N)", "traction_force (N)", "entrainment_speed (m/s)"]
+    names += [f"slide_roll_ratio ({unit})", "inlet_temperature (degC)"]
+    made = openpyxl.Workbook()
+    made.active.append(["Oil", "4102"])
+    made.active.append(names)
+    # the sheet shows 5.0%, or 5 below %, or 0.05 below 1
+    made.active.append([0.0, 20, 1, 10, 0.05 if shown or unit == "1" else 5, 60])
+    if shown:
+        made.active["E3"].number_format = "0.0%"
+    buffer = io.BytesIO()
+    made.save(buffer)
+    (run,) = read(buffer.getvalue()).runs
+    slip = run.samples["disc_speed_m_s"] - run.samples["ball_speed_m_s"]
+    np.testing.assert_allclose(slip / 10, [0.05])
+
+
+# ---------------------------------------------------------------- hostile workbooks
+
+_MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+_RELATIONS = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
+_PACKAGE = "http://schemas.openxmlformats.org/package/2006"
+_OFFICE = "application/vnd.openxmlformats-officedocument.spreadsheetml"
+
+
+def bare_book(sheet: str) -> bytes:
+    """A workbook of the five parts that it needs, with the content of its sheet."""
+    parts = {
+        "[Content_Types].xml": f'<Types xmlns="{_PACKAGE}/content-types">'
+        '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.'
+        'relationships+xml"/><Default Extension="xml" ContentType="application/xml"/>'
+        f'<Override PartName="/xl/workbook.xml" ContentType="{_OFFICE}.sheet.main+xml"/>'
+        f'<Override PartName="/xl/worksheets/sheet1.xml" ContentType="{_OFFICE}.worksheet+xml"/>'
+        "</Types>",
+        "_rels/.rels": f'<Relationships xmlns="{_PACKAGE}/relationships"><Relationship Id="r1" '
+        f'Type="{_RELATIONS}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
+        "xl/workbook.xml": f'<workbook xmlns="{_MAIN}" xmlns:r="{_RELATIONS}"><sheets><sheet '
+        'name="a" sheetId="1" r:id="r1"/></sheets></workbook>',
+        "xl/_rels/workbook.xml.rels": f'<Relationships xmlns="{_PACKAGE}/relationships">'
+        f'<Relationship Id="r1" Type="{_RELATIONS}/worksheet" Target="worksheets/sheet1.xml"/>'
+        "</Relationships>",
+        "xl/worksheets/sheet1.xml": sheet,
+    }
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, text in parts.items():
+            archive.writestr(name, text)
+    return buffer.getvalue()
+
+
+def sheet_of(rows: str, dimension: str = "") -> str:
+    stated = f'<dimension ref="{dimension}"/>' if dimension else ""
+    return f'<worksheet xmlns="{_MAIN}">{stated}<sheetData>{rows}</sheetData></worksheet>'
+
+
+def cell(where: str, text: str) -> str:
+    return f'<c r="{where}" t="inlineStr"><is><t>{text}</t></is></c>'
+
+
+FIRST_ROW = f'<row r="1">{cell("A1", "file")}</row>'
+HOSTILE = {
+    "far row": sheet_of(f'{FIRST_ROW}<row r="99999999999">{cell("A99999999999", "a.csv")}</row>'),
+    "last column": sheet_of(
+        "".join(f'<row r="{row}">{cell(f"XFD{row}", "x")}</row>' for row in range(1, 4001))
+    ),
+    "entities": '<!DOCTYPE x [<!ENTITY a "aaaa">]>' + sheet_of(FIRST_ROW),
+}
+
+
+@pytest.mark.parametrize("sheet", HOSTILE.values(), ids=HOSTILE)
+def test_workbook_that_would_fill_the_memory_is_refused_at_once(sheet: str, tmp_path: Path) -> None:
+    content = bare_book(sheet)
+    started = time.monotonic()
+    with pytest.raises(ValueError, match=r"row|cells|entities"):
+        checked_workbook(content)
+    _, reading = read_log(content, "log", CONFIG)
+    assert [refusal.rule for refusal in reading.refusals] == ["damaged_file"]
+    path = tmp_path / "table.xlsx"
+    path.write_bytes(content)
+    with pytest.raises(OilfilmError, match="cannot be read"):
+        oilfilm.fit_table(path)
+    # without the bounds each of these takes minutes
+    assert time.monotonic() - started < 5
+
+
+def test_stated_size_of_a_sheet_is_not_believed() -> None:
+    content = bare_book(sheet_of(FIRST_ROW, "A1:XFD1048576"))
+    started = time.monotonic()
+    _, reading = read_log(content, "log", CONFIG)
+    assert [refusal.rule for refusal in reading.refusals] == ["columns"]
+    assert time.monotonic() - started < 5
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (b"PK\x03\x04" + b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet", "(.ods)"),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(500), "(.xls)"),
+        (b"\x89HDF\r\n\x1a\n" + bytes(500), "HDF5"),
+        (b"PK\x03\x04" + b"some/log.csv", "zip archive"),
+    ],
+)
+def test_other_containers_are_refused_with_what_to_do(content: bytes, sentence: str) -> None:
+    _, reading = read_log(content, "log", CONFIG)
+    (refusal,) = reading.refusals
+    assert refusal.rule == "unknown_format"
+    assert sentence in refusal.reason
+
+
+# ---------------------------------------------------------------- tables of mu
+
+
+def mu_rows(scale: float = 1.0) -> list[list[Any]]:
+    """Rows on a law whose mu is known: proportional to pressure, a tanh of the slip."""
+    rows: list[list[Any]] = [["p [GPa]", "U [m/s]", "T [degC]", "SRR", "mu"]]
+    for pressure in (1.0, 1.3):
+        for speed in (5.0, 20.0):
+            for temperature in (40.0, 80.0):
+                for slip in (0.005, 0.02, 0.08, 0.2):
+                    mu = scale * 0.05 * pressure * np.tanh(slip / 0.02) * (40 / temperature) ** 0.3
+                    rows.append([pressure, speed, temperature, slip, float(mu)])
+    return rows
+
+
+@pytest.fixture
+def saved(tmp_path: Path) -> Callable[[bytes], Path]:
+    def save(content: bytes) -> Path:
+        path = tmp_path / "table.xlsx"
+        path.write_bytes(content)
+        return path
+
+    return save
+
+
+def test_sheets_of_a_table_are_oils_that_are_asked_for(saved) -> None:
+    path = saved(book(M46=mu_rows(), M68=mu_rows(0.6), Notes=[["made by", "hand"]]))
+    with pytest.raises(OilfilmError, match="M46, M68"):
+        oilfilm.fit_table(path)
+    fitted = oilfilm.fit_table(path, oil="M68", searches=2, bootstrap=20)
+    assert len(fitted.points) == 32
+    largest = 0.6 * 0.05 * 1.3 * np.tanh(10)
+    assert fitted.points["traction_coefficient"].max() == pytest.approx(largest)
+    assert any("'Notes'" in note for note in fitted.notes)
+
+
+def test_table_behind_a_cover_sheet_is_found(saved) -> None:
+    path = saved(book(Cover=[["Test", "Day"], ["a", 1]], Data=mu_rows()))
+    fitted = oilfilm.fit_table(path, searches=2, bootstrap=20)
+    assert len(fitted.points) == 32
+    assert any("'Data' is read" in note for note in fitted.notes)

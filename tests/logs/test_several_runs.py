@@ -1,0 +1,366 @@
+"""A file with several runs gives each of them, with its own oil, rig and set points."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pyarrow as arrow
+import pytest
+from nptdms import ChannelObject
+
+import formats
+from bad_logs import CONFIG
+from oilfilm.logs.base import READING_NOTE, Reading
+from oilfilm.logs.ingest import read_log
+
+ROWS = 40
+VALUES = formats.columns(ROWS)
+HALF = ROWS // 2
+
+
+def read(content: bytes | str, reader: str = "csv") -> Reading:
+    content = content.encode() if isinstance(content, str) else content
+    name, reading = read_log(content, "log", CONFIG)
+    assert name == reader
+    return reading
+
+
+def csv(labels: dict[str, list[str]], header: str = "", **changed: np.ndarray) -> str:
+    """A csv log with columns of labels in front of those of numbers."""
+    values = VALUES | changed
+    names = [*labels, *(f"{name} [{formats.UNITS[name]}]" for name in values)]
+    lines = [header, ",".join(names)] if header else [",".join(names)]
+    for row in range(ROWS):
+        cells = [texts[row] for texts in labels.values()]
+        cells += [repr(float(numbers[row])) for numbers in values.values()]
+        lines.append(",".join(cells))
+    return "\n".join(lines) + "\n"
+
+
+def lvm(labels: dict[str, list[str]]) -> bytes:
+    """An LVM log; its labels are columns of numbers as LabVIEW writes them."""
+    names = [*list(VALUES)[1:], *labels]
+    units = [*(formats.UNITS[name] for name in list(VALUES)[1:]), *("" for _ in labels)]
+    tabs = "\t" * len(names)
+    lines = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t.", "X_Columns\tOne"]
+    lines += ["Description\toil: 4102", "***End_of_Header***\t", "Channels\t1" + tabs]
+    lines += ["Y_Unit_Label\t" + "\t".join(units), "***End_of_Header***" + tabs]
+    lines += ["X_Value\t" + "\t".join(names)]
+    for row in range(ROWS):
+        numbers = [f"{column[row]:.6f}" for column in VALUES.values()]
+        lines.append("\t".join([*numbers, *(texts[row] for texts in labels.values())]))
+    return ("\n".join(lines) + "\n").encode()
+
+
+def tdms(labels: dict[str, list[str]]) -> bytes:
+    channels = formats.tdms_channels("run", VALUES)
+    for name, texts in labels.items():
+        numeric = all(text.isdigit() for text in texts)
+        channels.append(
+            ChannelObject("run", name, np.array(texts, dtype=int) if numeric else texts)
+        )
+    return formats.tdms_file([formats.RootObject(formats.KEYS), *channels])
+
+
+def parquet(labels: dict[str, list[str]]) -> bytes:
+    table = formats.table(VALUES)
+    for name, texts in labels.items():
+        table = table.append_column(name, arrow.array(texts))
+    return formats.parquet_file(table)
+
+
+def blocks(name: str, *texts: str) -> dict[str, list[str]]:
+    """A column with equally long blocks of labels."""
+    rows = np.array_split(np.arange(ROWS), len(texts))
+    return {name: [text for text, part in zip(texts, rows, strict=True) for _ in part]}
+
+
+WRITERS: dict[str, Callable[[dict[str, list[str]]], bytes]] = {
+    "csv": lambda labels: csv(labels, "# oil: 4102").encode(),
+    "lvm": lvm,
+    "tdms": tdms,
+    "parquet": parquet,
+}
+
+
+@pytest.mark.parametrize("format_name", WRITERS)
+def test_column_of_runs_divides_the_rows_in_every_format(format_name: str) -> None:
+    content = WRITERS[format_name](blocks("Run", "1", "2", "3", "4"))
+    reading = read(content, format_name)
+    assert [run.run_id for run in reading.runs] == ["log:1", "log:2", "log:3", "log:4"]
+    assert [len(run) for run in reading.runs] == [10, 10, 10, 10]
+    together = np.concatenate([run.samples["load_n"] for run in reading.runs])
+    np.testing.assert_allclose(together, VALUES["load"] * 9.80665, rtol=1e-6)
+    numbers = np.concatenate([run.samples["row"] for run in reading.runs])
+    np.testing.assert_array_equal(numbers, np.arange(1, ROWS + 1))
+
+
+@pytest.mark.parametrize("name", ["Oil", "oil", "Lubricant", "Öl", "油"])
+def test_column_of_oils_never_makes_one_oil_of_two(name: str) -> None:
+    # rows of both oils alternate, as in a sorted table of readings
+    labels = {name: ["4102", "4050"] * HALF}
+    first, second = read(csv(labels)).runs
+    assert (first.oil, second.oil) == ("4102", "4050")
+    np.testing.assert_array_equal(first.samples["row"], np.arange(1, ROWS + 1, 2))
+    np.testing.assert_allclose(second.samples["load_n"], VALUES["load"][1::2] * 9.80665)
+
+
+def test_column_with_very_many_oils_is_refused() -> None:
+    rows = 3000
+    names = ",".join(f"{name} [{formats.UNITS[name]}]" for name in VALUES)
+    lines = [f"Oil,{names}", *(f"oil {row},{row / 50},80,1,28000,7000,343" for row in range(rows))]
+    reading = read("\n".join(lines) + "\n")
+    (refusal,) = reading.refusals
+    assert (reading.runs, refusal.refused_rows) == ([], rows)
+    assert "3000 runs" in refusal.reason
+
+
+def test_oil_in_a_column_and_another_in_the_header_is_refused() -> None:
+    reading = read(csv(blocks("Oil", "4102"), "# oil: 4050"))
+    assert [refusal.rule for refusal in reading.refusals] == ["unknown_oil"]
+
+
+def test_empty_cells_of_a_label_are_as_the_cell_above() -> None:
+    labels = {"Run": ["a", *[""] * (HALF - 1), "b", *[""] * (HALF - 1)]}
+    assert [len(run) for run in read(csv(labels, "# oil: 4102")).runs] == [HALF, HALF]
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        {"Run": [str(row) for row in range(ROWS)]},
+        {"Run": ["0"] * 5 + ["1"] * 30 + ["0"] * 5},
+        {"Step": [str(row // 5) for row in range(ROWS)]},
+        {"Oil": [f"{60 + row / 10:.1f}" for row in range(ROWS)]},
+        {"Test": ["7"] * ROWS},
+    ],
+    ids=["counter", "flag", "levels of slip", "a temperature", "one test"],
+)
+def test_column_that_names_no_runs_divides_nothing(labels: dict[str, list[str]]) -> None:
+    (run,) = read(csv(labels, "# oil: 4102")).runs
+    assert run.run_id == "log"
+    assert len(run) == ROWS
+
+
+def test_step_with_a_sweep_of_its_own_is_a_run() -> None:
+    # each of two steps changes the speed of the disc over the same range
+    disc = np.tile(np.linspace(7000.0, 9000.0, HALF), 2)
+    runs = read(csv(blocks("Step", "1", "2"), "# oil: 4102", disc_speed=disc)).runs
+    assert [run.run_id for run in runs] == ["log:1", "log:2"]
+
+
+@pytest.mark.parametrize("format_name", WRITERS)
+def test_restart_of_time_begins_a_run_in_every_format(
+    format_name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(VALUES, "time", np.tile(np.arange(HALF) / 50, 2))
+    runs = read(WRITERS[format_name]({}), format_name).runs
+    assert [run.run_id for run in runs] == ["log:part1", "log:part2"]
+    assert [len(run) for run in runs] == [HALF, HALF]
+
+
+@pytest.mark.parametrize("fault", [{20: 0.0}, {20: -1.0, 21: -1.0}], ids=["zero", "two rows"])
+def test_wrong_time_in_a_row_or_two_begins_no_run(fault: dict[int, float]) -> None:
+    time = VALUES["time"].copy()
+    time[list(fault)] = list(fault.values())
+    (run,) = read(csv({}, "# oil: 4102", time=time)).runs
+    assert len(run) == ROWS
+
+
+def block(load: float, step: int, rows: int = 6) -> str:
+    lines = [f"Step {step}\tTraction curve", f"Load (N)\t{load}", "\t".join(VALUES)]
+    lines[-1] = "\t".join(f"{name} [{formats.UNITS[name]}]" for name in VALUES)
+    lines += ["\t".join(f"{column[row]:.4f}" for column in VALUES.values()) for row in range(rows)]
+    return "\n".join(lines) + "\n"
+
+
+def test_repeated_header_blocks_are_runs_with_their_own_set_points() -> None:
+    above = "Traction test\nLubricant\t4102\n\n"
+    reading = read(above + "\n".join(block(load, step) for step, load in enumerate((20, 40, 60))))
+    assert [run.run_id for run in reading.runs] == ["log:block1", "log:block2", "log:block3"]
+    assert [run.nominal["load_n"] for run in reading.runs] == [20.0, 40.0, 60.0]
+    assert {run.oil for run in reading.runs} == {"4102"}
+    assert reading.refusals == []
+    assert reading.rows == 18
+
+
+def test_set_point_of_the_first_block_is_not_that_of_a_block_without_one() -> None:
+    without = block(0, 2).replace("Load (N)\t0\n", "")
+    runs = read("Lubricant\t4102\n" + block(20, 1) + without + block(60, 3)).runs
+    assert [run.nominal.get("load_n") for run in runs] == [20.0, None, 60.0]
+
+
+def test_names_that_a_logger_repeats_while_time_goes_on_begin_no_run() -> None:
+    log = csv({}, "# oil: 4102")
+    lines = log.splitlines(keepends=True)
+    reading = read("".join([*lines[:22], lines[1], *lines[22:]]))
+    (run,) = reading.runs
+    assert len(run) == ROWS
+    assert [refusal.rule for refusal in reading.refusals] == ["unreadable_row"]
+
+
+# ---------------------------------------------------------------- last row, doubled columns
+
+
+def with_decimals(above: str = "# oil: 4102") -> str:
+    lines = [above, ",".join(f"{name} [{formats.UNITS[name]}]" for name in VALUES)]
+    rows = np.column_stack(list(VALUES.values()))
+    lines += [",".join(f"{number:.3f}" for number in row) for row in rows]
+    return "\n".join(lines)
+
+
+def test_complete_last_row_without_a_line_end_is_used_with_a_note() -> None:
+    reading = read(with_decimals())
+    assert len(reading.runs[0]) == ROWS
+    assert [refusal.rule for refusal in reading.refusals] == [READING_NOTE]
+
+
+@pytest.mark.parametrize("cut", [1, 2, 3, 4, 5])
+def test_last_row_whose_number_is_cut_is_refused(cut: int) -> None:
+    reading = read(with_decimals()[:-cut])
+    assert len(reading.runs[0]) == ROWS - 1
+    assert reading.refusals[-1].rule in ("unterminated_row", "cut_row")
+
+
+def test_last_row_of_settled_readings_is_used() -> None:
+    # numbers without trailing zeros: the last one is no shorter than the shortest above it
+    log = csv({}, "# oil: 4102\n# log_kind: steps").removesuffix("\n")
+    assert len(read(log).runs[0]) == ROWS
+
+
+def test_column_that_is_there_twice_is_used_once() -> None:
+    log = with_decimals() + "\n"
+    lines = log.splitlines()
+    twice = [line if line.startswith("#") else f"{line},{line.split(',')[1]}" for line in lines]
+    reading = read("\n".join(twice) + "\n")
+    assert len(reading.runs[0]) == ROWS
+    assert "hold the same numbers" in reading.refusals[0].reason
+    different = "\n".join([*twice[:-1], twice[-1] + "1"]) + "\n"
+    assert "hold different numbers" in read(different).refusals[0].reason
+
+
+def test_parquet_columns_of_one_name_and_different_numbers_are_refused() -> None:
+    table = formats.table(VALUES)
+    field = table.schema.field("load")
+    other = table.append_column(field, arrow.array(VALUES["load"] + 1))
+    (refusal,) = read(formats.parquet_file(other), "parquet").refusals
+    assert "hold different numbers" in refusal.reason
+
+
+def test_rows_of_a_log_with_zeros_near_its_top_are_counted() -> None:
+    content = with_decimals().encode() + b"\n"
+    damaged = content[:150] + bytes(64) + content[214:]
+    reading = read(damaged)
+    assert reading.rows >= ROWS - 2
+    kept = sum(len(run) for run in reading.runs)
+    assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.rows
+
+
+# ---------------------------------------------------------------- change of set point
+
+RATE_HZ = 10
+HOLD_S = 3
+
+
+def sweep(load_n: float, speed_m_s: float) -> dict[str, np.ndarray]:
+    """A sweep of slip at one load and speed, with pure rolling before and after it."""
+    slip = np.repeat([0.0, 0.0, 0.02, 0.06, 0.12, 0.2, 0.0, 0.0], HOLD_S * RATE_HZ)
+    random = np.random.default_rng(int(load_n))
+    load = load_n * (1 + 0.003 * random.standard_normal(len(slip)))
+    return {
+        "load": load,
+        "traction_force": load * 0.05 * np.tanh(slip / 0.02),
+        "entrainment_speed": np.full(len(slip), speed_m_s),
+        "slide_roll_ratio": slip,
+        "inlet_temperature": np.full(len(slip), 60.0),
+    }
+
+
+def swept(*sweeps: dict[str, np.ndarray]) -> str:
+    joined = {name: np.concatenate([part[name] for part in sweeps]) for name in sweeps[0]}
+    units = ["s", "N", "N", "m/s", "1", "degC"]
+    time = np.arange(len(joined["load"])) / RATE_HZ
+    names = [f"{name} [{unit}]" for name, unit in zip(["time", *joined], units, strict=True)]
+    rows = np.column_stack([time, *joined.values()])
+    return (
+        "\n".join(
+            ["# oil: 4102", ",".join(names), *(",".join(map(repr, row.tolist())) for row in rows)]
+        )
+        + "\n"
+    )
+
+
+SET_POINTS = {
+    "two loads": ((20, 10), (32, 10)),
+    "two speeds": ((20, 12), (20, 21.6)),
+    "three loads": ((20, 10), (32, 10), (50, 10)),
+    "both": ((20, 5), (30, 8)),
+}
+
+
+@pytest.mark.parametrize("set_points", SET_POINTS.values(), ids=SET_POINTS)
+def test_each_set_point_of_a_log_is_a_run(set_points: tuple[tuple[float, float], ...]) -> None:
+    parts = [sweep(*set_point) for set_point in set_points]
+    reading = read(swept(*parts))
+    assert [run.run_id for run in reading.runs] == [
+        f"log:setpoint{number}" for number in range(1, 1 + len(parts))
+    ]
+    for run, (load, speed) in zip(reading.runs, set_points, strict=True):
+        assert len(run) == len(parts[0]["load"])
+        assert np.median(run.samples["load_n"]) == pytest.approx(load, rel=0.01)
+        mean_speed = (run.samples["ball_speed_m_s"] + run.samples["disc_speed_m_s"]) / 2
+        assert np.median(mean_speed) == pytest.approx(speed, rel=0.01)
+    assert {refusal.rule for refusal in reading.refusals} == {READING_NOTE}
+
+
+def speed_by_slip(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The disc at constant speed, the ball slowed: the mean speed falls with the slip."""
+    return part | {"entrainment_speed": 10 / (1 + part["slide_roll_ratio"] / 2)}
+
+
+def loaded_at_first(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """The contact is loaded within the first second."""
+    load = part["load"].copy()
+    load[:RATE_HZ] *= np.linspace(0.1, 1, RATE_HZ)
+    return part | {"load": load}
+
+
+def drifting(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    return part | {"load": part["load"] * np.linspace(1, 1.3, len(part["load"]))}
+
+
+@pytest.mark.parametrize("change", [dict, speed_by_slip, loaded_at_first, drifting])
+def test_log_at_one_set_point_stays_one_run(
+    change: Callable[[dict[str, np.ndarray]], dict[str, np.ndarray]],
+) -> None:
+    (run,) = read(swept(change(sweep(20, 10)))).runs
+    assert run.run_id == "log"
+
+
+def test_settled_readings_at_several_loads_are_several_runs() -> None:
+    slips = np.array([0.8, 1.5, 2.5, 4, 6, 9, 13, 18, 24, 30])
+    names = "load [N],traction_coefficient,entrainment_speed [m/s],slide_roll_ratio [%]"
+    lines = ["# oil: 4102", "# log_kind: steps", f"{names},inlet_temperature [degC]"]
+    for load in (40, 80):
+        lines += [f"{load},{0.04 + slip / 1e4:.4f},8,{slip:g},65" for slip in slips]
+    runs = read("\n".join(lines) + "\n").runs
+    assert [run.samples["load_n"].tolist() for run in runs] == [[40.0] * 10, [80.0] * 10]
+
+
+@pytest.mark.parametrize(("interval_s", "is_named"), [(11.0, True), (0.02, False)])
+def test_settled_readings_that_are_not_called_so_are_named(
+    interval_s: float, is_named: bool
+) -> None:
+    slips = np.array([0.8, 1.5, 2.5, 4, 6, 9, 13, 18, 24, 30])
+    names = "time [s],load [N],traction_coefficient [1],entrainment_speed [m/s]"
+    lines = ["# oil: 4102", f"{names},slide_roll_ratio [%],inlet_temperature [degC]"]
+    for row, slip in enumerate(slips):
+        lines.append(f"{interval_s * row:g},40,{0.04 + slip / 1e4:.4f},8,{slip:g},65")
+    (run,) = read("\n".join(lines) + "\n").runs
+    assert (run.flaw is not None and run.flaw.rule == "settled_readings") == is_named
+    (steps,) = read("\n".join(["# log_kind: steps", *lines]) + "\n").runs
+    assert steps.flaw is None
+
+
+def test_names_in_a_comment_are_shown_where_they_are_not_known() -> None:
+    reading = read("# load_N,rolling_coefficient\n80,0.05\n81,0.06\n")
+    assert "load_N,rolling_coefficient" in reading.refusals[0].reason

@@ -1,0 +1,220 @@
+"""MATLAB files (.mat, versions 5 to 7): variables, structures and matrices with names of columns.
+
+Three forms are a run: vectors of equal length, one per variable; a structure of such vectors, or
+each element of an array of structures; a matrix with a cell array of names, and one of units if
+there is one. Single numbers and texts beside them are header keys. The file is checked for its size
+before a value is read; nothing of it is executed.
+
+Decides: what of a MATLAB file is a table.
+"""
+
+import io
+import struct
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from oilfilm.base.plain_key import plain_key
+from oilfilm.logs import base
+from oilfilm.logs.base import NO_TEXT, UnreadableLogError
+from oilfilm.logs.columns import header_text, texts_of
+from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
+
+_TITLE = b"MATLAB 5.0 MAT-file"
+_TITLE_OF_HDF5 = b"MATLAB 7.3 MAT-file"
+_HEADER_BYTES = 128
+_TAG_BYTES = 8
+_COMPRESSED = 15
+_CHUNK_BYTES = 1 << 20
+# Numbers that are stored in one byte become eight.
+_MOST_UNPACKED = 1 << 26
+# A small file may always be unpacked to this size.
+_UNSUSPICIOUS_BYTES = 1 << 24
+# Names of the cell array that names the columns of a matrix; MATLAB's `importdata` gives the first.
+_NAMES_OF_COLUMNS = ("colheaders", "names", "column_names", "columnnames", "varnames", "headers")
+_SAVE_AGAIN = "Save it in MATLAB with save(file, '-v7'), or export it as csv."
+
+
+def recognises(head: bytes) -> bool:
+    """True for the title of a MATLAB file of version 5 to 7.3."""
+    return head.startswith((_TITLE, _TITLE_OF_HDF5))
+
+
+def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
+    """See `Reader.tables`."""
+    if content.startswith(_TITLE_OF_HDF5):
+        reason = "the file is of MATLAB's version 7.3 (HDF5), which is not read"
+        raise UnreadableLogError(reason, _SAVE_AGAIN, rule="unknown_format")
+    _check_size(content)
+    # imported where needed: few logs are of MATLAB
+    from scipy.io import loadmat  # noqa: PLC0415
+
+    # the types that come with SciPy know names of files only
+    file: Any = io.BytesIO(content)
+    variables = loadmat(file, squeeze_me=False, struct_as_record=True)
+    own = {name: value for name, value in variables.items() if not name.startswith("__")}
+    logged = list(_tables(own))
+    if not logged:
+        listed = ", ".join(sorted(own))[:200] or "none"
+        reason = f"no variable is a table: expected vectors of equal length; found {listed}"
+        advice = "Save a table T as a structure: S = table2struct(T, 'ToScalar', true)."
+        raise UnreadableLogError(reason, advice)
+    if len(logged) == 1:
+        return NO_TEXT, [logged[0].with_name("")]
+    names = base.distinct_names(table.run_name for table in logged)
+    return NO_TEXT, [table.with_name(name) for table, name in zip(logged, names, strict=True)]
+
+
+def _check_size(content: bytes) -> None:
+    """Refuse a file whose variables would fill the memory when they are unpacked.
+
+    Raises:
+        UnreadableLogError: They have more bytes than any log, or than packed data can have.
+        ValueError: A variable is longer than the file.
+    """
+    byte_order = "<" if content[126:128] == b"IM" else ">"
+    most = min(_MOST_UNPACKED, max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content)))
+    position = _HEADER_BYTES
+    unpacked_bytes = 0
+    while position + _TAG_BYTES <= len(content):
+        kind, length = struct.unpack_from(f"{byte_order}II", content, position)
+        end = position + _TAG_BYTES + length
+        if end > len(content):
+            raise ValueError("it ends within a variable")
+        if kind == _COMPRESSED:
+            unpacked_bytes += _unpacked_bytes(content[position + _TAG_BYTES : end], most)
+        else:
+            unpacked_bytes += length
+        if unpacked_bytes > most:
+            raise base.too_large(f"unpacked the file has more than {most >> 20} MiB")
+        position = end
+
+
+def _unpacked_bytes(packed: bytes, most: int) -> int:
+    """Number of bytes of a packed variable, counted up to a limit without keeping them."""
+    stream = zlib.decompressobj()
+    count = 0
+    data = packed
+    while data and count <= most:
+        count += len(stream.decompress(data, _CHUNK_BYTES))
+        data = stream.unconsumed_tail
+    return count
+
+
+def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
+    """The tables of a file: each structure, and the variables themselves."""
+    keys = dict(_keys(variables))
+    table = _table("", variables, keys)
+    if table is not None:
+        yield table
+    for name, value in variables.items():
+        if not isinstance(value, np.ndarray) or value.dtype.names is None:
+            continue
+        elements = value.reshape(-1)
+        for number, element in enumerate(elements, start=1):
+            fields = {field: element[field] for field in value.dtype.names}
+            run_name = f"{name}{number}" if len(elements) > 1 else name
+            table = _table(run_name, fields, keys | dict(_keys(fields)))
+            if table is not None:
+                yield table
+
+
+def _table(
+    run_name: str, variables: Mapping[str, Any], keys: Mapping[str, str]
+) -> LoggedTable | None:
+    """The vectors of equal length among some variables as a table; else a matrix; None without."""
+    columns = _vectors(variables) or _columns_of_matrix(variables)
+    if not columns:
+        return None
+    rows = len(next(iter(columns.values())))
+    base.check_rows(rows)
+    names = list(columns)
+    units = _names_beside(variables, ("units", "unit")) or []
+    if len(units) != len(names):
+        units = [""] * len(names)
+    numbers = [_numbers(column) for column in columns.values()]
+    texts_of_columns = list(columns.values())
+
+    def values(indices: Sequence[int]) -> list[Values]:
+        return [numbers[index] for index in indices]
+
+    def texts(index: int) -> Texts:
+        column = texts_of_columns[index]
+        if column.dtype == object:
+            cells = [_text(cell) for cell in column]
+            return np.array(cells, dtype=object)
+        return texts_of(column)
+
+    return LoggedTable(keys, names, units, values, rows, run_name, texts=texts)
+
+
+def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
+    """The vectors of the most frequent length above 1; empty without numbers among them."""
+    vectors: dict[str, Values] = {}
+    for name, value in variables.items():
+        is_column = isinstance(value, np.ndarray) and value.ndim == 2 and min(value.shape) == 1
+        if is_column and value.dtype.names is None and value.size > 1:
+            vectors[name] = value.reshape(-1)
+    lengths = [len(vector) for vector in vectors.values() if vector.dtype.kind in "iuf"]
+    if not lengths:
+        return {}
+    length = max(dict.fromkeys(lengths), key=lengths.count)
+    # one vector is no table
+    if lengths.count(length) < 2:
+        return {}
+    return {name: vector for name, vector in vectors.items() if len(vector) == length}
+
+
+def _columns_of_matrix(variables: Mapping[str, Any]) -> dict[str, Values]:
+    """The columns of the only matrix with a cell array of as many names beside it."""
+    matrices = [
+        value
+        for value in variables.values()
+        if isinstance(value, np.ndarray)
+        and value.ndim == 2
+        and value.dtype.kind in "iuf"
+        and min(value.shape) > 1
+    ]
+    names = _names_beside(variables, _NAMES_OF_COLUMNS)
+    fitting = [matrix for matrix in matrices if matrix.shape[1] == len(names)]
+    if len(fitting) != 1 or len(set(names)) < len(names):
+        return {}
+    return {name: fitting[0][:, index] for index, name in enumerate(names)}
+
+
+def _names_beside(variables: Mapping[str, Any], names: Sequence[str]) -> list[str]:
+    """The texts of the first variable with one of some names; empty without one."""
+    for name, value in variables.items():
+        if plain_key(name) in names and isinstance(value, np.ndarray) and value.dtype == object:
+            return [_text(cell) for cell in value.reshape(-1)]
+    return []
+
+
+def _numbers(column: Values) -> Values:
+    """A column of numbers; one of texts stays without numbers."""
+    if column.dtype.kind in "iuf":
+        return column
+    return np.array([], dtype=str)
+
+
+def _keys(variables: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Header keys: texts and single numbers."""
+    for name, value in variables.items():
+        if isinstance(value, np.ndarray) and value.size == 1 and value.dtype.names is None:
+            text = _text(value.reshape(-1)[0])
+            if text:
+                yield plain_key(name), text
+
+
+def _text(cell: Any) -> str:
+    """The text of a cell; empty for anything but a text or a number."""
+    while isinstance(cell, np.ndarray) and cell.size == 1:
+        cell = cell.reshape(-1)[0]
+    if isinstance(cell, (str, np.str_)):
+        return str(cell).strip()
+    if isinstance(cell, (int, float, np.number)):
+        return header_text(float(cell))
+    return ""

@@ -1,0 +1,213 @@
+"""Excel workbooks: a sheet is read as the text log that it would be, and is a run.
+
+A small archive may hold very many cells, or one cell very far away: both are found before a cell is
+read.
+
+Decides: how large a workbook may be, and how its cells are read.
+"""
+
+import datetime
+import io
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from typing import Any
+from xml.parsers import expat
+
+from oilfilm.logs import base, delimited_text
+from oilfilm.logs.base import NO_TEXT, UnreadableLogError
+from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
+
+# A workbook is a zip archive, which begins with these bytes.
+SIGNATURE = b"PK\x03\x04"
+_MEMBERS_OF_WORKBOOK = (b"[Content_Types].xml", b"_rels/.rels", b"xl/", b"docProps/")
+_MIB = 1 << 20
+_LARGEST_UNPACKED = 64 * _MIB
+# Excel's own limit.
+_LAST_ROW = 1_048_576
+# Cells with the empty ones in front of the last of each row: all of them are made.
+_MOST_CELLS = 10_000_000
+_CHUNK_BYTES = 1 << 20
+
+
+def recognises(head: bytes) -> bool:
+    """True for a zip archive with the parts of an Office document."""
+    return head.startswith(SIGNATURE) and any(name in head for name in _MEMBERS_OF_WORKBOOK)
+
+
+def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
+    """See `Reader.tables`."""
+    logged: list[LoggedTable] = []
+    titles: list[str] = []
+    not_read: list[str] = []
+    first_error: UnreadableLogError | None = None
+    for title, text in sheet_texts(content):
+        try:
+            _, tables_of_sheet = delimited_text.tables(text, vocabulary)
+        except UnreadableLogError as error:
+            not_read.append(title)
+            first_error = first_error or error
+            continue
+        for table in tables_of_sheet:
+            logged.append(table)
+            titles.append(f"{title} {table.run_name}".strip())
+    if not logged:
+        raise first_error or UnreadableLogError(
+            "no sheet of the workbook has a cell", rule="no_rows"
+        )
+    if not_read:
+        listed = ", ".join(map(repr, not_read[:10]))
+        note = f"no columns of a {vocabulary.name} log in the sheets {listed}: they are not read"
+        logged[0] = logged[0].with_note(note)
+    if len(logged) == 1:
+        return NO_TEXT, logged
+    names = base.distinct_names(titles)
+    return NO_TEXT, [table.with_name(name) for table, name in zip(logged, names, strict=True)]
+
+
+def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
+    """Title and text of each sheet with a cell, as tab-separated UTF-8.
+
+    Raises:
+        ValueError: The workbook is too large.
+        Exception: Any error that the library raises for a damaged workbook.
+    """
+    # imported where needed: few logs are workbooks
+    import openpyxl  # noqa: PLC0415
+
+    texts: list[tuple[str, bytes]] = []
+    with closing(
+        openpyxl.load_workbook(checked_workbook(content), read_only=True, data_only=True)
+    ) as workbook:
+        for sheet in workbook.worksheets:
+            # the size that a sheet states may be wrong: it is read to its last cell
+            sheet.reset_dimensions()
+            lines: list[str] = []
+            columns_in_percent: set[int] = set()
+            for row in sheet.iter_rows():
+                cells = _cells(row, columns_in_percent)
+                if cells:
+                    lines.append("\t".join(cells))
+            most_tabs = max((line.count("\t") for line in lines), default=0)
+            filled = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
+            if filled:
+                texts.append((sheet.title, ("\n".join(filled) + "\n").encode()))
+    return texts
+
+
+def _cells(row: Sequence[Any], columns_in_percent: set[int]) -> list[str]:
+    """The texts of a row up to its last filled cell.
+
+    A number that the sheet shows as 5 % is 0.05 in its cell. It becomes 5 in a column whose
+    name or unit has a percent sign.
+
+    Args:
+        row: The cells.
+        columns_in_percent: Columns with a percent sign above; those of this row are added.
+    """
+    texts: list[str] = []
+    for index, cell in enumerate(row):
+        value = cell.value
+        if isinstance(value, str) and "%" in value:
+            columns_in_percent.add(index)
+        if isinstance(value, (int, float)) and "%" in (cell.number_format or ""):
+            shown = 100 * value if index in columns_in_percent else value
+            texts.append(f"{shown:.12g}")
+        else:
+            texts.append(_text(value))
+    while texts and not texts[-1]:
+        texts.pop()
+    return texts
+
+
+def _text(value: Any) -> str:
+    """The text of a value: numbers with all digits, instants by ISO 8601."""
+    if value is None:
+        return ""
+    if isinstance(value, datetime.datetime):
+        # a workbook holds days as numbers: behind milliseconds there are rounding errors
+        rounded = value + datetime.timedelta(microseconds=500)
+        return rounded.isoformat(sep=" ", timespec="milliseconds")
+    if isinstance(value, datetime.timedelta):
+        return repr(value.total_seconds())
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return f"{value:.0f}" if float(value).is_integer() else repr(value)
+    return " ".join(str(value).split())
+
+
+def checked_workbook(content: bytes) -> io.BytesIO:
+    """An Excel workbook that can be opened: its bytes, rows and cells are counted before.
+
+    Raises:
+        ValueError: It has more than 64 MiB when it is unpacked, a row that no sheet has, or more
+            than ten million cells.
+    """
+    archive = zipfile.ZipFile(io.BytesIO(content))
+    size = sum(member.file_size for member in archive.infolist())
+    if size > _LARGEST_UNPACKED:
+        raise ValueError(
+            f"unpacked it has {size // _MIB} MiB; expected at most {_LARGEST_UNPACKED // _MIB}"
+        )
+    cells = 0
+    for member in archive.infolist():
+        if "worksheets/" in member.filename and member.filename.endswith(".xml"):
+            cells += _count_cells(archive, member, _MOST_CELLS - cells)
+    return io.BytesIO(content)
+
+
+def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -> int:
+    """Number of cells of a sheet, each row filled up to its last cell.
+
+    Raises:
+        ValueError: A row is beyond the last one of any sheet, or there are more than `most` cells.
+    """
+    row = column = cells = 0
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        nonlocal row, column, cells
+        tag = name.rpartition(":")[2]
+        if tag == "row":
+            row = int(attributes.get("r", row + 1))
+            column = 0
+            if row > _LAST_ROW:
+                raise ValueError(f"it has a row {row}; expected at most {_LAST_ROW}")
+        elif tag == "c":
+            letters = attributes.get("r", "").rstrip("0123456789")
+            last_column = _number_of_column(letters) if letters else column + 1
+            cells += max(last_column - column, 0)
+            column = max(last_column, column)
+            if cells > most:
+                raise ValueError(f"it has more than {_MOST_CELLS} cells, with empty ones between")
+
+    def refuse_entity(*_: object) -> None:
+        raise ValueError("a sheet declares entities, which no spreadsheet program writes")
+
+    parser = expat.ParserCreate()
+    parser.StartElementHandler = start
+    parser.EntityDeclHandler = refuse_entity
+    with archive.open(member) as sheet:
+        for chunk in _chunks(sheet):
+            parser.Parse(chunk, False)
+        parser.Parse(b"", True)
+    return cells
+
+
+def _chunks(sheet: Any) -> Iterator[bytes]:
+    chunk = sheet.read(_CHUNK_BYTES)
+    while chunk:
+        yield chunk
+        chunk = sheet.read(_CHUNK_BYTES)
+
+
+def _number_of_column(letters: str) -> int:
+    """The number of a column by its letters, from 1.
+
+    Examples:
+        >>> [_number_of_column(letters) for letters in ("A", "Z", "AA", "XFD")]
+        [1, 26, 27, 16384]
+    """
+    number = 0
+    for letter in letters[:4].upper():
+        number = 26 * number + ord(letter) - ord("A") + 1
+    return number
