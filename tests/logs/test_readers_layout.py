@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import bad_logs
 import formats
 from bad_logs import CONFIG
-from oilfilm.logs import ingest
+from oilfilm.logs import ingest, raw_files
 from oilfilm.logs.base import Reading, UnreadableLogError
 from oilfilm.logs.header import header_keys, misspelt_key, named_keys
 from oilfilm.logs.ingest import ingest_logs, read_log, unpack
@@ -408,7 +408,8 @@ def test_set_point_in_an_impossible_unit_is_refused(line: str) -> None:
 def test_file_larger_than_any_log_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ingest, "LARGEST_LOG", 1000)
+    for module in (ingest, raw_files):
+        monkeypatch.setattr(module, "LARGEST_LOG", 1000)
     log = tmp_path / "log.csv"
     log.write_bytes(b"# oil: 4102\n" + 5000 * b"1,2,3,4,5,6\n")
     content = ingest.read_bytes(log)

@@ -223,12 +223,12 @@ def _settled_readings(
         ball: Surface speed of the ball in m/s, shape (rows,).
         disc: Surface speed of the disc in m/s, shape (rows,).
     """
-    if len(time_s) < _FEWEST_READINGS:
+    turning = np.flatnonzero(disc + ball != 0)
+    if len(turning) < _FEWEST_READINGS:
         return None
-    interval = float(np.median(np.diff(time_s)))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slip = 2 * (disc - ball) / (disc + ball)
-    is_other_slip = np.abs(np.diff(slip)) > _SAME_SLIP
+    ball, disc = ball[turning], disc[turning]
+    interval = float(np.median(np.diff(time_s[turning])))
+    is_other_slip = np.abs(np.diff(2 * (disc - ball) / (disc + ball))) > _SAME_SLIP
     if interval < _INTERVAL_OF_READINGS_S or is_other_slip.mean() < _SHARE_OF_READINGS:
         return None
     return base.Refusal(
