@@ -223,7 +223,10 @@ def _settled_readings(
         ball: Surface speed of the ball in m/s, shape (rows,).
         disc: Surface speed of the disc in m/s, shape (rows,).
     """
-    turning = np.flatnonzero(disc + ball != 0)
+    # speeds of an impossible slip are infinite
+    with np.errstate(invalid="ignore"):
+        rolling = disc + ball
+    turning = np.flatnonzero(np.isfinite(rolling) & (rolling != 0))
     if len(turning) < _FEWEST_READINGS:
         return None
     ball, disc = ball[turning], disc[turning]
