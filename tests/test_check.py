@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -9,13 +10,15 @@ import numpy as np
 import pytest
 
 import torque_logs
-from bad_logs import good
+from bad_logs import csv, good
 from campaigns import LABORATORY, ROOT, laboratory_campaign, write_campaign
 from command_line import printed_objects
 from damages import SOUND
 from oilfilm.cli import main
-from oilfilm.cli.check import WIDTH
+from oilfilm.cli.check import CAUSES, WIDTH, verdict_lines
+from oilfilm.curation.gate import RULES
 from oilfilm.logs.first_seen import FirstSeen
+from oilfilm.logs.ingest import read_bytes
 
 CONFIG = ["--config", str(ROOT / "config")]
 N_PER_KGF = 9.80665
@@ -146,3 +149,137 @@ def test_page_shows_what_is_printed(
     assert main([*command.split(), *CONFIG]) == 1
     assert capsys.readouterr().out.replace(os.sep, "/") == shown
     assert all(len(line) <= WIDTH for line in shown.splitlines())
+
+
+def _in_project(folder: Path, name: str, log: str) -> Path:
+    """A log in the raw folder of a project that has the configuration of the repository."""
+    shutil.copytree(ROOT / "config", folder / "config")
+    campaign = laboratory_campaign()
+    if name == "june":
+        campaign["columns"] = {"load": {"name": "Andruck"}}
+        log = log.replace("load [N]", "Andruck [N]")
+    write_campaign(folder, name, campaign)
+    raw = folder / "data/raw" / name
+    raw.mkdir(parents=True)
+    (raw / "own.csv").write_text(log, "utf-8")
+    return raw / "own.csv"
+
+
+def test_log_is_judged_by_the_project_in_whose_folder_it_is(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = _in_project(tmp_path / "lab", "june", csv().decode())
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    assert main(["check", str(log)]) == 0
+    shown = capsys.readouterr()
+    assert "campaign june" in shown.out
+    assert "oilfilm init" not in shown.err
+
+
+def test_logs_of_two_projects_are_not_judged_together(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = [str(_in_project(tmp_path / lab, "june", csv().decode())) for lab in ("a", "b")]
+    assert main(["check", *logs]) == 2
+    message = capsys.readouterr().err
+    assert str(tmp_path / "a") in message
+    assert str(tmp_path / "b") in message
+    assert "--config" in message
+
+
+def test_stranger_is_told_of_init_and_where_the_names_seem_to_be(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    rows = "".join(f"{row}\t{row + 1}.5\t{row + 2}\t{row * 3}\n" for row in range(20))
+    text = f"Tribometer 7\nMonday\nZeit\tKraft\tWeg\tDrehung\ns\tN\tmm\t1\n{rows}"
+    (tmp_path / "strange.txt").write_text(text, "utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "strange.txt"]) == 1
+    shown = capsys.readouterr()
+    lines = " ".join(shown.out.split())
+    assert "names seem to be in line 3" in lines
+    assert "Drehung" in lines
+    assert "oilfilm init" in shown.err
+
+
+def test_cause_is_shown_first_and_its_consequences_below_it(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The clock begins anew in each of three blocks; 5 other findings follow from it."""
+    problems = [
+        refusal("not_steady", 4),
+        refusal("unreadable_row", 11),
+        refusal("time_disorder", 16),
+        refusal("unreadable_row", 26),
+        refusal("truncated", 90),
+    ]
+    log = {
+        "file": "blocks.txt",
+        "verdict": "refused",
+        "run_sheet_rows": None,
+        "refusals": problems,
+        "runs": [
+            {
+                "run_id": "blocks.txt",
+                "verdict": "refused",
+                "warning": "",
+                "plateaus": 6,
+                "accepted_plateaus": 0,
+                "rows": 60,
+                "failed_gates": [],
+            }
+        ],
+    }
+    lines = list(verdict_lines(log))
+    assert "time_disorder" in lines[1]
+    below = [line.strip() for line in lines if line.startswith(" " * 6)]
+    assert [line.partition(":")[0] for line in below] == ["not_steady", "unreadable_row"]
+    assert "1 more of this kind" in below[1]
+    # what is no consequence stands on its own
+    assert any(line.startswith("  truncated") for line in lines)
+
+
+def refusal(rule: str, row: int) -> dict[str, Any]:
+    return {
+        "run_id": "blocks.txt",
+        "rule": rule,
+        "reason": "found",
+        "advice": "",
+        "first_row": row,
+        "last_row": row,
+        "refused_rows": 1,
+    }
+
+
+def test_every_cause_and_consequence_is_a_rule() -> None:
+    consequences = {rule for rules in CAUSES.values() for rule in rules.split()}
+    known = {*RULES["gates"], *RULES["warnings"], *RULES["others"], *RULES["mistakes"]}
+    known |= {*RULES["traction"], *RULES["torque"]}
+    # rules of readers, which no table lists
+    readers = {"unreadable_row", "slip_unit"}
+    assert consequences | CAUSES.keys() <= known | readers
+
+
+def test_small_log_takes_no_memory_for_the_largest_one(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(csv())
+    tracemalloc.start()
+    assert read_bytes(path) == csv()
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 8e6
+
+
+def test_too_little_memory_ends_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(csv())
+
+    def no_memory(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("oilfilm.cli.check.ingest_logs", no_memory)
+    assert main(["check", str(path), *CONFIG]) == 2
+    assert "memory does not suffice" in capsys.readouterr().err

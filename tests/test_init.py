@@ -240,7 +240,9 @@ def test_what_is_left_empty_is_named_with_file_line_and_key(tmp_path: Path) -> N
     assert len(made.made.to_fill_in) == 3
     for file, number, line in made.made.to_fill_in:
         key = line.partition(":")[0]
-        with pytest.raises(OilfilmError, match=rf"{file}, line {number}, `{key}`: found nothing"):
+        with pytest.raises(
+            OilfilmError, match=rf"{file}, line {number}, `{key}`: found nothing; fill in"
+        ):
             resolve(config, {})
         path, value = made.folder / file, FILM if key == "film_unjudged" else f"{key}: 0.01"
         path.write_text(path.read_text(encoding="utf-8").replace(line, value), encoding="utf-8")
@@ -308,6 +310,9 @@ def test_nothing_is_overwritten_or_left_behind(tmp_path: Path) -> None:
         ("p", [*logs, *again], r"has the name of .*Rename one"),
         ("p", [unfit], "cannot be in the name of a log"),
         ("a b", logs, "cannot be a name"),
+        ("2026.03", logs, "reads as 2026.03"),
+        ("007", logs, "reads as 7"),
+        ("no", logs, "reads as False"),
     ):
         with pytest.raises(OilfilmError, match=sentence):
             make_project(tmp_path / folder, given)

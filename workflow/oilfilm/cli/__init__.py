@@ -49,6 +49,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         print(OilfilmError(f"{error.filename or 'the output'}: {error.strerror}."), file=sys.stderr)
         return 2
+    except MemoryError:
+        print(
+            "The memory does not suffice. Give the program more memory, end other programs, or "
+            "name fewer logs.",
+            file=sys.stderr,
+        )
+        return 2
     except KeyboardInterrupt:
         return 130
 

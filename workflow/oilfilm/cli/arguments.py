@@ -49,6 +49,11 @@ def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
     """
     folder = results or Path("results", read_config(config_folder(None)).campaign)
     if not (folder / "tables").is_dir():
+        if results is None and not Path("config/config.yaml").is_file():
+            raise OilfilmError(
+                f"{Path.cwd()}: is no project: it has no config/config.yaml. Change to the folder "
+                "of the project, or name the results with --results."
+            )
         raise OilfilmError(
             f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
             "Run snakemake, or correct --results."

@@ -12,7 +12,7 @@ import sys
 import textwrap
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from itertools import chain
 from math import isnan
 from pathlib import Path
@@ -59,6 +59,8 @@ _MOST_RUNS_LISTED = 10
 _MOST_LOGS_IN_DETAIL = 10
 _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
 _KINDS: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
+# Rule -> the rules that may only follow from it, with blanks between.
+CAUSES: Mapping[str, str] = RULES["causes"]
 # A log: its path and its content.
 Log = tuple[str, bytes]
 # What was found in a log, a run or a part of it, by names, as JSON has it.
@@ -67,14 +69,14 @@ Plain = dict[str, Any]
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where a log is refused."""
-    config = config_folder(options.config)
-    raw = project_folder(options.config) / "data" / "raw"
     files: list[Path] = []
     for path in options.logs:
         if path.is_dir():
             files += [path / name for name in raw_files(path)]
         else:
             files.append(path)
+    config, project = _config_and_project(options.config, files)
+    raw = project / "data" / "raw"
     campaign = options.campaign or _campaign_of(files, raw, config)
     settings = resolve(config, {"campaign": campaign} if campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
@@ -86,7 +88,52 @@ def run(options: argparse.Namespace) -> int:
             print(sentence, file=sys.stderr)
     checked = check_files([(_name(path), read_bytes(path)) for path in logs], settings, raw)
     print("\n".join(map(json_line, checked)) if options.json else report(checked))
+    if not campaign:
+        print("\n".join(_wrapped(_stranger(settings.campaign.name), "")), file=sys.stderr)
     return int(any(log["verdict"] == "refused" for log in checked))
+
+
+def _config_and_project(typed: Path | None, logs: Sequence[Path]) -> tuple[Path, Path]:
+    """The configuration folder and the folder of the project by which logs are judged.
+
+    It is the typed one, else that of the project in whose `data/raw` the logs are, else that of the
+    current folder, else oilfilm's own.
+
+    Raises:
+        OilfilmError: The logs are of several projects.
+    """
+    if typed:
+        return typed, project_folder(typed)
+    projects = sorted({project for project in map(_project_of, logs) if project is not None})
+    if len(projects) > 1:
+        names = " and ".join(map(str, projects))
+        raise OilfilmError(
+            f"{logs[0]}: the logs are of the projects {names}. Check one "
+            "project at a time, or name with --config the configuration folder that is meant."
+        )
+    if projects and projects[0] != Path.cwd():
+        return projects[0] / "config", projects[0]
+    return config_folder(None), project_folder(None)
+
+
+def _project_of(log: Path) -> Path | None:
+    """The folder of the project in whose `data/raw` a log is; None where it is in none."""
+    # not `resolve`, which fails on a link to itself
+    for folder in Path(os.path.realpath(log)).parents:
+        is_raw = folder.name == "raw" and folder.parent.name == "data"
+        if is_raw and (folder.parents[1] / "config" / "config.yaml").is_file():
+            return folder.parents[1]
+    return None
+
+
+def _stranger(campaign: str) -> str:
+    """What to do about logs that are in no campaign's folder."""
+    return (
+        f"The logs are in the folder of no campaign: the names of columns, the rig and the limits "
+        f"are those of the campaign {campaign!r}, which may be another laboratory's. "
+        "`oilfilm init FOLDER LOG...` makes a project for logs of your own. --campaign names a "
+        "campaign that you have."
+    )
 
 
 def _removed_logs(campaign: str, raw: Path) -> Iterator[str]:
@@ -349,37 +396,96 @@ def verdict_lines(log: Plain) -> Iterator[str]:
 _FILE = ""
 
 
+@dataclass(frozen=True)
+class _Problem:
+    """A finding about a run or a file.
+
+    Attributes:
+        rule: The rule or gate; empty where it is none.
+        text: What was found.
+        advice: What to do about it.
+    """
+
+    rule: str
+    text: str
+    advice: str = ""
+
+
 def _problems_by_run(log: Plain) -> dict[str, list[str]]:
     """Lines on what is wrong or doubtful and what to do, by run and for the file (`_FILE`)."""
-    lines: dict[str, list[str]] = {_FILE: []}
+    problems: dict[str, list[_Problem]] = {_FILE: []}
     for run in log["runs"]:
-        lines[run["run_id"]] = []
-
-    def add(run_id: str, problem: str, advice: str = "") -> None:
-        lines_of_run = lines.get(run_id, lines[_FILE])
-        lines_of_run += _wrapped(printable(problem), "  ")
-        if advice:
-            lines_of_run += _wrapped(f"-> {printable(advice)}", "    ")
-
-    explained = set()
-    for refusal in log["refusals"]:
-        add(refusal["run_id"], f"{refusal['rule']}: {refusal['reason']}", refusal["advice"])
-        explained.add((refusal["run_id"], refusal["rule"]))
+        problems[run["run_id"]] = []
+    for problem_run, refusals in _refusals_by_rule(log):
+        of_run = problems.get(problem_run, problems[_FILE])
+        of_run.append(_of_one_rule(refusals))
     for run in log["runs"]:
+        of_run = problems[run["run_id"]]
+        explained = {problem.rule for problem in of_run}
         if run["warning"]:
-            add(run["run_id"], f"WARNING: {run['warning']}")
+            of_run.append(_Problem("", f"WARNING: {run['warning']}"))
         for failure in run["failed_gates"]:
-            if (run["run_id"], failure["gate"]) not in explained:
+            if failure["gate"] not in explained:
                 plateaus = "plateau" if failure["plateaus"] == 1 else "plateaus"
-                problem = (
+                text = (
                     f"{failure['gate']}: {failure['plateaus']} {plateaus}, first at row "
                     f"{failure['first_row']}"
                 )
-                add(run["run_id"], problem, failure["advice"])
+                of_run.append(_Problem(failure["gate"], text, failure["advice"]))
     if log["run_sheet_rows"] == 0:
         advice = "Only its header counts. Correct the name in the sheet."
-        add(_FILE, "the run sheet has no row for this log", advice)
-    return lines
+        problems[_FILE].append(_Problem("", "the run sheet has no row for this log", advice))
+    return {run_id: list(_lines(of_run)) for run_id, of_run in problems.items()}
+
+
+def _refusals_by_rule(log: Plain) -> Iterator[tuple[str, list[Plain]]]:
+    """The refusals of a log by run and rule, in the order in which they are first named."""
+    by_rule: dict[tuple[str, str], list[Plain]] = {}
+    for refusal in log["refusals"]:
+        by_rule.setdefault((refusal["run_id"], refusal["rule"]), []).append(refusal)
+    for (run_id, _), refusals in by_rule.items():
+        yield run_id, refusals
+
+
+def _of_one_rule(refusals: Sequence[Plain]) -> _Problem:
+    """Refusals of one run by one rule: the first one in words, the others counted."""
+    first, *others = refusals
+    text = f"{first['rule']}: {first['reason']}"
+    if others:
+        rows = sum(refusal["refused_rows"] for refusal in others)
+        of_rows = f" ({rows} rows)" if rows else ""
+        text += f"; and {len(others)} more of this kind{of_rows}: --json shows all"
+    return _Problem(first["rule"], text, first["advice"])
+
+
+def _lines(problems: Sequence[_Problem]) -> Iterator[str]:
+    """Problems as lines: causes first, each with what may only follow from it below."""
+    rules = {problem.rule for problem in problems}
+    consequences: set[str] = set()
+    for rule in rules & CAUSES.keys():
+        consequences.update(CAUSES[rule].split())
+    # of causes that follow from each other none is the first
+    causes = [problem for problem in problems if problem.rule in CAUSES.keys() - consequences]
+    shown: set[str] = set()
+    for cause in causes:
+        yield from _lines_of(cause)
+        shown.add(cause.rule)
+        following = rules.intersection(CAUSES[cause.rule].split()) - shown
+        if following:
+            yield "    These may only follow from it:"
+        for problem in problems:
+            if problem.rule in following:
+                yield from _wrapped(printable(problem.text), "      ")
+        shown |= following
+    for problem in problems:
+        if problem.rule not in shown:
+            yield from _lines_of(problem)
+
+
+def _lines_of(problem: _Problem) -> Iterator[str]:
+    yield from _wrapped(printable(problem.text), "  ")
+    if problem.advice:
+        yield from _wrapped(f"-> {printable(problem.advice)}", "    ")
 
 
 def _counted(names: Iterable[str]) -> str:

@@ -6,6 +6,7 @@ Decides: the files that `oilfilm init` writes.
 import argparse
 import re
 import shutil
+import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,25 +15,32 @@ from itertools import chain
 from pathlib import Path
 from shlex import quote
 
-import numpy as np
 import pandas as pd
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.home import CONFIG, HOME
+from oilfilm.base.units import conversion
+from oilfilm.cli.dialogue import Checked, check_project, converse, open_lines, outcome
+from oilfilm.cli.settings_line import FILL_IN, settings_line
+from oilfilm.cli.sliding_rigs import does_not_roll
 from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
 from oilfilm.logs.base import SET_POINTS
+from oilfilm.logs.header import split_unit
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
 from oilfilm.logs.sniff import (
     VOCABULARY,
     Findings,
     Sniffed,
+    has_word,
     rows_of_sheet,
     set_points,
     shipped,
     sniff,
+    unit_in_name,
 )
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve, safe_name
@@ -44,12 +52,10 @@ _COPIED_FILES = (
     "docs/reference/configuration.md",
     "profiles/default/config.yaml",
 )
-# Marks a value that only the laboratory knows. The run stops without it.
-FILL_IN = "# FILL IN"
 # Marks a value that only the film thickness needs. The run does not stop without it.
 FOR_FILM = "# for the film"
-# Column of the comments in settings.
-_COMMENT_COLUMN = 34
+# Words for a torque, in small letters.
+_TORQUE_WORDS = "torque moment couple coppia крутящ 扭矩 转矩 トルク"
 # Why a source of the zero of the force suits some runs.
 _REASONS_FOR_ZERO = {
     "rolling_phases": "guess: {which} begin and end with pure rolling",
@@ -81,6 +87,11 @@ class NewProject:
     texts: Mapping[str, str]
 
     @property
+    def names(self) -> list[str]:
+        """Names of the columns of all logs."""
+        return list(dict.fromkeys(chain.from_iterable(log.names for log in self.found.logs)))
+
+    @property
     def to_fill_in(self) -> list[tuple[str, int, str]]:
         """The lines that only the laboratory can fill in: file, line number, text."""
         marked_lines = []
@@ -94,8 +105,27 @@ class NewProject:
 def run(options: argparse.Namespace) -> int:
     """Write the folder, report the guesses and the lines to fill in; 1 if a log cannot be read."""
     project = make_project(options.folder, options.logs)
-    print("\n".join(map(printable, _report(project, str(options.folder)))))
-    return int(any(log.problem for log in project.found.logs))
+    _print(_report(project, str(options.folder)))
+    if is_terminal() and not options.no_questions:
+        checked = converse(
+            options.folder, project.campaign, list(project.texts), project.names, input, print
+        )
+    else:
+        checked = None
+        if not project.to_fill_in:
+            checked = check_project(options.folder, project.campaign)
+    _print(_end(project, options.folder, checked))
+    all_refused = checked is not None and len(checked.refused) == len(checked.logs)
+    return int(all_refused or any(log.problem for log in project.found.logs))
+
+
+def is_terminal() -> bool:
+    """Whether a person can read and answer questions."""
+    return sys.stdin.isatty() and sys.stdout.isatty()
+
+
+def _print(lines: Iterable[str]) -> None:
+    print("\n".join(map(printable, lines)))
 
 
 def _report(project: NewProject, folder: str) -> Iterator[str]:
@@ -107,13 +137,41 @@ def _report(project: NewProject, folder: str) -> Iterator[str]:
     for quantity, names in project.found.columns.items():
         yield f"  {quantity}: {', '.join(names)} (guess)"
     yield f"Written: {', '.join(project.texts)}"
-    yield f"To fill in, because only you can know it: {len(project.to_fill_in)}"
-    for file, number, line in project.to_fill_in:
-        yield f"  {file}, line {number}: {' '.join(line.split())}"
+    yield from abilities(project.found)
+
+
+def _end(project: NewProject, folder: Path, checked: Checked | None) -> Iterator[str]:
+    """What is left to fill in, what the check says, and the next commands."""
+    open_now = open_lines(folder, list(project.texts))
+    if open_now:
+        yield f"To fill in, because only you can know it: {len(open_now)}"
+        for line in open_now:
+            yield f"  {line.file}, line {line.number}: {' '.join(line.text.split())}"
     files_for_film = [file for file, text in project.texts.items() if FOR_FILM in text]
     if files_for_film:
         yield f"For pressure and film thickness, fill in as well: {', '.join(files_for_film)}"
-    yield f"Then: cd {quote(folder)}; oilfilm check data/raw/{project.campaign}; oilfilm run"
+    if checked is not None:
+        yield from outcome(checked, folder)
+    yield f"Then: cd {quote(str(folder))}; oilfilm check data/raw/{project.campaign}; oilfilm run"
+
+
+def abilities(found: Findings) -> Iterator[str]:
+    """What the logs can give and what they cannot give, as far as their columns show it."""
+    missing = [quantity.replace("_", " ") for quantity in found.doubtful]
+    if missing:
+        yield f"The logs give no curve until these columns are named: {', '.join(missing)}."
+    else:
+        yield "The logs can give traction coefficients over slip, with speed and temperature."
+    runs = list(found.runs)
+    cannot = []
+    if runs and all(run.settled for run in runs):
+        cannot.append("whether a reading was steady (each row is one settled reading)")
+    if None in found.zeros:
+        cannot.append("the zero of the force (neither pure rolling nor standstill)")
+    if found.needs_contact:
+        cannot.append("the pressure, without the ball's radius and the moduli")
+    cannot.append("the film thickness, without the files of oil and rig")
+    yield f"They cannot give {'; '.join(cannot)}."
 
 
 def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
@@ -128,6 +186,13 @@ def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
             be read.
     """
     name = safe_name(folder.resolve().name, folder)
+    as_number = yaml.safe_load(name)
+    if isinstance(as_number, float) or str(as_number) != name:
+        # the command line of snakemake reads `campaign=2026.03` as a number
+        raise OilfilmError(
+            f"{folder}: {name!r} cannot be the name of a campaign, because it reads as "
+            f"{as_number!r}. Put a letter before it."
+        )
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise OilfilmError(
             f"{folder}: exists already and is not empty. Name a new or an empty folder."
@@ -138,11 +203,6 @@ def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
     texts = _texts(name, found)
     if not sheets:
         texts[f"{raw}/runs.csv"] = run_sheet(found)
-    for file, text in texts.items():
-        (folder / file).parent.mkdir(parents=True, exist_ok=True)
-        # a byte order mark, so that spreadsheets read umlauts
-        encoding = "utf-8-sig" if file.endswith(".csv") else "utf-8"
-        (folder / file).write_text(text, encoding=encoding, newline="\n")
     sources = {f"{raw}/{log.file}": logs[log.file] for log in found.logs}
     for sheet in sheets:
         sources[f"{raw}/{sheet.name}"] = sheet
@@ -151,10 +211,38 @@ def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
     # beside the settings, where editors find them
     for schema in sorted((HOME / "workflow/schemas").glob("*.schema.json")):
         sources[f"config/schemas/{schema.name}"] = schema
-    for file, source in sources.items():
-        (folder / file).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(source, folder / file)
+    _write(folder, texts, sources)
     return NewProject(name, found, no_logs, texts)
+
+
+def _write(folder: Path, texts: Mapping[str, str], sources: Mapping[str, Path]) -> None:
+    """Write texts and copies into a new folder, all of them or nothing.
+
+    Raises:
+        OilfilmError: They cannot be written, for example because the disk is full.
+    """
+    # an empty folder that is there already may be the current one: it keeps its place
+    target = folder.resolve()
+    place = target / "project" if target.exists() else target
+    try:
+        with atomic_folder(place) as temporary:
+            for file, text in texts.items():
+                (temporary / file).parent.mkdir(parents=True, exist_ok=True)
+                # a byte order mark, so that spreadsheets read umlauts
+                encoding = "utf-8-sig" if file.endswith(".csv") else "utf-8"
+                (temporary / file).write_text(text, encoding=encoding, newline="\n")
+            for file, source in sources.items():
+                (temporary / file).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(source, temporary / file)
+        if place != target:
+            for entry in place.iterdir():
+                entry.rename(target / entry.name)
+            place.rmdir()
+    except OSError as error:
+        raise OilfilmError(
+            f"{folder}: cannot be written ({error.strerror}). Nothing was left behind: repeat the "
+            "command where there is room and the right to write."
+        ) from error
 
 
 def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
@@ -171,6 +259,7 @@ def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
     zero = partial(zero_source, settings_by_source=settings_by_source)
     sniffed = [sniff(file, read_bytes(path), zero) for file, path in logs.items()]
     found = Findings([log for log in sniffed if log.is_log])
+    _refuse_sliding_rigs(sniffed, logs)
     if not found.named:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed)
         raise OilfilmError(
@@ -179,6 +268,18 @@ def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
             "of oilfilm says what logs need."
         )
     return found, [log for log in sniffed if not log.is_log]
+
+
+def _refuse_sliding_rigs(sniffed: Sequence[Sniffed], logs: Mapping[str, Path]) -> None:
+    """Refuse logs of which none is of a rig that rolls.
+
+    Raises:
+        OilfilmError: Every file is of a rig that does not roll.
+    """
+    reasons = {log.file: does_not_roll(log, read_bytes(logs[log.file])) for log in sniffed}
+    if reasons and all(reasons.values()):
+        file, reason = next(iter(reasons.items()))
+        raise OilfilmError(f"{file}: {reason} Nothing was written.")
 
 
 def _logs_and_sheets(paths: Iterable[Path]) -> tuple[dict[str, Path], list[Path]]:
@@ -224,12 +325,34 @@ def _texts(name: str, found: Findings) -> dict[str, str]:
     }
     for rig in found.rigs:
         if rig not in shipped("rigs").values():
-            text = template("rig.yaml.jinja", name=rig, found=found)
+            text = template(
+                "rig.yaml.jinja", name=rig, found=found, needs_radii=_needs_radii(found)
+            )
             files[f"config/rigs/{rig}.yaml"] = text
     for oil in found.oils:
         if oil not in shipped("oils").values():
             files[f"config/oils/{oil}.yaml"] = oil_yaml(oil, found)
     return files
+
+
+def _needs_radii(found: Findings) -> bool:
+    """Whether a speed is, or may be, that of a spindle: then the radii of the tracks are needed."""
+    if found.needs_radii:
+        return True
+    speeds = {"ball_speed", "disc_speed"}
+    names: Iterable[str] = ()
+    if speeds & found.doubtful.keys():
+        names = chain.from_iterable(log.names for log in found.named)
+    return any(_unit_as(name, "ball_speed") == "rpm" for name in names)
+
+
+def _unit_as(name: str, quantity: str) -> str:
+    """The unit into which that in a column's name converts for a quantity; empty without one."""
+    bare_name, unit = split_unit(name)
+    unit = unit or unit_in_name(bare_name, quantity, VOCABULARY)
+    if not unit or not VOCABULARY.fits(quantity, unit):
+        return ""
+    return conversion(unit, tuple(VOCABULARY.quantities[quantity])).unit
 
 
 # ---------------------------------------------------------------- the files
@@ -243,9 +366,9 @@ def template(file: str, /, **values: object) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
-        autoescape=False,  # noqa: S701 - YAML, whose values and comments `_line` writes
+        autoescape=False,  # noqa: S701 - YAML, whose values and comments `settings_line` writes
     )
-    return environment.get_template(file).render(line=_line, **values)
+    return environment.get_template(file).render(line=settings_line, **values)
 
 
 def campaign_yaml(name: str, found: Findings) -> str:
@@ -303,7 +426,8 @@ def _columns(found: Findings) -> Iterator[Line]:
         names = found.columns.get(quantity)
         unit, unit_is_unknown = found.unit(quantity)
         if quantity in found.doubtful:
-            choice = ", ".join(found.doubtful[quantity]) or "no column is left"
+            names_left = [_choice(name, quantity) for name in found.doubtful[quantity]]
+            choice = ", ".join(names_left) or "no column is left"
             comment = f"{FILL_IN}: the name of the column; perhaps {choice}"
             yield quantity, {"name": names}, comment
         elif names and unit_is_unknown:
@@ -314,6 +438,13 @@ def _columns(found: Findings) -> Iterator[Line]:
             yield quantity, {"name": names, "unit": unit}, "guess"
         elif names:
             yield quantity, {"name": names}, "guess"
+
+
+def _choice(name: str, quantity: str) -> str:
+    """A column to choose; a torque is offered as a torque, never as a force."""
+    if quantity == "traction_force" and has_word(name, _TORQUE_WORDS):
+        return f"{name} (a torque: the rig file needs torque_arm_m)"
+    return name
 
 
 def _semantics(found: Findings) -> Iterator[Line]:
@@ -346,8 +477,8 @@ def oil_yaml(oil: str, found: Findings) -> str:
         if key in ("stand_in", "model"):
             return line[0]
         if key in values:
-            return _line(key, values[key])
-        return _line(key, None, f"{FOR_FILM}: as {' '.join(example.split())}")
+            return settings_line(key, values[key])
+        return settings_line(key, None, f"{FOR_FILM}: as {' '.join(example.split())}")
 
     text = (CONFIG / "oils/template.yaml").read_text(encoding="utf-8")
     keys = re.sub(r"(?m)^( *\w+): +(.+)$", with_own_value, text[text.index("id:") :])
@@ -392,21 +523,3 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
             row["log_kind"] = "steps"
         row["remarks"] = ". ".join(remarks)
         yield row
-
-
-def _line(key: str, value: object, comment: str = "") -> str:
-    """A line of YAML; None leaves the value empty, to be filled in."""
-    line = f"{key}: {_flow(value)}".rstrip()
-    comment = printable(comment.removeprefix("# "))
-    return f"{line.ljust(_COMMENT_COLUMN)}  # {comment}" if comment else line
-
-
-def _flow(value: object) -> str:
-    """A value as YAML on one line."""
-    if value is None:
-        return ""
-    text = yaml.safe_dump(
-        value, default_flow_style=True, allow_unicode=True, sort_keys=False, width=np.inf
-    )
-    # a last key without a value is to be filled in
-    return re.sub(r" null}$", " }", text.removesuffix("\n").removesuffix("\n..."))

@@ -72,12 +72,14 @@ def init(command: Command) -> None:
     """Make a project folder from your logs.
 
     The folder gets settings, run sheet and Snakefile. Logs are copied into it. The settings get
-    what the logs seem to hold. Fill in the lines marked FILL IN.
+    what the logs seem to hold. In a terminal you are asked for what only you can know, until the
+    logs pass the check. Lines that stay open are marked FILL IN.
 
     Example: oilfilm init june ~/rig/*.csv
     """
     command.path("folder", "DIR", "a new or empty folder; its name is that of the campaign")
     command.path("logs", "LOG", "logs, folders of logs", nargs="+")
+    command.flag("--no-questions", "ask nothing; what is not known is marked FILL IN")
 
 
 def run(command: Command) -> None:

@@ -257,7 +257,8 @@ def with_campaign_warnings(
     constant = _constant_channels(points, accepted, settings.gates)
     of_rig = _of_rig(points, accepted["rig"], settings)
     of_spin = spin_warnings(points, accepted["rig"], settings)
-    for run_id, text in chain(of_shapes, constant, of_rig, of_spin):
+    of_oil = _of_oil(accepted["oil"], settings)
+    for run_id, text in chain(of_shapes, constant, of_rig, of_spin, of_oil):
         texts[run_id].append(text)
     warnings = [tuple(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.lists(warnings, runs.index))
@@ -287,6 +288,15 @@ def _of_rig(
                     warnings.append(beyond.reason)
         for text in warnings:
             yield str(run_id), f"{text}; correct {rig_name}.yaml"
+
+
+def _of_oil(oils: "pd.Series[str]", settings: Settings) -> Iterator[tuple[str, str]]:
+    """Warnings from the files of the oils, each as the id of a run and a sentence."""
+    for oil_name, runs in oils.groupby(oils):
+        oil = settings.oils[str(oil_name)]
+        for doubt in oil.doubts() if oil else ():
+            for run_id in runs.index:
+                yield str(run_id), f"unusual_oil: {doubt}; correct {oil_name}.yaml"
 
 
 def _constant_channels(

@@ -18,6 +18,7 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, text_rows
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows, parse_decimal
 from oilfilm.logs.header import FULL_WIDTH
+from oilfilm.logs.likely_names import likely_names
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
@@ -428,7 +429,12 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> _NameLine:
         first = next((line for line in plain_lines.values() if line.strip()), "")
         hint = f"; its first line is {first[:120]!r}" if first else ""
         commented = _names_in_comment(comments.values(), first)
-        hint = f"; the names in its comment are {commented[:120]!r}" if commented else hint
+        likely = likely_names(lines)
+        if commented:
+            hint = f"; the names in its comment are {commented[:120]!r}"
+        elif likely is not None:
+            number, text = likely
+            hint = f"; the names seem to be in line {number}: {text.strip()[:160]!r}"
     raise ValueError(f"no line names columns of a {vocabulary.name} log{hint}")
 
 

@@ -23,7 +23,7 @@ from oilfilm.logs import base, delimited_text, lvm, matlab, parquet, pcs, tdms, 
 from oilfilm.logs.columns import ROWS_ADVICE, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
-from oilfilm.logs.raw_files import LARGEST_LOG, read_beginning
+from oilfilm.logs.raw_files import LARGEST_LOG, TOO_LITTLE_MEMORY, read_beginning
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -240,6 +240,8 @@ def read_bytes(path: Path) -> bytes:
             raise OilfilmError(f"{path}: is a pipe or a device; expected a file.")
         with path.open("rb") as file:
             return read_beginning(file)
+    except MemoryError:
+        raise OilfilmError(f"{path}: {TOO_LITTLE_MEMORY}") from None
     except OSError as error:
         is_folder = isinstance(error, IsADirectoryError)
         advice = "Name the logs in it" if is_folder else "Check the path and its rights"

@@ -17,6 +17,9 @@ from oilfilm.base.errors import OilfilmError
 _SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
 # Largest log in bytes, packed or unpacked. A larger one was made to fill the memory.
 LARGEST_LOG = 1 << 28
+TOO_LITTLE_MEMORY = (
+    "the memory does not suffice to read it. Give the program more memory, or end other programs."
+)
 _BLOCK_BYTES = 1 << 20
 # Number of faults or names in a message; the others are counted.
 _MOST_LISTED = 20
@@ -202,6 +205,8 @@ class RawLogs:
                     while block:
                         digest.update(block)
                         block = file.read(_BLOCK_BYTES)
+            except MemoryError:
+                raise OilfilmError(f"{self.folder / name}: {TOO_LITTLE_MEMORY}") from None
             except OSError as error:
                 raise OilfilmError(
                     f"{self.folder / name}: cannot be read ({error.strerror}). Check its rights. "

@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from oilfilm import tables
-from oilfilm.base.units import FloatArray, rpm_to_surface_speed
+from oilfilm.base.units import PA_PER_GPA, FloatArray, rpm_to_surface_speed
 from oilfilm.logs import base, header
 from oilfilm.logs.log_kind import Column, LogKind, Problems, Renamed, UsableLog, Vocabulary
 from oilfilm.logs.set_point_changes import rows_of_set_points
+from oilfilm.physics.contact import Contact, max_hertz_pressure
 from oilfilm.settings.campaign import Campaign, Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
@@ -25,6 +26,11 @@ _SUBSTITUTES = {"traction_force": "traction_coefficient"}
 _SPEED_PAIRS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
 # On rigs that reverse the slip: the force with the disc faster, and with the ball faster.
 _FORCES_OF_DIRECTIONS = ("traction_force_1", "traction_force_2")
+# A pressure beside the load says what the rig file's radius and moduli must give.
+_OF_RIG_FILE = "max_hertz_pressure"
+# Largest relative difference of a stated pressure from the one of load and rig file: the pressure
+# is a round number, and the moduli of steels differ by 5 %, which is 3 % of the pressure.
+_PRESSURE_TOLERANCE = 0.05
 # A sweep to a smaller slide-roll ratio shows no traction curve.
 _SMALLEST_SWEEP = 0.005
 # The unit of a force that is logged as the torque that it makes about an axis.
@@ -39,6 +45,7 @@ _PROJECT_NAMES = {
     "time_s": ("time", "s"),
     "load_n": ("load", "N"),
     "max_hertz_pressure_gpa": ("load", "GPa"),
+    "stated_max_hertz_pressure_gpa": (_OF_RIG_FILE, "GPa"),
     "traction_force_n": ("traction_force", "N"),
     "traction_torque_n_m": ("traction_force", _TORQUE),
     "traction_coefficient": ("traction_coefficient", "1"),
@@ -127,8 +134,8 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
             if quantity not in values:
                 values[quantity] = np.full(count, value)
     # a load as maximum Hertz pressure is refused of a rig whose contact is not known
-    contact = rig.contact() if log.units.get("load") == "GPa" else None
-    if contact is not None:
+    contact = rig.contact()
+    if contact is not None and log.units.get("load") == "GPa":
         values["load"] = contact.load_n(values["load"])
     # a torque is refused of a rig whose lever arm is not known
     if log.units.get("traction_force") == _TORQUE and rig.torque_arm_m is not None:
@@ -149,9 +156,46 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     samples["disc_speed_m_s"] = disc
     flaw = _contradiction(log.rows, values, ball, disc, semantics, settings.logged_twice)
     flaw = flaw or _fraction_in_percent(log, values)
+    if contact is not None:
+        flaw = flaw or _contradicted_rig(values, set_points, contact, rig_name)
     if log.keys.get("log_kind") != "steps":
         flaw = flaw or _settled_readings(values["time"], ball, disc)
     return log.run(rig_name, samples, set_points, flaw)
+
+
+def _contradicted_rig(
+    values: Mapping[str, FloatArray], set_points: base.Nominal, contact: Contact, rig_name: str
+) -> base.Refusal | None:
+    """A flaw where load and pressure are both stated, and the rig file gives another pressure.
+
+    Args:
+        values: Quantity -> values, each of shape (rows,).
+        set_points: Set points of the run.
+        contact: The contact of the rig.
+        rig_name: Name of the rig.
+    """
+    stated_gpa = set_points.get("max_hertz_pressure_gpa", np.nan)
+    load_n = set_points.get("load_n", np.nan)
+    if _OF_RIG_FILE in values and len(values["load"]):
+        # without the rows before the load is applied
+        loaded = values["load"] > values["load"].max() / 2
+        if loaded.any():
+            load_n = float(np.median(values["load"][loaded]))
+            stated_gpa = float(np.median(values[_OF_RIG_FILE][loaded]))
+    if not (load_n > 0 and stated_gpa > 0):
+        return None
+    pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
+    of_rig_gpa = float(pressure_pa) / PA_PER_GPA
+    if abs(of_rig_gpa / stated_gpa - 1) <= _PRESSURE_TOLERANCE:
+        return None
+    # p^3 goes with 1/R^2
+    radius_m = contact.radius_m * (of_rig_gpa / stated_gpa) ** 1.5
+    return base.Refusal(
+        "rig_radius",
+        f"a load of {load_n:.4g} N and a Hertz pressure of {stated_gpa:.4g} GPa are stated; "
+        f"with ball_radius_m {contact.radius_m:g} of the rig {rig_name!r} this load gives "
+        f"{of_rig_gpa:.4g} GPa, and the stated pressure needs a radius of {radius_m:.4g} m",
+    )
 
 
 def _fraction_in_percent(log: UsableLog, values: Mapping[str, FloatArray]) -> base.Refusal | None:
@@ -380,7 +424,7 @@ TRACTION = LogKind(
         project_names=_PROJECT_NAMES,
         required=_REQUIRED,
         alternatives=_SPEED_PAIRS,
-        optional=_FORCES_OF_DIRECTIONS,
+        optional=(*_FORCES_OF_DIRECTIONS, _OF_RIG_FILE),
         substitutes=_SUBSTITUTES,
     ),
     _listed_columns,

@@ -92,6 +92,7 @@ _TRACTION_COLUMNS = (
     "inlet_temperature",
     "entrainment_speed",
     "slide_roll_ratio",
+    "max_hertz_pressure",
 )
 _TORQUE_COLUMNS = (
     "time",

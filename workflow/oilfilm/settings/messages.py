@@ -79,6 +79,9 @@ def check_file(
     for steps, value in leaves(file.values):
         if value is None:
             advice = "write a value, or leave the key out."
+            wanted = file.marked_comment(steps)
+            if wanted:
+                advice = f"fill in {wanted}."
             raise OilfilmError(f"{location_of(steps)}, `{dotted(steps)}`: found nothing; {advice}")
     return check(file.values, model, location_of, file.line_of)
 

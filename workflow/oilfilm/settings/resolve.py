@@ -114,7 +114,43 @@ def resolve(
     )
     for steps, sentence in chain(_names_of_two_oils(settings), _contradictions(settings)):
         raise OilfilmError(f"{file.location_of(steps)}: {sentence}")
+    _check_oils(folder, settings)
     return settings
+
+
+def _check_oils(folder: Path, settings: Settings) -> None:
+    """Check the oils over the temperatures of the campaign and of its bearing.
+
+    Raises:
+        OilfilmError: An oil has a property there that no oil has.
+    """
+    temperatures_c = list(_temperatures_of_use(settings))
+    if not temperatures_c:
+        return
+    low_c, high_c = min(temperatures_c), max(temperatures_c)
+    for name in settings.campaign.oils:
+        oil = settings.oils[name]
+        for steps, sentence in oil.faults(low_c, high_c) if oil else ():
+            file = _read(folder, "oil", name, "oils")
+            raise OilfilmError(
+                f"{file.location_of(steps)}, `{dotted(steps)}`: {sentence} The campaign uses "
+                f"the oil from {low_c:g} to {high_c:g} degC."
+            )
+
+
+def _temperatures_of_use(settings: Settings) -> Iterator[float]:
+    """Temperatures of the campaign's conditions and of its bearing, in degC."""
+    campaign = settings.campaign
+    if campaign.set_points.inlet_temperature_c is not None:
+        yield campaign.set_points.inlet_temperature_c
+    if campaign.matrix is not None:
+        yield from campaign.matrix.inlet_temperature_c
+    if campaign.torque is None:
+        return
+    yield settings.bearing.cage_slip.inlet_temperature_c
+    yield from (point.oil_temperature_c for point in settings.plan.duty_points)
+    if campaign.torque.matrix is not None:
+        yield from campaign.torque.matrix.oil_temperature_c
 
 
 def _written(model: type[Group], source: Group) -> dict[str, Any]:

@@ -7,17 +7,19 @@ coefficients of an oil contradict its grade.
 """
 
 import math
-from collections.abc import Iterator
-from typing import Annotated, Any, Literal, Self, TypeVar
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, Field, Strict, model_validator
 
-from oilfilm.base.units import M_PER_UM, PA_PER_GPA
+from oilfilm.base.units import ABSOLUTE_ZERO_C, M_PER_UM, PA_PER_GPA
 from oilfilm.bearing.geometry import Bearing, Cage, OilSupply, Rings
 from oilfilm.bearing.inputs import Uncertain
-from oilfilm.physics import oils
+from oilfilm.physics import oils, plausible_oil
 from oilfilm.physics.contact import Contact, combined_roughness, reduced_modulus, rq_from_ra
+from oilfilm.physics.plausible_oil import STANDARD_RANGE_C
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
 from oilfilm.settings.ranges import check_ranges, with_range
@@ -427,6 +429,8 @@ _CST_PER_M2_S = 1e6
 _PRESSURE_VISCOSITY_1_GPA = (5, 50)
 # Largest relative difference of the viscosity from the nominal one.
 _VISCOSITY_TOLERANCE = 0.05
+# Rows nearer than that carry their rounding, 0.5 %, into the slope: 3 % of it over 10 K.
+_LEAST_DISTANCE_K = 10.0
 # A stand-in has the properties of another oil of about the same grade.
 _STAND_IN_TOLERANCE = 0.25
 
@@ -508,6 +512,28 @@ class MeasuredViscosity(Group):
 
     kinematic_viscosity_cst: PropertyTable[ViscosityCst] = key("Rows of [K, cSt]; for vogel three.")
 
+    @model_validator(mode="after")
+    def _viscosity_falls(self) -> Self:
+        """The viscosity falls from row to row, and the rows are well apart."""
+        rows = sorted(self.kinematic_viscosity_cst)
+        for (colder_k, thicker_cst), (hotter_k, thinner_cst) in pairwise(rows):
+            found = f"found {thicker_cst:g} cSt at {colder_k:g} K and {thinner_cst:g} cSt at "
+            found += f"{hotter_k:g} K"
+            sentence = ""
+            if not thinner_cst < thicker_cst:
+                sentence = (
+                    f"{found}; expected a viscosity that falls with temperature. Two viscosities "
+                    "or temperatures may be swapped or mistyped."
+                )
+            elif hotter_k - colder_k < _LEAST_DISTANCE_K:
+                sentence = (
+                    f"{found}; expected temperatures at least {_LEAST_DISTANCE_K:g} K apart, or "
+                    "the rounding of the viscosities decides the curve. Take rows further apart."
+                )
+            if sentence:
+                raise contradiction(("kinematic_viscosity_cst",), sentence)
+        return self
+
 
 class PressureViscosity(Group):
     """The pressure-viscosity coefficient alpha."""
@@ -578,6 +604,8 @@ class OilKeys(Group):
 
     @model_validator(mode="after")
     def _coefficients_give_the_stated_viscosity(self) -> Self:
+        for steps, sentence in self.faults(*STANDARD_RANGE_C):
+            raise contradiction(steps, sentence)
         nominal_cst = self.nominal_kinematic_viscosity_100c_cst
         viscosity_cst = float(self.properties().kinematic_viscosity_m2_s(100.0)) * _CST_PER_M2_S
         tolerance = _STAND_IN_TOLERANCE if self.stand_in else _VISCOSITY_TOLERANCE
@@ -599,6 +627,37 @@ class OilKeys(Group):
                 f"expected {low} to {high}, as oils have it. Check the units.",
             )
         return self
+
+    def faults(self, low_c: float, high_c: float) -> Iterator[tuple[tuple[str, ...], str]]:
+        """What no oil does: the key to blame, and a sentence.
+
+        Args:
+            low_c: Lowest temperature of use, in degC. The rows of viscosity and density widen the
+                range.
+            high_c: Highest temperature of use, in degC.
+        """
+        temperatures_c = [low_c, high_c]
+        for rows in self.rows_of_use():
+            temperatures_c += [temperature_k + ABSOLUTE_ZERO_C for temperature_k, _ in rows]
+        oil = self.properties()
+        for fault in plausible_oil.faults(oil, min(temperatures_c), max(temperatures_c)):
+            yield self.keys_of[fault.quantity], f"{fault.sentence} Check the numbers and the units."
+
+    # Keys to blame for a property.
+    keys_of: ClassVar[dict[plausible_oil.Property, tuple[str, ...]]] = {
+        "viscosity": ("coefficients",),
+        "pressure_viscosity": ("coefficients",),
+        "density": ("density_kg_m3",),
+    }
+
+    def rows_of_use(self) -> Iterator[Sequence[tuple[float, float]]]:
+        """Rows whose temperatures are those of use."""
+        yield self.density_kg_m3
+
+    def doubts(self) -> Iterator[str]:
+        """Sentences on what is possible and unusual."""
+        if not self.stand_in:
+            yield from plausible_oil.doubts(self.properties())
 
     def numbers(self) -> dict[str, float]:
         """Coefficients of the viscosity by name."""
@@ -654,6 +713,19 @@ class MeasuredOil(OilKeys):
     model: Literal["walther", "vogel", "roelands"] = key("Formula of the viscosity.")
     coefficients: MeasuredViscosity = key("Viscosities of the data sheet.")
     pressure_viscosity: PressureViscosity = key("Pressure-viscosity coefficient.")
+
+    keys_of: ClassVar[dict[plausible_oil.Property, tuple[str, ...]]] = {
+        "viscosity": ("coefficients", "kinematic_viscosity_cst"),
+        "pressure_viscosity": ("pressure_viscosity",),
+        "density": ("density_kg_m3",),
+    }
+
+    def rows_of_use(self) -> Iterator[Sequence[tuple[float, float]]]:
+        """See `OilKeys`."""
+        yield self.density_kg_m3
+        yield self.coefficients.kinematic_viscosity_cst
+        if self.pressure_viscosity.rows is not None:
+            yield self.pressure_viscosity.rows
 
     def numbers(self) -> dict[str, float]:
         """See `OilKeys`."""

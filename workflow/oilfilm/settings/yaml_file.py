@@ -54,6 +54,14 @@ class YamlFile:
                 line = _line(node)
         return line
 
+    def marked_comment(self, steps: Sequence[object]) -> str:
+        """The comment behind `FILL IN:` in the line of a key; empty where there is none."""
+        if not self.path.is_file():
+            # a section of another workflow's configuration
+            return ""
+        line = _text_of(self.path).splitlines()[self.line_of(steps) - 1]
+        return line.partition("# FILL IN:")[2].strip()
+
     def location_of(self, steps: Sequence[object]) -> str:
         """The file and the line of a key, as the beginning of a message."""
         return f"{self.path}, line {self.line_of(steps)}"

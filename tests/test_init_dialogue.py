@@ -1,0 +1,214 @@
+"""`oilfilm init` asks for what only the laboratory knows until `oilfilm check` accepts the logs."""
+
+import errno
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import standstill
+from bad_logs import UNITS, good
+from formats import csv
+from oilfilm.cli import main
+from oilfilm.cli.dialogue import check_project, open_lines
+from oilfilm.cli.init import make_project
+
+# Names of another language for the columns of a log; `ball` is in no list of words.
+JAPANESE = {
+    "time": "時間(s)",
+    "load": "荷重(N)",
+    "traction_force": "摩擦力(N)",
+    "ball_speed": "ボール回転数(rpm)",
+    "disc_speed": "ディスク回転数(rpm)",
+    "inlet_temperature": "油温(℃)",
+}
+# Track radii of the rig of the good log: docs/physics.md.
+TRACKS = {"ball_track_radius_m": "10 mm", "disc_track_radius_m": "0.04"}
+REASON = "thick by experience"
+
+
+class Person:
+    """Answers by the key that is asked for; a key with several answers gives one after the other.
+
+    Attributes:
+        asked: The keys that were asked for.
+    """
+
+    def __init__(self, answers: dict[str, str | list[str]]) -> None:
+        self.asked: list[str] = []
+        self._answers: dict[str, Iterator[str]] = {}
+        for key, answer in answers.items():
+            self._answers[key] = iter([answer] if isinstance(answer, str) else answer)
+        self._key = ""
+
+    def hear(self, line: object = "") -> None:
+        """What the program prints."""
+        text = str(line)
+        if ", line " in text:
+            self._key = text.rpartition(": ")[2]
+
+    def answer(self, prompt: str) -> str:
+        """The answer to a question."""
+        self.asked.append(self._key)
+        return next(self._answers.get(self._key, iter([])), "")
+
+
+def japanese_log(folder: Path) -> Path:
+    path = folder / "log.csv"
+    text = csv({name: np.round(values, 4) for name, values in good().items()}, UNITS, {})
+    lines = text.decode().splitlines()
+    at = next(number for number, line in enumerate(lines) if line.startswith("time"))
+    lines[at] = ",".join(JAPANESE[name] for name in good())
+    path.write_text("\n".join([*lines, ""]), "utf-8")
+    return path
+
+
+@pytest.fixture
+def person(monkeypatch: pytest.MonkeyPatch) -> Person:
+    """A person at a terminal who knows the rig."""
+    someone = Person({"film_unjudged": REASON, "ball_speed": "ボール回転数", **TRACKS})
+    at_terminal(monkeypatch, someone)
+    return someone
+
+
+def at_terminal(monkeypatch: pytest.MonkeyPatch, someone: Person) -> None:
+    real_print = print
+
+    def hear(*values: object, **options: object) -> None:
+        for value in values:
+            someone.hear(value)
+        real_print(*values, **options)
+
+    monkeypatch.setattr("builtins.input", someone.answer)
+    monkeypatch.setattr("builtins.print", hear)
+    monkeypatch.setattr("oilfilm.cli.init.is_terminal", lambda: True)
+
+
+def test_conversation_ends_when_check_passes(
+    tmp_path: Path, person: Person, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The ball's column has a name that no list of words has: its radius is asked for, too."""
+    folder = tmp_path / "june"
+    assert main(["init", str(folder), str(japanese_log(tmp_path))]) == 0
+    assert sorted(person.asked) == sorted([*TRACKS, "ball_speed", "film_unjudged"])
+    assert "check: 1 of 1 logs are accepted" in capsys.readouterr().out
+    assert main(["check", str(folder / "data/raw/june")]) == 0
+
+
+def test_impossible_answers_are_asked_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    answers: dict[str, str | list[str]] = {
+        "film_unjudged": REASON,
+        "ball_speed": ["ball", "ボール回転数"],
+        "ball_track_radius_m": ["10 kg", "ten", "-3", "0.01"],
+        "disc_track_radius_m": ["400", "40mm"],
+    }
+    someone = Person(answers)
+    at_terminal(monkeypatch, someone)
+    assert main(["init", str(tmp_path / "june"), str(japanese_log(tmp_path))]) == 0
+    assert [someone.asked.count(key) for key in answers] == [1, 2, 4, 2]
+
+
+def test_empty_answer_leaves_a_line_to_fill_in(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    at_terminal(monkeypatch, Person({"film_unjudged": REASON, **TRACKS}))
+    assert main(["init", str(tmp_path / "june"), str(japanese_log(tmp_path))]) == 0
+    printed = capsys.readouterr().out
+    assert "To fill in, because only you can know it: 1" in printed
+    assert "ボール回転数" in printed
+
+
+def test_what_the_check_lacks_is_asked_for_again(
+    tmp_path: Path, person: Person, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Even where the first questions forget the radii."""
+    monkeypatch.setattr("oilfilm.cli.init._needs_radii", lambda found: False)
+    folder = tmp_path / "june"
+    assert main(["init", str(folder), str(japanese_log(tmp_path))]) == 0
+    assert set(TRACKS) <= set(person.asked)
+    assert main(["check", str(folder / "data/raw/june")]) == 0
+
+
+@pytest.mark.parametrize("options", [["--no-questions"], []])
+def test_nothing_is_asked_without_a_terminal_or_a_wish(
+    tmp_path: Path, person: Person, monkeypatch: pytest.MonkeyPatch, options: list[str]
+) -> None:
+    if not options:
+        monkeypatch.setattr("oilfilm.cli.init.is_terminal", lambda: False)
+    assert main(["init", *options, str(tmp_path / "june"), str(japanese_log(tmp_path))]) == 0
+    assert person.asked == []
+
+
+def test_radii_are_asked_for_whatever_the_language_of_the_ball(tmp_path: Path) -> None:
+    made = make_project(tmp_path / "june", [japanese_log(tmp_path)])
+    keys = [line.key for line in open_lines(tmp_path / "june", list(made.texts))]
+    assert set(TRACKS) <= set(keys)
+
+
+def test_full_disk_leaves_nothing_and_init_can_be_repeated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = japanese_log(tmp_path)
+    folder = tmp_path / "lab" / "june"
+    folder.parent.mkdir()
+    copy = shutil.copyfile
+
+    def full(source: Path, target: Path) -> None:
+        if target.suffix == ".csv":
+            target.write_bytes(b"cut")
+            raise OSError(errno.ENOSPC, "No space left on device", str(source))
+        copy(source, target)
+
+    for exists in (False, True):
+        if exists:
+            folder.mkdir()
+        with monkeypatch.context() as disk:
+            disk.setattr(shutil, "copyfile", full)
+            assert main(["init", "--no-questions", str(folder), str(log)]) == 2
+        message = capsys.readouterr().err
+        assert str(folder) in message
+        assert str(log) not in message
+        left = [path for path in folder.parent.rglob("*") if path != folder]
+        assert left == []
+        assert main(["init", "--no-questions", str(folder), str(log)]) == 0
+        shutil.rmtree(folder)
+
+
+SLIDING = {
+    "srv": "Time [s]\tLoad [N]\tFriction force [N]\tFrequency [Hz]\tStroke [mm]\tCOF",
+    "pin on disc": "Zeit [s]\tKraft [N]\tReibkraft [N]\tGleitgeschwindigkeit\tGleitweg\tVerschleiß",
+    "rtec": "Step\tTimestamp\tDAQ.Fz (N)\tDAQ.Fx (N)\tDAQ.COF ()\tRotary.Velocity (rpm)",
+    "speed of sliding": "time\tload [N]\tforce [N]\tsliding velocity\tsliding distance\tT [degC]",
+}
+
+
+@pytest.mark.parametrize("names", SLIDING.values(), ids=SLIDING)
+def test_rig_that_does_not_roll_is_told_at_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], names: str
+) -> None:
+    rows = [f"{row}\t50.{row}\t5.{row}\t200\t1.{row}\t0.1" for row in range(10, 40)]
+    (tmp_path / "log.txt").write_text("\n".join([names, *rows, ""]), "utf-8")
+    assert main(["init", str(tmp_path / "p"), str(tmp_path / "log.txt")]) == 2
+    message = capsys.readouterr().err
+    assert "does not roll" in message
+    assert not (tmp_path / "p").exists()
+
+
+def test_rolling_rig_with_a_column_of_wear_is_no_sliding_rig(tmp_path: Path) -> None:
+    values = standstill.log()
+    units = {**standstill.UNITS, "wear": "um", "frequency": "Hz"}
+    extra = {"wear": np.zeros(len(values["time"])), "frequency": np.ones(len(values["time"]))}
+    (tmp_path / "log.csv").write_bytes(csv({**values, **extra}, units, {"oil": "B-12"}))
+    made = make_project(tmp_path / "p", [tmp_path / "log.csv"])
+    assert made.found.named
+
+
+def test_own_check_is_that_of_the_command(tmp_path: Path) -> None:
+    make_project(tmp_path / "june", [japanese_log(tmp_path)])
+    checked = check_project(tmp_path / "june", "june")
+    # a line is open: the settings have a mistake
+    assert "found nothing" in checked.mistake

@@ -1,0 +1,34 @@
+"""Lines of settings files that `oilfilm init` writes: a key, its value and a comment.
+
+Decides: how a line to fill in is marked.
+"""
+
+import re
+
+import numpy as np
+import yaml
+
+from oilfilm.base.errors import printable
+
+# Marks a value that only the laboratory knows. The run stops without it.
+FILL_IN = "# FILL IN"
+# Column of the comments in settings.
+_COMMENT_COLUMN = 34
+
+
+def settings_line(key: str, value: object, comment: str = "") -> str:
+    """A line of YAML; None leaves the value empty, to be filled in."""
+    line = f"{key}: {_flow(value)}".rstrip()
+    comment = printable(comment.removeprefix("# "))
+    return f"{line.ljust(_COMMENT_COLUMN)}  # {comment}" if comment else line
+
+
+def _flow(value: object) -> str:
+    """A value as YAML on one line."""
+    if value is None:
+        return ""
+    text = yaml.safe_dump(
+        value, default_flow_style=True, allow_unicode=True, sort_keys=False, width=np.inf
+    )
+    # a last key without a value is to be filled in
+    return re.sub(r" null}$", " }", text.removesuffix("\n").removesuffix("\n..."))

@@ -1,0 +1,92 @@
+"""Logs of rigs that do not roll: pin-on-disc, reciprocating and other sliding rigs.
+
+Decides: when `oilfilm init` says that a rig does not roll.
+"""
+
+import re
+import unicodedata
+from collections.abc import Iterable, Sequence
+
+from oilfilm.logs.likely_names import likely_names
+from oilfilm.logs.sniff import VOCABULARY, Sniffed
+
+# Kind of rig -> words in the names of its columns, in small letters. A word of up to four letters
+# must be a word of its own. English, German, French, Spanish, Italian, Russian, Chinese, Japanese.
+_WORDS = {
+    "a reciprocating rig": (
+        "frequency frequenz fréquence frecuencia frequenza частота 频率 周波数 "
+        "stroke hub course carrera corsa ход 行程 ストローク amplitude 振幅 oscillat srv hfrr"
+    ),
+    "a pin-on-disc or another sliding rig": (
+        "pin wear verschlei usure desgaste usura износ 磨损 摩耗 laps "
+        "sliding gleitweg gleitgeschw glissement deslizamiento strisciamento скольжени 滑动 滑り "
+        "cof rotary"
+    ),
+}
+# A name with one of these is no slide-roll ratio: it is a speed or a distance of sliding.
+_OF_SLIDING = (
+    "velocity speed distance geschwind gleitweg vitesse velocidad velocità скорость 速度 距离"
+)
+_LONGEST_WHOLE_WORD = 4
+_WORD = re.compile(r"[^\W\d_]+")
+_MOST_NAMES_SHOWN = 4
+_LINES_SEARCHED = 200
+
+
+def does_not_roll(log: Sniffed, content: bytes) -> str:
+    """Why the rig of a log does not roll; empty where it rolls, or where nothing shows it.
+
+    Args:
+        log: The log.
+        content: Its bytes, for the names of columns that no reader knows.
+    """
+    names = list(log.names)
+    if not names:
+        lines = content.decode("utf-8", "replace").splitlines()[:_LINES_SEARCHED]
+        likely = likely_names(lines)
+        names = re.split(r"[\t;|,]", likely[1]) if likely else []
+    if _rolls(log, names):
+        return ""
+    for kind, words in _WORDS.items():
+        shown = [name.strip() for name in names if _has_any(name, words)]
+        if shown:
+            columns = ", ".join(map(repr, shown[:_MOST_NAMES_SHOWN]))
+            return (
+                f"this rig does not roll: oilfilm cannot use it, because the columns {columns} are "
+                f"those of {kind}, in which one body stands still. Traction needs two driven "
+                "bodies: the speeds of both, or the entrainment speed and the slide-roll ratio. "
+                "If both bodies turn, export their speeds too."
+            )
+    return ""
+
+
+def _rolls(log: Sniffed, names: Iterable[str]) -> bool:
+    """Whether names of columns show a rolling speed, or the speeds of two bodies."""
+    quantities = set()
+    for quantity, candidates in log.guesses.items():
+        names_of_quantity = [name for name, _ in candidates]
+        if quantity == "slide_roll_ratio":
+            names_of_quantity = [
+                name for name in names_of_quantity if not _has_any(name, _OF_SLIDING)
+            ]
+        if names_of_quantity:
+            quantities.add(quantity)
+    for name in names:
+        meaning = VOCABULARY.meaning(name)
+        if meaning:
+            quantities.add(meaning[0])
+    both_bodies = quantities >= {"ball_speed", "disc_speed"}
+    return both_bodies or bool(quantities & {"entrainment_speed", "slide_roll_ratio"})
+
+
+def _has_any(name: str, words: str) -> bool:
+    """Whether a name has one of some words, which are separated by blanks."""
+    plain = unicodedata.normalize("NFKC", name).casefold()
+    words_of_name: Sequence[str] = _WORD.findall(plain)
+    for word in words.split():
+        if len(word) <= _LONGEST_WHOLE_WORD and word[0] < "\u3000":
+            if word in words_of_name:
+                return True
+        elif word in plain:
+            return True
+    return False

@@ -1,0 +1,222 @@
+"""What no oil does over a range of temperatures, and what few oils do.
+
+The formulas of `oils` go through any numbers. A mistyped viscosity can give them a pole, or a
+viscosity that rises with temperature.
+
+Decides: which properties of an oil are impossible, and which are unusual.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from oilfilm.base.units import ABSOLUTE_ZERO_C, PA_PER_GPA, BoolArray, FloatArray
+from oilfilm.physics.oils import Oil, walther_coefficients
+
+Property = Literal["viscosity", "pressure_viscosity", "density"]
+
+# Range in which every oil is judged: data sheets state the viscosity at its ends.
+STANDARD_RANGE_C = (40.0, 100.0)
+# Distance of the temperatures that are looked at.
+_STEP_K = 1.0
+# Relative fall of the viscosity per kelvin, beta. Oils have 0.01 at 150 degC to 0.2 at -40 degC
+# (docs/physics.md: 0.0125 to 0.043 from 140 to 25 degC).
+_VISCOSITY_FALL_1_K = (0.002, 0.3)
+# Range of alpha at any temperature of use. Esters have 6 at 140 degC; traction fluids reach 45 at
+# 25 degC, and more in the cold.
+_PRESSURE_VISCOSITY_1_GPA = (1.0, 150.0)
+# Thermal expansion. Oils have 0.0006 to 0.001 1/K; a constant density is a coarse one.
+_EXPANSION_1_K = (0.0, 0.002)
+_DENSITY_KG_M3 = (400.0, 2500.0)
+# Relative change of the central film per kelvin. The film goes with eta^0.67 alpha^0.53.
+_FILM_VISCOSITY_EXPONENT = 0.67
+_FILM_PRESSURE_EXPONENT = 0.53
+_FILM_CHANGE_1_K = 0.25
+# Vogel's pole. Oils have it near their glass transition, 120 to 220 K; above 250 K the formula
+# freezes an oil that flows.
+_HIGHEST_POLE_K = 250.0
+_USUAL_POLE_K = (60.0, 230.0)
+# Walther's slope B. Mineral oils and esters have 3.3 to 4, light naphthenic oils up to 4.8,
+# polysiloxanes 1.6 to 2.5.
+_USUAL_WALTHER_SLOPE = (1.5, 5.0)
+
+
+@dataclass(frozen=True)
+class OilFault:
+    """A property that no oil has.
+
+    Attributes:
+        quantity: The property that is wrong.
+        found: What was found.
+        expected: What every oil has.
+    """
+
+    quantity: Property
+    found: str
+    expected: str
+
+    @property
+    def sentence(self) -> str:
+        """What was found and what was expected."""
+        return f"{self.found}; expected {self.expected}."
+
+
+def faults(oil: Oil, low_c: float, high_c: float) -> Iterator[OilFault]:
+    """What is impossible between two temperatures.
+
+    Args:
+        oil: The oil.
+        low_c: Lowest temperature, in degC.
+        high_c: Highest temperature, in degC.
+    """
+    count = max(2, int(np.ceil((high_c - low_c) / _STEP_K)) + 1)
+    temperature_c = np.linspace(low_c, high_c, count)
+    # a mistyped number may overflow, and is found by what comes out
+    with np.errstate(all="ignore"):
+        viscosity_pa_s = oil.dynamic_viscosity_pa_s(temperature_c)
+        fall_1_k = oil.temperature_viscosity_coefficient_1_k(temperature_c)
+        alpha_1_gpa = oil.pressure_viscosity_coefficient_1_pa(temperature_c) * PA_PER_GPA
+        density_kg_m3 = oil.density_kg_m3(temperature_c)
+        yield from _pole(oil, low_c)
+        yield from _density(temperature_c, density_kg_m3)
+        yield from _viscosity(temperature_c, viscosity_pa_s, fall_1_k)
+        yield from _pressure_viscosity(temperature_c, alpha_1_gpa)
+        yield from _film(temperature_c, viscosity_pa_s, alpha_1_gpa)
+
+
+def _pole(oil: Oil, low_c: float) -> Iterator[OilFault]:
+    """A pole of Vogel's formula that is not far below the range."""
+    pole_k = oil.coefficients.get("pole_k")
+    if oil.model != "vogel" or pole_k is None:
+        return
+    highest_k = min(_HIGHEST_POLE_K, low_c - ABSOLUTE_ZERO_C)
+    if not pole_k < highest_k:
+        yield OilFault(
+            "viscosity",
+            f"Vogel's formula through these viscosities has a pole at {pole_k:.0f} K "
+            f"({pole_k + ABSOLUTE_ZERO_C:.0f} degC), where the viscosity has no limit",
+            f"a pole below {highest_k:.0f} K, as oils have it; one of the viscosities is wrong",
+        )
+
+
+def _first(is_wrong: BoolArray) -> int | None:
+    """The index of the first wrong value; None where there is none."""
+    indices = np.flatnonzero(is_wrong)
+    return int(indices[0]) if len(indices) else None
+
+
+def _density(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[OilFault]:
+    low, high = _DENSITY_KG_M3
+    first = _first(~((density_kg_m3 >= low) & (density_kg_m3 <= high)))
+    if first is not None:
+        yield OilFault(
+            "density",
+            f"the density at {temperature_c[first]:.0f} degC is {density_kg_m3[first]:.4g} kg/m3",
+            f"{low:g} to {high:g}",
+        )
+        return
+    lowest, highest = _EXPANSION_1_K
+    expansion = -np.diff(density_kg_m3) / np.diff(temperature_c) / density_kg_m3[1:]
+    rounding = 1e-12
+    first = _first(~((expansion >= lowest - rounding) & (expansion <= highest)))
+    if first is not None:
+        change = "rises" if expansion[first] < 0 else "falls"
+        yield OilFault(
+            "density",
+            f"the density {change} by {abs(expansion[first]):.2%} per kelvin at "
+            f"{temperature_c[first]:.0f} degC",
+            f"a fall of at most {highest:.1%} per kelvin; two values may be swapped",
+        )
+
+
+def _viscosity(
+    temperature_c: FloatArray, viscosity_pa_s: FloatArray, fall_1_k: FloatArray
+) -> Iterator[OilFault]:
+    first = _first(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
+    if first is not None:
+        yield OilFault(
+            "viscosity",
+            f"the formula gives no viscosity at {temperature_c[first]:.0f} degC",
+            "a viscosity above 0",
+        )
+        return
+    low, high = _VISCOSITY_FALL_1_K
+    falls = fall_1_k > 0
+    # neighbours too: between them there may be a pole
+    falls[1:] &= np.diff(viscosity_pa_s) < 0
+    first = _first(~falls)
+    if first is not None:
+        yield OilFault(
+            "viscosity",
+            f"the viscosity does not fall with temperature at {temperature_c[first]:.0f} degC "
+            f"({1e3 * viscosity_pa_s[first]:.3g} mPa s)",
+            "a viscosity that falls strictly, as oils have it",
+        )
+        return
+    first = _first(~((fall_1_k >= low) & (fall_1_k <= high)))
+    if first is not None:
+        yield OilFault(
+            "viscosity",
+            f"the viscosity falls by {fall_1_k[first]:.2%} per kelvin at "
+            f"{temperature_c[first]:.0f} degC",
+            f"{low:.1%} to {high:.0%} per kelvin, as oils have it",
+        )
+
+
+def _pressure_viscosity(temperature_c: FloatArray, alpha_1_gpa: FloatArray) -> Iterator[OilFault]:
+    low, high = _PRESSURE_VISCOSITY_1_GPA
+    first = _first(~((alpha_1_gpa >= low) & (alpha_1_gpa <= high)))
+    if first is None:
+        return
+    value = alpha_1_gpa[first]
+    found = f"{value:.3g} 1/GPa" if np.isfinite(value) else "not a number"
+    yield OilFault(
+        "pressure_viscosity",
+        f"the pressure-viscosity coefficient at {temperature_c[first]:.0f} degC is {found}",
+        f"{low:g} to {high:g} 1/GPa; `rule: given` takes measured rows",
+    )
+
+
+def _film(
+    temperature_c: FloatArray, viscosity_pa_s: FloatArray, alpha_1_gpa: FloatArray
+) -> Iterator[OilFault]:
+    """A step of the film thickness. Reference of the exponents: Hamrock and Dowson (1977)."""
+    log_film = _FILM_VISCOSITY_EXPONENT * np.log(viscosity_pa_s)
+    log_film = log_film + _FILM_PRESSURE_EXPONENT * np.log(alpha_1_gpa)
+    change = np.abs(np.diff(log_film) / np.diff(temperature_c))
+    first = _first(change > _FILM_CHANGE_1_K)
+    if first is not None:
+        yield OilFault(
+            "pressure_viscosity",
+            f"the film thickness changes by {np.expm1(change[first]):.0%} within one kelvin at "
+            f"{temperature_c[first]:.0f} degC",
+            f"at most {np.expm1(_FILM_CHANGE_1_K):.0%}: viscosity and pressure-viscosity "
+            "coefficient change slowly",
+        )
+
+
+def doubts(oil: Oil) -> Iterator[str]:
+    """Sentences on what is possible and unusual: no law of physics contradicts it."""
+    pole_k = oil.coefficients.get("pole_k")
+    low, high = _USUAL_POLE_K
+    if oil.model == "vogel" and pole_k is not None and not low <= pole_k <= high:
+        yield (
+            f"its three viscosities give Vogel's formula a pole at {pole_k:.0f} K; usual oils have "
+            f"{low:g} to {high:g} K, so that one viscosity may be mistyped"
+        )
+    slope = walther_slope(oil)
+    low, high = _USUAL_WALTHER_SLOPE
+    if not low <= slope <= high:
+        yield (
+            f"its viscosities at 40 and 100 degC give a Walther slope of {slope:.2f}; usual oils "
+            f"have {low:g} to {high:g}, so that one viscosity may be mistyped"
+        )
+
+
+def walther_slope(oil: Oil) -> float:
+    """Slope B of Walther's line between 40 and 100 degC; see `oils.walther_coefficients`."""
+    ends_c = np.array(STANDARD_RANGE_C)
+    viscosity_cst = oil.kinematic_viscosity_m2_s(ends_c) * 1e6
+    return walther_coefficients(ends_c - ABSOLUTE_ZERO_C, viscosity_cst)["viscosity_slope"]
