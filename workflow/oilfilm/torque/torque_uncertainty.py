@@ -72,6 +72,8 @@ _ALL_NAMES = (*_SHARED_NAMES, *_OWN_NAMES)
 _PAIRS = 50
 # Multiplier of the lattice of such pairs; it has no common divisor with their number.
 _LATTICE = 21
+# Draws that are solved together, which bounds the memory.
+_SOLVED_AT_ONCE = 30_000
 # Smallest slip at which the error of a law is looked up: a relative error of mu needs mu.
 _SMALLEST_SLIP = 0.005
 _NORMAL_95 = float(scipy.special.ndtri(_INTERVAL[1]))
@@ -244,20 +246,25 @@ class Drawing:
         count = self._settings.uncertainty.draws
         results = np.full((len(DRAWN), count, self._points), np.nan)
         if len(self.which):
-            results[..., self.which] = self._solved(self._numbers(count, "torque uncertainty"))
+            numbers = self._numbers(count, "torque uncertainty")
+            results[..., self.which] = self._solved(numbers, np.arange(len(self.which)))
         return results
 
-    def shares(self) -> pd.DataFrame:
+    def shares(self, wanted: IndexArray) -> pd.DataFrame:
         """Share of the variance of torque and cage slip by each of `UNCERTAIN`.
 
         The share is a total effect: the part of the variance that is left if all else is known
         (M. J. W. Jansen, Comput. Phys. Commun. 117 (1999) 35). Near a jump of the cage the shares
         add up to more than 1, because a cause acts together with others there.
 
+        Args:
+            wanted: Indices of the points; those without draws are left out.
+
         Returns:
             One row per point and cause: `point`, `cause`, `torque_share`, `slip_share`.
         """
-        if len(self.which) == 0:
+        chosen = np.flatnonzero(np.isin(self.which, wanted))
+        if len(chosen) == 0:
             return pd.DataFrame(columns=["point", "cause", "torque_share", "slip_share"])
         first = self._numbers(_PAIRS, "shares of variance")
         # every oil has the same moves, so that shared numbers stay shared
@@ -267,29 +274,28 @@ class Drawing:
             {name: _moved_numbers(normal, *moves[name]) for name, normal in numbers.items()}
             for numbers in first
         ]
-        values = self._solved(first)
-        parts = []
-        for cause, names in UNCERTAIN.items():
-            redrawn = [
-                {**numbers, **{name: others[name] for name in names}}
-                for numbers, others in zip(first, second, strict=True)
-            ]
-            moved = self._solved(redrawn)
-            variance = (np.nanvar(values, axis=1, ddof=1) + np.nanvar(moved, axis=1, ddof=1)) / 2
-            with np.errstate(invalid="ignore", divide="ignore"):
-                share = np.nanmean((moved - values) ** 2, axis=1) / 2 / variance
-            torque_share, slip_share, _ = share
-            parts.append(
-                pd.DataFrame(
-                    {
-                        "point": self.which,
-                        "cause": cause,
-                        "torque_share": torque_share,
-                        "slip_share": slip_share,
-                    }
-                )
-            )
-        return pd.concat(parts, ignore_index=True)
+        # the first numbers, then those with one cause redrawn after the other
+        joined = []
+        for numbers, others in zip(first, second, strict=True):
+            variants = [numbers]
+            for names in UNCERTAIN.values():
+                variants.append({**numbers, **{name: others[name] for name in names}})
+            joined.append({name: np.concatenate([v[name] for v in variants]) for name in numbers})
+        solved = self._solved(joined, chosen)
+        values = solved.reshape(len(DRAWN), 1 + len(UNCERTAIN), _PAIRS, len(chosen))
+        first_values, redrawn = values[:, :1], values[:, 1:]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            variance = np.nanvar(first_values, axis=2, ddof=1) + np.nanvar(redrawn, axis=2, ddof=1)
+            shares = np.nanmean((redrawn - first_values) ** 2, axis=2) / variance
+        torque_share, slip_share, _ = shares
+        return pd.DataFrame(
+            {
+                "point": np.tile(self.which[chosen], len(UNCERTAIN)),
+                "cause": np.repeat(list(UNCERTAIN), len(chosen)),
+                "torque_share": torque_share.ravel(),
+                "slip_share": slip_share.ravel(),
+            }
+        )
 
     def _numbers(self, count: int, purpose: str) -> list[Numbers]:
         """Random numbers of each group."""
@@ -299,21 +305,32 @@ class Drawing:
             for group in self._groups
         ]
 
-    def _solved(self, numbers: Sequence[Numbers]) -> FloatArray:
-        """`DRAWN` with random numbers of each group, shape (3, draws, points of `which`)."""
-        count = len(numbers[0]["run"])
-        points = len(self.which)
-        problem = self._drawn_problem(numbers, count)
-        neighbour = self._start.at_points(np.repeat(np.arange(points), count))
-        drawn = _results(friction_equilibrium(problem, neighbour))
-        drawn = np.swapaxes(drawn.reshape(len(DRAWN), points, count), 1, 2)
-        return drawn + self._correction[:, np.newaxis]
+    def _solved(self, numbers: Sequence[Numbers], chosen: IndexArray) -> FloatArray:
+        """`DRAWN` with random numbers of each group, shape (3, draws, chosen points).
 
-    def _drawn_problem(self, numbers: Sequence[Numbers], count: int) -> FrictionProblem:
-        """The problem of all draws of all points, with the draws of a point next to each other."""
-        points = len(self.which)
-        point = np.repeat(np.arange(points), count)
-        problem = self._coarse.at_points(point)
+        Args:
+            numbers: Random numbers of each group.
+            chosen: Positions in `which`.
+        """
+        count = len(numbers[0]["run"])
+        points_at_once = max(_SOLVED_AT_ONCE // count, 1)
+        parts = []
+        for start in range(0, len(chosen), points_at_once):
+            some = chosen[start : start + points_at_once]
+            problem = self._drawn_problem(numbers, some, count)
+            neighbour = self._start.at_points(np.repeat(some, count))
+            drawn = _results(friction_equilibrium(problem, neighbour))
+            drawn = np.swapaxes(drawn.reshape(len(DRAWN), len(some), count), 1, 2)
+            parts.append(drawn + self._correction[:, np.newaxis, some])
+        return np.concatenate(parts, axis=2)
+
+    def _drawn_problem(
+        self, numbers: Sequence[Numbers], chosen: IndexArray, count: int
+    ) -> FrictionProblem:
+        """The problem of all draws of some points, with the draws of a point next to each other."""
+        points = len(chosen)
+        group_of_point = self._group_of_point[chosen]
+        problem = self._coarse.at_points(np.repeat(chosen, count))
         lubrication = problem.lubrication
         # the shared numbers are the same in every group
         shared = numbers[0]
@@ -323,20 +340,18 @@ class Drawing:
         for term in FACTOR_TERMS:
             factor = random_factor(self._settings, term, shared[term])
             factors[:, FACTORS.index(term)] *= np.tile(factor, points)
-        of_points = [numbers[group] for group in self._group_of_point]
+        of_points = [numbers[group] for group in group_of_point]
         run_sd = [
             np.nan_to_num(self._groups[group].law.fitted.coefficients.run_sd)
-            for group in self._group_of_point
+            for group in group_of_point
         ]
         traction_errors = [
             sd * of_oil["run"] + error * of_oil["law error"]
-            for of_oil, sd, error in zip(of_points, run_sd, self.law_errors, strict=True)
+            for of_oil, sd, error in zip(of_points, run_sd, self.law_errors[chosen], strict=True)
         ]
         factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors))
         uncertainty = self._settings.stand_in_uncertainty
-        stand_in = np.repeat(
-            [self._groups[group].oil.stand_in for group in self._group_of_point], count
-        )
+        stand_in = np.repeat([self._groups[group].oil.stand_in for group in group_of_point], count)
         viscosity = np.concatenate([of_oil["viscosity"] for of_oil in of_points])
         pressure = np.concatenate([of_oil["pressure viscosity"] for of_oil in of_points])
         inlet = lubrication.oil
@@ -349,11 +364,10 @@ class Drawing:
         )
         constants = {
             group: _drawn_constants(self._groups[group].law.fitted, numbers[group])
-            for group in np.unique(self._group_of_point)
+            for group in np.unique(group_of_point)
         }
         laws = [
-            self._groups[group].law.with_constants(constants[group])
-            for group in self._group_of_point
+            self._groups[group].law.with_constants(constants[group]) for group in group_of_point
         ]
         drawn = replace(
             problem,
