@@ -3,15 +3,22 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import oilfilm
+from bearings import RPM, in_operation, problem, shipped
 from campaigns import LABORATORY, ROOT, Campaign, printed
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
+from oilfilm.bearing.equilibria import friction_equilibrium
+from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.cli import main
 from oilfilm.cli.arguments import quantity
 from oilfilm.fits.soundness import finished_fits
 from oilfilm.fits.surface_search import with_surface
+from oilfilm.torque.answers import CAUSES
+from oilfilm.torque.torque_uncertainty import UNCERTAIN
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 CONFIG = ["--config", str(ROOT / "config")]
@@ -70,6 +77,58 @@ def test_bare_number_is_in_the_unit_asked_for() -> None:
     assert quantity("-4e1 degF", "degC", "--temperature") == pytest.approx(-40)
     with pytest.raises(OilfilmError, match="--speed"):
         quantity("1.2.3", "m/s", "--speed")
+
+
+def bearing(results: Path, *options: str) -> int:
+    arguments = {"--load": "10kN", "--speed": "12000rpm", "--temperature": "70degC"}
+    arguments |= dict(zip(options[::2], options[1::2], strict=True))
+    words = [word for option in arguments.items() for word in option]
+    words = ["--bearing", "mainshaft-167", *words] if "--bearing" not in words else words
+    return main(["bearing", "--results", str(results), *CONFIG, *words])
+
+
+def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert bearing(results, "--oil", "4102") == 0
+    text = capsys.readouterr().out
+    number = r"([0-9.]+)"
+    torque, low, high = map(
+        float, re.findall(rf"torque +{number} N m, 95 % interval {number} to {number} N m", text)[0]
+    )
+    (power,) = re.findall(rf"power loss +{number} W", text)
+    # 12 000 rpm are 1 256.6 rad/s
+    assert float(power) == pytest.approx(1256.6 * torque, rel=0.01)
+    assert low < torque < high
+    assert "SIMULATED" in text
+    assert "4 to 16 L/min" in text
+    # the torque by the printed law, which made the data of the fit
+    points = OperatingPoints.axial(np.array([1e4]), 12000 * RPM)
+    truth = in_operation(problem(shipped("mainshaft-167"), points, "4102", 70.0))
+    assert torque == pytest.approx(friction_equilibrium(truth).torque_n_m()[0], rel=0.01)
+    answer = oilfilm.bearing_torque(
+        "mainshaft-167", 1e4, [[6000], [12000]], 70, "4102", results, CONFIG[1]
+    )
+    assert answer.to_frame()["torque_n_m"].iloc[1] == pytest.approx(torque, rel=5e-3)
+    assert set(answer.shares()["cause"]) == set(UNCERTAIN) == set(CAUSES)
+    assert len(answer.plot().lines) == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (("--load", "0N"), "axial_load: found 0 N; expected more than 0"),
+        (("--speed", "12kg"), "--speed: found '12kg': the unit 'kg' is none"),
+        (("--temperature", "900degC"), "temperature: found 900 degC"),
+        (("--oil", "water"), "no oil 'water' that can be used in a bearing; there are 4102"),
+        (("--bearing", "wheel"), "wheel"),
+    ],
+)
+def test_a_mistake_in_a_bearing_ends_in_a_sentence(
+    results: Path, capsys: pytest.CaptureFixture[str], options: tuple[str, str], sentence: str
+) -> None:
+    assert bearing(results, *options) == 2
+    assert sentence in capsys.readouterr().err
 
 
 def plan(results: Path, *options: str) -> int:

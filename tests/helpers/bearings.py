@@ -33,6 +33,21 @@ def shipped(name: str) -> Bearing:
     return load(FOLDER / f"{name}.yaml", BearingFile).bearing(name)
 
 
+def exact_keys(name: str) -> dict[str, dict[str, list[float]]]:
+    """Keys of the bearing's file with ranges of almost no width."""
+    file = load(FOLDER / f"{name}.yaml", BearingFile)
+    exact = {}
+    for section in ("mounting", "oil_supply"):
+        keys = getattr(file, section)
+        ends = {}
+        for key in type(keys).model_fields:
+            if key.endswith("_range"):
+                value = getattr(keys, key.removesuffix("_range"))
+                ends[key] = [value - 1e-9 * max(abs(value), 1), value]
+        exact[section] = ends
+    return exact
+
+
 def any_bearing(
     ball: float, pitch_over_ball: float, angle: float, inner: float, outer: float
 ) -> Bearing:

@@ -8,7 +8,7 @@ from campaigns import ROOT
 HOW_TO = "docs/how-to"
 # Pages whose commands `workflow/test_how_to.py` carries out.
 CARRIED_OUT = (
-    *(f"{HOW_TO}/{page}.md sh" for page in ("check", "plan", "releases", "nightly")),
+    *(f"{HOW_TO}/{page}.md sh" for page in ("check", "plan", "bearing", "releases", "nightly")),
     "docs/tutorials/demonstration.md sh",
 )
 # Commands that no test carries out as they are; the rest of the line says what is tested instead.

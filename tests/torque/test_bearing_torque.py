@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bearings import RIG, RPM, SETTINGS, in_operation, printed_law, problem, shipped
+from bearings import RIG, RPM, SETTINGS, exact_keys, in_operation, printed_law, problem, shipped
 from campaigns import LABORATORY, oil_of, printed
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -115,6 +115,7 @@ def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(conf
         {
             "campaign": {"torque": {"calibration": calibration}},
             "bearing": {"term_uncertainty": exact, "oil_volume_fraction_range": [0.0036, 0.003601]},
+            "bearings": {"mainshaft-167": exact_keys("mainshaft-167")},
         }
     )
     # a torque that 1.3 times the law's traction gives; its slope is steady there

@@ -7,36 +7,38 @@ import pandas as pd
 import pytest
 from scipy.special import ndtri
 
-from bearings import SETTINGS, printed_law, shipped
+from bearings import SETTINGS, exact_keys, printed_law, shipped
 from campaigns import LABORATORY, oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
-from oilfilm.bearing.resistance import TERMS
+from oilfilm.bearing.inputs import Inputs, Uncertain
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, cage_slip_table, torque_table
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
-from oilfilm.torque.torque_uncertainty import term_factors
+from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, random_factor
 from oilfilm.traction.law import to_constants
 
-BEARING = shipped("mainshaft-167")
-EXACT = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
+SHIPPED = shipped("mainshaft-167")
+# Its inputs are known exactly, so that a test draws what it names.
+BEARING = replace(
+    SHIPPED,
+    uncertain={
+        name: Uncertain(value, value, value) for name, (value, _, _) in SHIPPED.uncertain.items()
+    },
+)
+EXACT = dict.fromkeys(FACTOR_TERMS, 0.0)
 SHARE = SETTINGS.oil_volume_fraction
 ROLLING_POINT = {"axial_load_n": 10000.0, "inner_speed_rpm": 12000.0, "inlet_temperature_c": 100.0}
 ROLLING = (10000.0, np.array([6000.0, 12000.0]), 100.0)
 
 
 def test_factors_on_terms_have_the_mean_and_the_spread_that_are_set() -> None:
-    # drag: from its range, half of it on either side of the value
-    normal = np.tile(ndtri((np.arange(20000) + 0.5) / 20000)[:, np.newaxis], len(TERMS))
-    factors = dict(zip(TERMS, term_factors(SETTINGS, normal).T, strict=True))
-    low, high = SETTINGS.oil_volume_fraction_range
-    assert factors["drag"].min() == pytest.approx(low / SHARE, abs=1e-3)
-    assert factors["drag"].max() == pytest.approx(high / SHARE, rel=1e-3)
-    assert np.median(factors["drag"]) == pytest.approx(1, rel=1e-3)
-    for term in EXACT:
-        assert factors[term].mean() == pytest.approx(1, rel=1e-3)
+    normal = ndtri((np.arange(20000) + 0.5) / 20000)
+    for term in FACTOR_TERMS:
+        factors = random_factor(SETTINGS, term, normal)
+        assert factors.mean() == pytest.approx(1, rel=1e-3)
         spread = getattr(SETTINGS.term_uncertainty, term)
-        assert factors[term].std() == pytest.approx(spread, rel=5e-3)
+        assert factors.std() == pytest.approx(spread, rel=5e-3)
 
 
 def oil(
@@ -46,6 +48,7 @@ def oil(
     drag: float = 0.0,
     viscosity: float = 0.0,
     run_sd: float = float("nan"),
+    law_error: float = 0.0,
 ) -> OilInBearing:
     """An oil with the printed law, refits that differ from it by `refits`, and one calibration.
 
@@ -56,6 +59,7 @@ def oil(
         drag: Half the range of the logarithm of the oil's volume fraction.
         viscosity: Relative standard uncertainty of the stand-in's viscosity.
         run_sd: Standard deviation of ln mu in a run.
+        law_error: Standard error of ln mu by the law where nothing was tested.
     """
 
     def refitted(law: LawInBearing) -> LawInBearing:
@@ -72,6 +76,9 @@ def oil(
         "term_uncertainty": TermUncertaintySettings(**EXACT),
         "stand_in_uncertainty": StandInUncertaintySettings(**stand_in),
         "oil_volume_fraction_range": [SHARE * np.exp(-drag), SHARE * np.exp(drag)],
+        "replenishment_constant_range": [SETTINGS.replenishment_constant] * 2,
+        "ellipse_factor_range": [SETTINGS.ellipse_factor] * 2,
+        "law_error_beyond": law_error,
     }
     unknown = dict.fromkeys(
         ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (np.nan, np.nan)
@@ -137,7 +144,10 @@ def test_calculated_and_measured_torque_agree_within_two_combined_uncertainties(
         run_id="a.csv", oil="4050", accepted=True, axial_load_n=10000.0, inner_speed_rpm=12000.0
     )
     runs = runs.assign(oil_temperature_c=100.0, torque_n_m_se=0.01)
-    table, _ = torque_table(runs, [uncertain], resolve(LABORATORY, {}))
+    config = resolve(LABORATORY, {}).with_changes(
+        {"bearings": {"mainshaft-167": exact_keys("mainshaft-167")}}
+    )
+    table, _ = torque_table(runs, [uncertain], config)
     rows = table[table["load_variable"] == "stress"].sort_values("first_row")
     # of the sensor: 0.01 N m at random, 0.01 N m offset, 0.3 % gain
     of_sensor = np.sqrt(0.01**2 + 0.01**2 + (0.003 * measured) ** 2)
@@ -198,7 +208,12 @@ def test_viscosity_of_a_stand_in_and_errors_of_runs_widen_the_torque():
 def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted():
     names = ("4102", "4050", "4010")
     config = resolve(LABORATORY, {}).with_changes(
-        {"bearing": {"cage_slip": {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [500, 1e4]}}}
+        {
+            "bearing": {
+                "cage_slip": {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [500, 1e4]}
+            },
+            "bearings": {"mainshaft-167": exact_keys("mainshaft-167")},
+        }
     )
     oils = [oil(name, in_first(0.0, 10), in_first(0.0, 0), drag=0.8) for name in names]
     table = cage_slip_table(oils, config)
@@ -217,3 +232,76 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
     best = np.where(full.any(axis=0), np.where(held.any(axis=0), by_torque, by_slip), -1)
     share = np.stack([(best == number).mean(axis=0) for number in range(3)])
     np.testing.assert_allclose(table["best_share"], share.ravel(), atol=0.06)
+
+
+def test_shares_of_variance_are_those_of_an_independent_variation():
+    # two causes with known slopes: all traction by 5 % in a run, and the flow from 4 to 16 L/min
+    flow = SHIPPED.uncertain["feed_flow_m3_s"]
+    bearing = replace(BEARING, uncertain={**BEARING.uncertain, "feed_flow_m3_s": flow})
+    errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), run_sd=0.05)
+    cases = Cases(bearing, [(errs, "stress", pd.DataFrame([ROLLING_POINT]))])
+    shares = cases.assessed(1)[2].shares(np.arange(1)).set_index("cause")["torque_share"]
+
+    def torque_with(factor: float, flow_m3_s: float) -> float:
+        changed = replace(
+            bearing, uncertain={**bearing.uncertain, "feed_flow_m3_s": Uncertain(*[flow_m3_s] * 3)}
+        )
+        frame = pd.DataFrame([{**ROLLING_POINT, "traction_factor": factor}])
+        return float(Cases(changed, [(errs, "stress", frame)]).run()["torque_n_m"][0])
+
+    flows = flow.at((np.arange(50) + 0.5) / 50)
+    by_flow = np.var([torque_with(1.0, value) for value in flows])
+    factors = np.exp(0.05 * ndtri((np.arange(50) + 0.5) / 50))
+    by_run = np.var([torque_with(value, flow.value) for value in factors])
+    expected = by_flow / (by_flow + by_run)
+    assert shares["feed_flow_m3_s"] == pytest.approx(expected, abs=0.1)
+    assert shares["runs"] == pytest.approx(1 - expected, abs=0.1)
+    assert shares.drop(["feed_flow_m3_s", "runs"]).max() < 1e-6
+
+
+@pytest.mark.parametrize("oil_name", ["4102", "4050"])
+def test_the_interval_holds_independent_variations_of_every_known_effect(oil_name):
+    # 40 points at dmN of 3e6 to 4e6, each with effects that this test draws from their ranges
+    random = np.random.default_rng(47)
+    points = pd.DataFrame(
+        {
+            "axial_load_n": random.uniform(8e3, 3e4, 40),
+            "inner_speed_rpm": random.uniform(3e6, 4e6, 40) / 167.5375,
+            "inlet_temperature_c": 100.0,
+        }
+    )
+    no_refits = in_first(0.0, 10)
+    shipped_oil = replace(oil(oil_name, no_refits, in_first(0.0, 0)), settings=SETTINGS)
+    interval = Cases(SHIPPED, [(shipped_oil, "stress", points)]).assessed(1)[0]
+    cases = Cases(SHIPPED, [(shipped_oil, "stress", points)], own_draw(random, 40))
+    lubrication = cases.problem.lubrication
+    factors = lubrication.factors.copy()
+    for column, spread in enumerate((SETTINGS.law_error_beyond, 0.1, 0.2, 0.0, 0.5, 0.3)):
+        factors[:, column] = np.exp(spread * random.standard_normal(40) - spread**2 / 2)
+    viscosity = np.exp(SETTINGS.stand_in_uncertainty.viscosity * random.standard_normal(40))
+    thicker = replace(
+        lubrication.oil, dynamic_viscosity_pa_s=lubrication.oil.dynamic_viscosity_pa_s * viscosity
+    )
+    changed = replace(cases.problem, lubrication=replace(lubrication, factors=factors, oil=thicker))
+    answer = friction_equilibrium(changed)
+    held = []
+    for name, value in (("torque_n_m", answer.torque_n_m()), ("cage_slip", answer.cage_slip())):
+        inside = (interval[f"{name}_lower"] <= value) & (value <= interval[f"{name}_upper"])
+        held.append(inside.to_numpy())
+    # 95 % of both, less what 40 points may miss by chance
+    assert np.mean(held) >= 0.9
+
+
+def own_draw(random: np.random.Generator, points: int) -> Inputs:
+    """Inputs from the ranges of bearing and settings, by this test's own numbers.
+
+    Half of the values are below the stated value, half above.
+    """
+    drawn = {}
+    for name, (value, low, high) in {**SHIPPED.uncertain, **SETTINGS.uncertain()}.items():
+        below = random.uniform(low, value, points)
+        above = random.uniform(value, high, points)
+        drawn[name] = np.where(random.random(points) < 0.5, below, above)
+        if value in (low, high):
+            drawn[name] = random.uniform(low, high, points)
+    return Inputs(**drawn)

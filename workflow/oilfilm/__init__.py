@@ -5,7 +5,8 @@ In other programs and notebooks:
 - `oilfilm.fit(P, U, T, S, mu)` fits a traction law to arrays;
 - `oilfilm.fit_table("mu.csv")` does so with a table of mu;
 - `oilfilm.read_fit(folder, oil)` reads a fit of the workflow;
-- `oilfilm.predict(law, constants, P, U, T, S)` evaluates a law.
+- `oilfilm.predict(law, constants, P, U, T, S)` evaluates a law;
+- `oilfilm.bearing_torque("mainshaft-167", load, speed, temperature)` gives a bearing's friction.
 """
 
 import importlib
@@ -14,16 +15,26 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     # what editors complete and type checkers see
     from oilfilm.api.arrays import fit
+    from oilfilm.api.bearing_torque import bearing_torque
     from oilfilm.api.table_fit import fit_table
     from oilfilm.base.errors import OilfilmError
     from oilfilm.fits.fitted import predict, read_fit
 
     __version__: str
 
-__all__ = ["OilfilmError", "__version__", "fit", "fit_table", "predict", "read_fit"]
+__all__ = [
+    "OilfilmError",
+    "__version__",
+    "bearing_torque",
+    "fit",
+    "fit_table",
+    "predict",
+    "read_fit",
+]
 
 _MODULES = {
     "OilfilmError": "oilfilm.base.errors",
+    "bearing_torque": "oilfilm.api.bearing_torque",
     "fit": "oilfilm.api.arrays",
     "fit_table": "oilfilm.api.table_fit",
     "predict": "oilfilm.fits.fitted",

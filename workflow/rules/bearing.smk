@@ -25,7 +25,7 @@ rule torque_runs:
 rule torque:
     "Measured torque beside the law with each load variable; how hot the oil leaves the bearing."
     input:
-        **finished("torque_runs", "cage_slip", *FITTED),
+        **finished("torque_runs", "cage_slip", "points", "surface_sizes", *FITTED),
         torque_truth=rules.torque_twin.output.torque_truth if TORQUE_SIMULATED else [],
     output:
         **written("torque", "torque_inversion", "torque_control", "heat_balance"),
@@ -46,7 +46,7 @@ rule torque:
 rule bearing_maps:
     "Cage slip over speed and load, and the size effect."
     input:
-        **finished(*FITTED),
+        **finished("points", "surface_sizes", *FITTED),
     output:
         **written("cage_slip", "size_effect"),
         made=made("bearing-maps"),

@@ -2,7 +2,7 @@
 
 import oilfilm.run.job as run
 from oilfilm.base import studies
-from oilfilm.torque.bearing_torque import oils_in_bearings, torque_table
+from oilfilm.torque.bearing_torque import oils_in_bearings, oils_of_results, torque_table
 from oilfilm.torque.heat_balance import heat_balance_table
 from oilfilm.torque.torque_control import torque_control
 
@@ -13,7 +13,7 @@ studies.declare_tables([studies.simulator()])
 with run.job(snakemake) as job:
     coefficients, quality = job.tables.coefficients, job.tables.fit_quality
     settings = job.settings
-    oils = oils_in_bearings(coefficients, quality, settings, job.tables.refits, job.tables.surfaces)
+    oils = oils_of_results(job.tables, settings)
     torque, inversion = torque_table(job.tables.torque_runs, oils, settings)
     # without bootstrap constants: the heat balance has no uncertainty
     oils_without_draws = oils_in_bearings(coefficients, quality, settings)

@@ -203,6 +203,28 @@ def plan(command: Command) -> None:
     command.text("--for", meaning, dest="target", choices=targets)
 
 
+def bearing(command: Command) -> None:
+    """Friction torque, power loss, cage slip and best oil of a bearing, each with its interval.
+
+    The traction is that of a campaign's fitted laws. The shares of variance show which unknown
+    makes the answer uncertain, and what to measure next.
+
+    Example: oilfilm bearing --bearing mainshaft-167 --oil 4102 --load 10kN --speed 12000rpm
+    --temperature 70degC
+    """
+    command.text("--bearing", "file of config/bearings", required=True)
+    command.text("--oil", "oil of the campaign (default: all of them)")
+    several = "; several are combined with each other"
+    command.text("--load", f"axial load{several}", required=True, nargs="+", metavar="10kN")
+    speed = f"speed of the inner ring{several}"
+    command.text("--speed", speed, required=True, nargs="+", metavar="12000rpm")
+    temperature = f"oil temperature at the inlet{several}"
+    command.text("--temperature", temperature, required=True, nargs="+", metavar="70degC")
+    command.flag("--json", "print one JSON object per oil and operating point")
+    command.results()
+    command.config()
+
+
 def verify(command: Command) -> None:
     """Check that no file of a release has changed.
 
@@ -270,6 +292,7 @@ COMMANDS = (
     predict,
     compare,
     plan,
+    bearing,
     verify,
     fetch,
     diff,

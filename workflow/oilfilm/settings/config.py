@@ -395,6 +395,9 @@ class BearingSettings(Group):
     pressure_limits_gpa: q.Band[q.PressureGpa] = key("Highest pressure in the long term, at peaks.")
     term_uncertainty: TermUncertaintySettings = key("Relative uncertainty of the other terms.")
     stand_in_uncertainty: StandInUncertaintySettings = key("Uncertainty of stand-in oils.")
+    law_error_beyond: q.RelativeError = key(
+        "Relative standard error of mu by the law where no surface of measured mu has an interval."
+    )
     skf_pitch_speed_max: q.PitchSpeedMmRpm = key("Largest dm n of the SKF formula.")
     uncertainty: TorqueDrawSettings = key("Uncertainty of what is calculated.")
     compatible_uncertainties: q.Factor = key(

@@ -1,7 +1,8 @@
 """A fitted traction law in bearings: tables of torque, inversion, cage slip and size effect."""
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -17,21 +18,25 @@ from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import OperatingPoints
-from oilfilm.bearing.resistance import TERMS, Lubrication
+from oilfilm.bearing.resistance import Lubrication
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
 from oilfilm.fits.fit import laws_of
-from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.fitted import FittedLaw, read_surface
+from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.physics.contact import Contact, Floats
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import best_shares
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
 from oilfilm.torque.torque_uncertainty import (
-    draw_results,
+    FACTOR_TERMS,
+    Drawing,
+    Group,
     has_draws,
-    term_factors,
+    random_factor,
     with_uncertainty,
 )
 from oilfilm.traction import BEARING_LAW_NAMES
@@ -47,6 +52,11 @@ _TRACTION_FACTORS = np.geomspace(1 / 8, 8, 25)
 _NORMAL_SLICES = 1000
 # Powers of the size with which uncertain inputs of a bearing grow.
 _SIZE_POWERS = {"shaft_interference_m": 1, "housing_interference_m": 1, "feed_flow_m3_s": 2}
+# Terms of the torque that are proportional to inputs with a range.
+_RANGES_OF_TERM = {
+    "drag": ("oil_volume_fraction",),
+    "momentum": ("feed_flow_m3_s", "momentum_share"),
+}
 # Oil, key of its laws (`OilInBearing.laws`), and operating points.
 CaseGroup = tuple["OilInBearing", str, pd.DataFrame]
 
@@ -210,7 +220,7 @@ class Cases:
         """The value of each group, once for each of its points: shape (points, ...)."""
         return np.repeat(values_of_groups, self._points_of_group, axis=0)
 
-    def assessed(self, seed: int) -> tuple[pd.DataFrame, FloatArray]:
+    def assessed(self, seed: int) -> tuple[pd.DataFrame, FloatArray, Drawing]:
         """Friction at every point with its uncertainty, and the slowest cage where it has several.
 
         Args:
@@ -219,14 +229,17 @@ class Cases:
         Returns:
             The table of `with_uncertainty`, with the number of `equilibria`, the slowest cage's
             `other_cage_slip` and `other_torque_n_m` where there are several, and `bistable`. Then
-            the draws of `torque_uncertainty.draw_results`.
+            the draws of `Drawing.results`, and the drawing, which gives the shares of variance.
         """
         motions = equilibria(self.problem)
         calculated = self._terms(motions.fastest)
-        groups = [(oil.name, oil.oil, law) for oil, law in zip(self.oils, self.laws, strict=True)]
+        groups = []
+        for oil, law in zip(self.oils, self.laws, strict=True):
+            groups.append(Group(oil.name, oil.oil, law))
         group_of_point = self._for_each_point(np.arange(len(groups)))
         settings = self._settings
-        draws = draw_results(motions.fastest, groups, group_of_point, calculated, settings, seed)
+        drawing = Drawing(motions.fastest, groups, group_of_point, calculated, settings, seed)
+        draws = drawing.results()
         speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
         has_refits = np.array([has_draws(law.fitted) for law in self.laws])
         was_drawn = has_refits[group_of_point] & calculated["converged"].to_numpy(dtype=bool)
@@ -240,7 +253,7 @@ class Cases:
         terms["equilibria"] = motions.count
         terms["other_cage_slip"] = np.where(several, motions.slowest.cage_slip(), np.nan)
         terms["other_torque_n_m"] = np.where(several, motions.slowest.torque_n_m(), np.nan)
-        return terms, draws
+        return terms, draws, drawing
 
 
 def oils_in_bearings(
@@ -249,6 +262,7 @@ def oils_in_bearings(
     settings: Settings,
     refits: pd.DataFrame | None = None,
     surfaces: pd.DataFrame | None = None,
+    surface_of: Callable[[str], OilSurface | None] | None = None,
 ) -> list[OilInBearing]:
     """The oils of the campaign with known properties and a law that follows all conditions.
 
@@ -260,6 +274,8 @@ def oils_in_bearings(
         settings: The settings.
         refits: Table of refits. Without it the results have no uncertainty.
         surfaces: Table of surfaces, with the error of a run. Without it runs have none.
+        surface_of: Reads the surface of an oil's measured mu. Without it the law has the error
+            that is stated for conditions beyond the tests (`bearing.law_error_beyond`).
     """
     # a law on load holds for the ball of its rig: all rigs must have the same ball
     rig = settings.common_contact()
@@ -281,7 +297,7 @@ def oils_in_bearings(
         law_names = _law_names(fit_quality["law"], fitted_laws & set(available_laws))
         fits = {}
         for law_name in set(law_names.values()):
-            fits[law_name] = FittedLaw.from_tables(
+            fit = FittedLaw.from_tables(
                 coefficients,
                 name,
                 refits_of_law.get((name, law_name)),
@@ -289,6 +305,9 @@ def oils_in_bearings(
                 available_laws[law_name],
                 surfaces=surfaces,
             )
+            if surface_of is not None:
+                fit = replace(fit, read_surface=partial(surface_of, name))
+            fits[law_name] = fit
         laws = _laws_in_bearing(fits, law_names, rig, settings.bearing)
         # the campaign's law follows all conditions
         if "stress" in laws:
@@ -299,6 +318,24 @@ def oils_in_bearings(
                 tested[quantity] = (lowest, highest)
             oils.append(OilInBearing(name, oil, laws, tested, settings.bearing))
     return oils
+
+
+def oils_of_results(results: CampaignTables, settings: Settings) -> list[OilInBearing]:
+    """The oils of a finished campaign with everything that their uncertainty is made of.
+
+    Args:
+        results: Tables coefficients, fit_quality, refits, surfaces, surface_sizes and points.
+        settings: The settings.
+    """
+    return oils_in_bearings(
+        results.coefficients,
+        results.fit_quality,
+        settings,
+        results.refits,
+        results.surfaces,
+        # several laws of an oil have one surface
+        cache(partial(read_surface, results)),
+    )
 
 
 def _law_names(configured_law: str, fitted_laws: Collection[str]) -> dict[str, str]:
@@ -392,7 +429,7 @@ def torque_table(
         plateaus = measured[measured["oil"] == oil.name]
         groups += [(oil, variable, plateaus) for variable in oil.laws]
     bearing = settings.tested_bearing()
-    calculated, _ = Cases(bearing, groups).assessed(settings.seed)
+    calculated, _, _ = Cases(bearing, groups).assessed(settings.seed)
     terms = _compared(bearing, calculated, measured_oils, settings)
     inversion = _inversion(bearing, measured_oils, terms, settings)
     return joined([terms], "torque"), joined([inversion], "torque_inversion")
@@ -510,16 +547,22 @@ def _nearest_pair(encloses: BoolArray) -> IndexArray:
 def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the traction torque: measured torque less the other terms.
 
-    It has a part by the calibration of the torque sensor, and one by each of `TERMS`.
+    It has a part by the calibration of the torque sensor, one by each other term, and one by the
+    momentum of the feed oil.
     """
-    # the middles of the slices stand for the distribution; every term gets the same numbers
+    # the middles of the slices stand for the distribution
     probabilities = (np.arange(_NORMAL_SLICES) + 0.5) / _NORMAL_SLICES
-    normal = scipy.special.ndtri(probabilities)[:, np.newaxis]
-    factors = term_factors(settings.bearing, np.repeat(normal, len(TERMS), axis=1))
-    relative_uncertainties = factors.std(axis=0)
+    normal = scipy.special.ndtri(probabilities)
+    bearing = settings.bearing
+    relative = {term: random_factor(bearing, term, normal).std() for term in FACTOR_TERMS}
+    ranges = {**settings.tested_bearing().uncertain, **bearing.uncertain()}
+    for term, names in _RANGES_OF_TERM.items():
+        spreads = [ranges[name].at(probabilities).std() / ranges[name].value for name in names]
+        relative[term] = np.linalg.norm(spreads)
     uncertainties = [_calibration_n_m(terms, settings)]
-    for term, relative in zip(TERMS, relative_uncertainties, strict=True):
-        uncertainties.append(relative * terms[f"{term}_torque_n_m"].to_numpy())
+    for term, spread in relative.items():
+        # the momentum is null where the flow is not known, and the torque is one without it
+        uncertainties.append(np.nan_to_num(spread * terms[f"{term}_torque_n_m"].to_numpy()))
     return np.asarray(np.linalg.norm(uncertainties, axis=0))
 
 
@@ -546,7 +589,7 @@ def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Data
         }
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
-    terms, draws = cases.assessed(settings.seed)
+    terms, draws, _ = cases.assessed(settings.seed)
     shares = best_shares(draws, len(oils), levels.slip_limit, settings.gates.lambda_limit)
     return joined([terms.assign(**shares)], "cage_slip")
 

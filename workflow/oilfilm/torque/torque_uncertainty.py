@@ -1,20 +1,25 @@
 """Uncertainty of calculated torque, cage slip and power, by random draws through the equilibrium.
 
-Each draw changes these inputs:
+Everything that is known to be uncertain is drawn here, and nowhere else. `UNCERTAIN` names it:
 
-- the law: one refit, moved by calibration errors of the traction rig's sensors;
-- all traction: a factor with the error of a run, by the surface of measured mu;
+- the inputs of the bearing that no drawing gives exactly (`oilfilm.bearing.inputs`), from their
+  ranges: ring temperatures, fits, bore of the shaft, feed oil, drag, replenishment, ellipse;
+- each other term of the balance: a random factor;
 - the oil's viscosity, where a similar oil stands in for the oil;
-- each other term of the balance: a random factor.
+- the calibration of the traction rig's sensors;
+- the law: one refit, and an error of its form. That error is the one of the surface of measured mu
+  where this has an interval, and a stated one beyond;
+- all traction: a factor with the error of a run, by the surface of measured mu.
 
 The equilibrium is solved again for each draw, so that the cage slips as the drawn forces allow.
-Drag and the other terms belong to the bearing, calibration to the rig. A draw has the same values
-of them for all oils. Far beyond the tested range the spread is only as good as the law's form.
+A draw has the same bearing, feed oil and rig for all oils.
 
-Decides: the uncertainty of torque, cage slip and power.
+The spin of the traction rig is not drawn. It changes mu by less than 1 % from S = 0.01 on.
+
+Decides: the uncertainty of torque, cage slip and power, and the share of each cause in it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -27,7 +32,8 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
 from oilfilm.bearing.friction import COARSE, FrictionEquilibrium, FrictionProblem
-from oilfilm.bearing.resistance import TERMS
+from oilfilm.bearing.inputs import INPUTS, Inputs
+from oilfilm.bearing.resistance import FACTORS
 from oilfilm.bearing.torque import film_ratio
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.oils import Oil
@@ -39,46 +45,58 @@ from oilfilm.traction.law import to_constants, to_internal
 _INTERVAL = (0.025, 0.975)
 # Cage slips from two quadratures on the same branch differ by less than this.
 _SAME_BRANCH_SLIP = 0.01
-# Sensors of a traction rig whose calibration changes a fit.
-_SENSORS = 8
 # Results of each draw, as columns of the calculated results.
 DRAWN = ("torque_n_m", "cage_slip", "lambda_ratio")
+# Terms of the balance that have a random factor; the drag is drawn by the oil's share.
+FACTOR_TERMS = ("rolling", "hysteresis", "pocket", "land")
+# Sensors of a traction rig whose calibration changes a fit.
+_SENSORS = tuple(f"sensor {number}" for number in range(8))
+_OF_OIL: Mapping[str, tuple[str, ...]] = {
+    "viscosity": ("viscosity", "pressure viscosity"),
+    "law": ("refit", "law error"),
+    "runs": ("run",),
+}
+# Everything that is drawn, each with the names of its random numbers.
+UNCERTAIN: Mapping[str, tuple[str, ...]] = {
+    **{name: (name,) for name in (*INPUTS, *FACTOR_TERMS)},
+    "rig": _SENSORS,
+    **_OF_OIL,
+}
+# Random numbers that all oils share, and those of each oil.
+_OWN_NAMES = tuple(name for names in _OF_OIL.values() for name in names)
+_SHARED_NAMES = tuple(
+    name for names in UNCERTAIN.values() for name in names if name not in _OWN_NAMES
+)
+_ALL_NAMES = (*_SHARED_NAMES, *_OWN_NAMES)
+# Pairs of draws by which the share of one cause is estimated.
+_PAIRS = 50
+# Multiplier of the lattice of such pairs; it has no common divisor with their number.
+_LATTICE = 21
+# Draws that are solved together, which bounds the memory.
+_SOLVED_AT_ONCE = 30_000
+# Smallest slip at which the error of a law is looked up: a relative error of mu needs mu.
+_SMALLEST_SLIP = 0.005
+_NORMAL_95 = float(scipy.special.ndtri(_INTERVAL[1]))
+
+# Standard normal numbers by their names, shapes (draws,).
+Numbers = Mapping[str, FloatArray]
 
 
-def term_factors(settings: BearingSettings, normal: FloatArray) -> FloatArray:
-    """Random factors on each of `TERMS`, shape (draws, terms).
+def factor_spread(settings: BearingSettings, term: str) -> float:
+    """Standard deviation of the logarithm of the factor on a term."""
+    return float(np.sqrt(np.log1p(getattr(settings.term_uncertainty, term) ** 2)))
 
-    The drag is drawn from the range of the oil's share (`Uncertain.at`). The factors on the other
-    terms are log-normal with mean 1.
+
+def random_factor(settings: BearingSettings, term: str, normal: FloatArray) -> FloatArray:
+    """Random factors on one of `FACTOR_TERMS`: log-normal with mean 1.
 
     Args:
-        settings: Range of the drag and uncertainties of the other terms.
-        normal: Standard normal numbers, shape (draws, terms).
+        settings: Uncertainties of the terms.
+        term: The term.
+        normal: Standard normal numbers.
     """
-    factors = np.empty_like(normal)
-    for column, term in enumerate(TERMS):
-        if term == "drag":
-            fraction = settings.uncertain()["oil_volume_fraction"]
-            drawn = fraction.at(scipy.special.ndtr(normal[:, column]))
-            factors[:, column] = drawn / fraction.value
-        else:
-            spread = np.sqrt(np.log1p(getattr(settings.term_uncertainty, term) ** 2))
-            factors[:, column] = np.exp(spread * normal[:, column] - spread**2 / 2)
-    return factors
-
-
-class Draws(NamedTuple):
-    """Draws of one oil's law and properties.
-
-    Attributes:
-        constants: Constants of the law, shape (draws, constants).
-        traction_errors: Error of ln mu in a run, shape (draws,).
-        oil_factors: Factors on viscosity and pressure-viscosity coefficient, shape (draws, 2).
-    """
-
-    constants: FloatArray
-    traction_errors: FloatArray
-    oil_factors: FloatArray
+    spread = factor_spread(settings, term)
+    return np.asarray(np.exp(spread * normal - spread**2 / 2))
 
 
 def has_draws(fitted: FittedLaw) -> bool:
@@ -87,138 +105,287 @@ def has_draws(fitted: FittedLaw) -> bool:
     return len(coefficients.spread) >= 2 and not np.isnan(coefficients.constants).any()
 
 
-def _draw_oil(
-    fitted: FittedLaw,
-    oil: Oil,
-    settings: BearingSettings,
-    sensors: FloatArray,
-    random: np.random.Generator,
-) -> Draws | None:
-    """Draws of an oil; None without refits of its law.
+def law_error(law: LawInBearing, calculated: pd.DataFrame, beyond: float) -> FloatArray:
+    """Relative standard error of the law's form at operating points, shape (points,).
+
+    It is the larger one of both contacts. Where the surface of measured mu has an interval the
+    error is that of the surface less that of a run, and the distance of the law from the surface.
 
     Args:
-        fitted: The law with its refits.
-        oil: The oil.
-        settings: Uncertainty of the properties of a stand-in.
-        sensors: Errors of the rig's sensors over their uncertainties, shape (draws, sensors).
-        random: Source of random numbers for this oil alone.
+        law: The law.
+        calculated: Pressures, speed, oil temperature and slip of the contacts.
+        beyond: The error where there is no such interval.
     """
-    if not has_draws(fitted):
-        return None
-    law, coefficients, count = fitted.law, fitted.coefficients, len(sensors)
-    refits = coefficients.spread
-    # each refit is drawn equally often, in random order
-    chosen = random.permutation(np.resize(random.permutation(len(refits)), count))
-    shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
-    internal = to_internal(law, refits[chosen]) + sensors[:, : len(shifts)] @ shifts
-    viscosity_normal, pressure_normal, run_normal = _normal(count, 3, random).T
-    uncertainty = settings.stand_in_uncertainty
-    viscosity_spread = uncertainty.viscosity * oil.stand_in
-    pressure_spread = uncertainty.pressure_viscosity_coefficient * oil.stand_in
-    logarithms = [viscosity_spread * viscosity_normal, pressure_spread * pressure_normal]
-    return Draws(
-        constants=to_constants(law, internal),
-        traction_errors=np.nan_to_num(coefficients.run_sd) * run_normal,
-        oil_factors=np.exp(np.column_stack(logarithms)),
-    )
+    if law.fitted.surface is None:
+        return np.full(len(calculated), beyond)
+    slip = np.maximum(np.abs(calculated["inner_slide_roll_ratio"]), _SMALLEST_SLIP).to_numpy()
+    run_sd = np.nan_to_num(law.fitted.coefficients.run_sd)
+    errors = []
+    for ring in ("inner", "outer"):
+        pressure = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
+        levels: dict[str, FloatArray] = {
+            "max_hertz_pressure_gpa": pressure,
+            "load_n": law.rig.load_n(pressure),
+            "entrainment_speed_m_s": calculated["entrainment_speed_m_s"].to_numpy(dtype=float),
+            "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
+        }
+        conditions = np.column_stack([levels[name] for name in law.fitted.law.conditions])
+        predicted = law.fitted.predict(conditions, slip)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            log_lower = np.log(predicted.obs_ci_lower)
+            log_upper = np.log(predicted.obs_ci_upper)
+            away = (log_lower + log_upper) / 2 - np.log(predicted.traction_coefficient)
+        run_and_form = (log_upper - log_lower) / 2 / _NORMAL_95
+        form = np.sqrt(np.maximum(run_and_form**2 - run_sd**2, 0.0))
+        error = np.hypot(form, away)
+        errors.append(np.where(np.isfinite(error), error, beyond))
+    return np.maximum(*errors)
 
 
-def _normal(draws: int, variables: int, random: np.random.Generator) -> FloatArray:
-    """Standard normal numbers, (draws, variables), with one draw from each equal slice."""
-    slices = np.array([random.permutation(draws) for _ in range(variables)])
-    position_in_slice = random.random((variables, draws))
-    return np.asarray(scipy.special.ndtri((slices + position_in_slice) / draws).T)
+def _normal(draws: int, names: Sequence[str], random: np.random.Generator) -> dict[str, FloatArray]:
+    """Standard normal numbers by name, with one draw from each equal slice."""
+    shape = (len(names), draws)
+    slices = np.array([random.permutation(draws) for _ in names])
+    position_in_slice = random.random(shape)
+    numbers = scipy.special.ndtri((slices + position_in_slice) / draws)
+    return dict(zip(names, numbers, strict=True))
 
 
-def draw_results(
-    equilibrium: FrictionEquilibrium,
-    groups: Sequence[tuple[str, Oil, LawInBearing]],
-    group_of_point: IndexArray,
-    calculated: pd.DataFrame,
-    settings: BearingSettings,
-    seed: int,
-) -> FloatArray:
-    """Torque, cage slip and lambda of each draw, shape (3, draws, points).
+def _moved_numbers(normal: FloatArray, shift: int, position: FloatArray) -> FloatArray:
+    """Standard normal numbers with one from each equal slice, in an order of their own.
+
+    The slices of both form a lattice. Hence they hardly correlate, which makes estimates by pairs
+    twice as exact as a random order does.
 
     Args:
-        equilibrium: The equilibria without draws.
-        groups: Name of the oil, its properties and its law, for each group of points.
-        group_of_point: Index of each point's group, in ascending order.
-        calculated: The results without draws.
-        settings: Uncertainty of drag, other terms and stand-ins; number of draws.
-        seed: Seed of the configuration. All oils and load variables share the random numbers of
-            bearing and rig. Each oil has random numbers of its own for law and properties.
-
-    Returns:
-        The results, NaN without refits and where a draw has no equilibrium.
+        normal: The numbers of the first order, from `_normal`.
+        shift: Number of slices by which the lattice is moved.
+        position: Positions in the slices, 0 to 1.
     """
-    count = settings.uncertainty.draws
-    shared = _normal(count, len(TERMS) + _SENSORS, generator(seed, "torque uncertainty"))
-    factors = term_factors(settings, shared[:, : len(TERMS)])
-    sensors = shared[:, len(TERMS) :]
-    draws_of_groups = []
-    for name, oil, law in groups:
-        random = generator(seed, "torque uncertainty", name)
-        draws_of_groups.append(_draw_oil(law.fitted, oil, settings, sensors, random))
-    group_has_draws = np.array([draws is not None for draws in draws_of_groups])
-    converged = calculated["converged"].to_numpy(dtype=bool)
-    which = np.flatnonzero(group_has_draws[group_of_point] & converged)
-    results = np.full((len(DRAWN), count, len(group_of_point)), np.nan)
-    if len(which) == 0:
+    count = len(normal)
+    slices = np.floor(scipy.special.ndtr(normal) * count)
+    return np.asarray(scipy.special.ndtri(((_LATTICE * slices + shift) % count + position) / count))
+
+
+class Group(NamedTuple):
+    """Points of one oil with one law.
+
+    Attributes:
+        name: Name of the oil.
+        oil: Its properties.
+        law: Its law.
+    """
+
+    name: str
+    oil: Oil
+    law: LawInBearing
+
+
+class Drawing:
+    """The draws of operating points.
+
+    Attributes:
+        which: Indices of the points that have draws.
+        law_errors: Relative standard error of the law's form at these points.
+    """
+
+    def __init__(
+        self,
+        equilibrium: FrictionEquilibrium,
+        groups: Sequence[Group],
+        group_of_point: IndexArray,
+        calculated: pd.DataFrame,
+        settings: BearingSettings,
+        seed: int,
+    ) -> None:
+        """Draws of the points whose law has refits and that have an equilibrium.
+
+        Args:
+            equilibrium: The equilibria without draws.
+            groups: The groups of points.
+            group_of_point: Index of each point's group, in ascending order.
+            calculated: The results without draws.
+            settings: Ranges and uncertainties; number of draws.
+            seed: Seed of the configuration. All oils and load variables share the random numbers
+                of bearing and rig. Each oil has random numbers of its own.
+        """
+        self._groups = groups
+        self._settings = settings
+        self._seed = seed
+        self._points = len(group_of_point)
+        group_has_draws = np.array([has_draws(group.law.fitted) for group in groups], dtype=bool)
+        converged = calculated["converged"].to_numpy(dtype=bool)
+        self.which = np.flatnonzero(group_has_draws[group_of_point] & converged)
+        self._group_of_point = group_of_point[self.which]
+        self.law_errors = np.empty(len(self.which))
+        if len(self.which) == 0:
+            return
+        for number in np.unique(self._group_of_point):
+            of_group = self._group_of_point == number
+            rows = calculated.iloc[self.which[of_group]]
+            self.law_errors[of_group] = law_error(
+                groups[number].law, rows, settings.law_error_beyond
+            )
+        self._coarse = replace(equilibrium.problem.at_points(self.which), rule=gauss_rule(*COARSE))
+        # A draw starts from the equilibrium of its point without draws. It stays on that branch
+        # while the branch exists. Otherwise its equilibrium is searched without a neighbour.
+        start = Neighbour.of(self._coarse, equilibrium.solution.unknowns[self.which])
+        without_draws = friction_equilibrium(self._coarse, start)
+        self._start = Neighbour.of(self._coarse, without_draws.solution.unknowns)
+        # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
+        fine = calculated.iloc[self.which][list(DRAWN)].to_numpy(dtype=float).T
+        correction = fine - _results(without_draws)
+        same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
+        self._correction = np.where(same_branch, correction, 0.0)
+
+    def results(self) -> FloatArray:
+        """Torque, cage slip and lambda of each draw, shape (3, draws, points).
+
+        NaN without refits and where a draw has no equilibrium.
+        """
+        count = self._settings.uncertainty.draws
+        results = np.full((len(DRAWN), count, self._points), np.nan)
+        if len(self.which):
+            numbers = self._numbers(count, "torque uncertainty")
+            results[..., self.which] = self._solved(numbers, np.arange(len(self.which)))
         return results
-    law_and_draws = [(groups[group][2], draws_of_groups[group]) for group in group_of_point[which]]
-    coarse = replace(equilibrium.problem.at_points(which), rule=gauss_rule(*COARSE))
-    # A draw starts from the equilibrium of its point without draws. It stays on that branch while
-    # the branch exists. Otherwise its equilibrium is searched without a neighbour.
-    start = Neighbour.of(coarse, equilibrium.solution.unknowns[which])
-    without_draws = friction_equilibrium(coarse, start)
-    problem = _with_draws(coarse, law_and_draws, factors)
-    point = np.repeat(np.arange(len(which)), count)
-    neighbour = Neighbour.of(coarse, without_draws.solution.unknowns).at_points(point)
-    drawn = _results(friction_equilibrium(problem, neighbour))
-    drawn = np.swapaxes(drawn.reshape(len(DRAWN), -1, count), 1, 2)
-    # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
-    correction = calculated.iloc[which][list(DRAWN)].to_numpy().T - _results(without_draws)
-    same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
-    results[..., which] = drawn + np.where(same_branch, correction, 0.0)[:, np.newaxis]
-    return results
+
+    def shares(self, wanted: IndexArray) -> pd.DataFrame:
+        """Share of the variance of torque and cage slip by each of `UNCERTAIN`.
+
+        The share is a total effect: the part of the variance that is left if all else is known
+        (M. J. W. Jansen, Comput. Phys. Commun. 117 (1999) 35). Near a jump of the cage the shares
+        add up to more than 1, because a cause acts together with others there.
+
+        Args:
+            wanted: Indices of the points; those without draws are left out.
+
+        Returns:
+            One row per point and cause: `point`, `cause`, `torque_share`, `slip_share`.
+        """
+        chosen = np.flatnonzero(np.isin(self.which, wanted))
+        if len(chosen) == 0:
+            return pd.DataFrame(columns=["point", "cause", "torque_share", "slip_share"])
+        first = self._numbers(_PAIRS, "shares of variance")
+        # every oil has the same moves, so that shared numbers stay shared
+        random = generator(self._seed, "shares of variance, redrawn")
+        moves = {name: (int(random.integers(_PAIRS)), random.random(_PAIRS)) for name in _ALL_NAMES}
+        second = [
+            {name: _moved_numbers(normal, *moves[name]) for name, normal in numbers.items()}
+            for numbers in first
+        ]
+        # the first numbers, then those with one cause redrawn after the other
+        joined = []
+        for numbers, others in zip(first, second, strict=True):
+            variants = [numbers]
+            for names in UNCERTAIN.values():
+                variants.append({**numbers, **{name: others[name] for name in names}})
+            joined.append({name: np.concatenate([v[name] for v in variants]) for name in numbers})
+        solved = self._solved(joined, chosen)
+        values = solved.reshape(len(DRAWN), 1 + len(UNCERTAIN), _PAIRS, len(chosen))
+        first_values, redrawn = values[:, :1], values[:, 1:]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            variance = np.nanvar(first_values, axis=2, ddof=1) + np.nanvar(redrawn, axis=2, ddof=1)
+            shares = np.nanmean((redrawn - first_values) ** 2, axis=2) / variance
+        torque_share, slip_share, _ = shares
+        return pd.DataFrame(
+            {
+                "point": np.tile(self.which[chosen], len(UNCERTAIN)),
+                "cause": np.repeat(list(UNCERTAIN), len(chosen)),
+                "torque_share": torque_share.ravel(),
+                "slip_share": slip_share.ravel(),
+            }
+        )
+
+    def _numbers(self, count: int, purpose: str) -> list[Numbers]:
+        """Random numbers of each group."""
+        shared = _normal(count, _SHARED_NAMES, generator(self._seed, purpose))
+        return [
+            {**shared, **_normal(count, _OWN_NAMES, generator(self._seed, purpose, group.name))}
+            for group in self._groups
+        ]
+
+    def _solved(self, numbers: Sequence[Numbers], chosen: IndexArray) -> FloatArray:
+        """`DRAWN` with random numbers of each group, shape (3, draws, chosen points).
+
+        Args:
+            numbers: Random numbers of each group.
+            chosen: Positions in `which`.
+        """
+        count = len(numbers[0]["run"])
+        points_at_once = max(_SOLVED_AT_ONCE // count, 1)
+        parts = []
+        for start in range(0, len(chosen), points_at_once):
+            some = chosen[start : start + points_at_once]
+            problem = self._drawn_problem(numbers, some, count)
+            neighbour = self._start.at_points(np.repeat(some, count))
+            drawn = _results(friction_equilibrium(problem, neighbour))
+            drawn = np.swapaxes(drawn.reshape(len(DRAWN), len(some), count), 1, 2)
+            parts.append(drawn + self._correction[:, np.newaxis, some])
+        return np.concatenate(parts, axis=2)
+
+    def _drawn_problem(
+        self, numbers: Sequence[Numbers], chosen: IndexArray, count: int
+    ) -> FrictionProblem:
+        """The problem of all draws of some points, with the draws of a point next to each other."""
+        points = len(chosen)
+        group_of_point = self._group_of_point[chosen]
+        problem = self._coarse.at_points(np.repeat(chosen, count))
+        lubrication = problem.lubrication
+        # the shared numbers are the same in every group
+        shared = numbers[0]
+        uncertain = {**problem.bearing.uncertain, **self._settings.uncertain()}
+        probability = {name: np.tile(scipy.special.ndtr(shared[name]), points) for name in INPUTS}
+        factors = lubrication.factors.copy()
+        for term in FACTOR_TERMS:
+            factor = random_factor(self._settings, term, shared[term])
+            factors[:, FACTORS.index(term)] *= np.tile(factor, points)
+        of_points = [numbers[group] for group in group_of_point]
+        run_sd = [
+            np.nan_to_num(self._groups[group].law.fitted.coefficients.run_sd)
+            for group in group_of_point
+        ]
+        traction_errors = [
+            sd * of_oil["run"] + error * of_oil["law error"]
+            for of_oil, sd, error in zip(of_points, run_sd, self.law_errors[chosen], strict=True)
+        ]
+        factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors))
+        uncertainty = self._settings.stand_in_uncertainty
+        stand_in = np.repeat([self._groups[group].oil.stand_in for group in group_of_point], count)
+        viscosity = np.concatenate([of_oil["viscosity"] for of_oil in of_points])
+        pressure = np.concatenate([of_oil["pressure viscosity"] for of_oil in of_points])
+        inlet = lubrication.oil
+        oil = replace(
+            inlet,
+            dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s
+            * np.exp(uncertainty.viscosity * stand_in * viscosity),
+            pressure_viscosity_coefficient_1_pa=inlet.pressure_viscosity_coefficient_1_pa
+            * np.exp(uncertainty.pressure_viscosity_coefficient * stand_in * pressure),
+        )
+        constants = {
+            group: _drawn_constants(self._groups[group].law.fitted, numbers[group])
+            for group in np.unique(group_of_point)
+        }
+        laws = [
+            self._groups[group].law.with_constants(constants[group]) for group in group_of_point
+        ]
+        drawn = replace(
+            problem,
+            law=law_of_groups(laws, [count] * points),
+            lubrication=replace(lubrication, oil=oil, factors=factors),
+        )
+        return drawn.with_inputs(Inputs.drawn(uncertain, probability))
 
 
-def _with_draws(
-    problem: FrictionProblem,
-    law_and_draws: Sequence[tuple[LawInBearing, Draws]],
-    factors: FloatArray,
-) -> FrictionProblem:
-    """The problem of all draws of all points, with the draws of a point next to each other.
-
-    Args:
-        problem: The points.
-        law_and_draws: Law and draws of each point.
-        factors: Factors on the terms of the balance, shape (draws, terms).
-    """
-    count, points = len(factors), len(law_and_draws)
-    laws = [law.with_constants(draws.constants) for law, draws in law_and_draws]
-    # the error of a run is a factor on all traction of a draw
-    errors = np.array([draws.traction_errors for _, draws in law_and_draws])
-    oil_factors = np.concatenate([draws.oil_factors for _, draws in law_and_draws])
-    viscosity_factor, pressure_factor = oil_factors.T
-    point = np.repeat(np.arange(points), count)
-    lubrication = problem.lubrication.at_points(point)
-    inlet = lubrication.oil
-    oil = replace(
-        inlet,
-        dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s * viscosity_factor,
-        pressure_viscosity_coefficient_1_pa=(
-            inlet.pressure_viscosity_coefficient_1_pa * pressure_factor
-        ),
-    )
-    traction_factor = np.exp(errors).ravel()
-    all_factors = np.column_stack([traction_factor, np.tile(factors, (points, 1))])
-    return replace(
-        problem.at_points(point),
-        law=law_of_groups(laws, [count] * points),
-        lubrication=replace(lubrication, oil=oil, factors=all_factors),
-    )
+def _drawn_constants(fitted: FittedLaw, numbers: Numbers) -> FloatArray:
+    """Constants of the draws: refits that sensors move, shape (draws, constants)."""
+    law, coefficients = fitted.law, fitted.coefficients
+    refits = coefficients.spread
+    chosen = (scipy.special.ndtr(numbers["refit"]) * len(refits)).astype(np.intp)
+    shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
+    sensors = np.column_stack([numbers[name] for name in _SENSORS])
+    internal = to_internal(law, refits[chosen]) + sensors[:, : len(shifts)] @ shifts
+    return np.asarray(to_constants(law, internal))
 
 
 def with_uncertainty(
@@ -232,7 +399,7 @@ def with_uncertainty(
 
     Args:
         calculated: The results without draws.
-        draws: Draws of `draw_results`.
+        draws: Draws of `Drawing.results`.
         was_drawn: Points that have draws, with or without equilibria, shape (points,).
         speed_rad_s: Speed of the inner ring.
         settings: How many draws may be lost, and when they are split.

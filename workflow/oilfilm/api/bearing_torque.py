@@ -1,0 +1,331 @@
+"""Friction of a bearing from a campaign's fits, for a notebook or the command line.
+
+Decides: which operating points of a bearing are refused; how an answer is printed.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pandas as pd
+
+from oilfilm import tables
+from oilfilm.base.errors import OilfilmError
+from oilfilm.base.home import CONFIG
+from oilfilm.base.units import FloatArray
+from oilfilm.settings.resolve import named_file, resolve
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.answers import (
+    CAUSES,
+    Answers,
+    answers,
+    operating_points,
+    range_words,
+    what_to_measure,
+)
+from oilfilm.torque.bearing_torque import OilInBearing, oils_of_results
+from oilfilm.torque.best_oil import NOT_KNOWN
+
+# Units of plain numbers, and the values that a bearing with oil may have.
+_QUANTITIES = {
+    "axial_load": ("N", 0.0, 1e7),
+    "speed": ("rpm", 0.0, 1e6),
+    "temperature": ("degC", -60.0, 300.0),
+}
+# Shares below this are not printed.
+_SMALLEST_SHARE = 0.005
+# Sum of the shares of variance from which on causes act together, beyond the error of the shares.
+_SURELY_TOGETHER = 1.4
+# Numbers from which on three digits leave none behind the decimal point.
+_LARGE = 100
+# Answers of the table: name, column, unit, factor.
+_ANSWERS = (
+    ("friction torque", "torque_n_m", "N m", 1.0),
+    ("power loss", "power_w", "W", 1.0),
+    ("cage slip", "cage_slip", "%", 100.0),
+)
+_COLUMNS = [
+    *("oil", "bearing", "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"),
+    *("torque_n_m", "torque_n_m_lower", "torque_n_m_upper"),
+    *("power_w", "power_w_lower", "power_w_upper"),
+    *("cage_slip", "cage_slip_lower", "cage_slip_upper"),
+    *("best_oil", "best_share", "bistable", "lambda_ratio", "no_equilibrium"),
+]
+
+
+@dataclass(frozen=True)
+class BearingTorque:
+    """Friction of a bearing at operating points.
+
+    Attributes:
+        oil: The oil of the summary; empty for all oils.
+        answers: Results of every oil at every point, and the shares of variance.
+        about: Which campaign, data and law the results are from, in a sentence.
+    """
+
+    oil: str
+    answers: Answers
+    about: str
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row per oil and operating point: torque, power loss, cage slip, best oil."""
+        return self._of_oil(self.answers.points)[_COLUMNS].reset_index(drop=True)
+
+    def shares(self) -> pd.DataFrame:
+        """Share of the variance of torque and cage slip by each cause, and the range drawn."""
+        return self._of_oil(self.answers.shares).drop(columns="point").reset_index(drop=True)
+
+    def summary(self) -> str:
+        """Each operating point in sentences, its shares of variance, and what to measure next."""
+        return "\n".join(self._lines())
+
+    def plot(self, axes: Any = None) -> Any:
+        """Draw torque with its interval over speed, or over the load or temperature that varies.
+
+        Args:
+            axes: Axes of matplotlib to draw into; new ones if not given.
+
+        Returns:
+            The axes.
+        """
+        if axes is None:
+            from matplotlib import pyplot  # noqa: PLC0415 - loads slowly, and only this needs it
+
+            _, axes = pyplot.subplots(layout="constrained")
+        names = {
+            "inner_speed_rpm": "Speed of the inner ring (rpm)",
+            "axial_load_n": "Axial load (N)",
+            "inlet_temperature_c": "Oil temperature (degC)",
+        }
+        frame = self.to_frame()
+        varied = [name for name in names if frame[name].nunique() > 1]
+        abscissa = varied[0] if varied else "inner_speed_rpm"
+        for label, rows in frame.groupby(["oil", *varied[1:]], sort=False):
+            ordered = rows.sort_values(abscissa)
+            text = ", ".join(
+                f"{value:g}" if not isinstance(value, str) else value for value in label
+            )
+            (line,) = axes.plot(ordered[abscissa], ordered["torque_n_m"], marker="o", label=text)
+            axes.fill_between(
+                ordered[abscissa],
+                ordered["torque_n_m_lower"],
+                ordered["torque_n_m_upper"],
+                color=line.get_color(),
+                alpha=0.2,
+                linewidth=0,
+            )
+        axes.set(xlabel=names[abscissa], ylabel="Friction torque (N m)")
+        axes.legend(fontsize="small", title="Band: 95 % interval")
+        return axes
+
+    def __repr__(self) -> str:
+        return self.summary()
+
+    def _of_oil(self, frame: pd.DataFrame) -> pd.DataFrame:
+        """Rows of the oil of the summary."""
+        return frame[frame["oil"] == self.oil] if self.oil else frame
+
+    def _share_of_best(self, row: "pd.Series[Any]") -> float:
+        """Share of the draws in which the best oil of a row's point is the best one."""
+        points = self.answers.points
+        is_best = points["oil"] == row["best_oil"]
+        for name in ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c"):
+            is_best &= points[name] == row[name]
+        return float(points.loc[is_best, "best_share"].sum())
+
+    def _lines(self) -> Iterator[str]:
+        """The lines of the summary."""
+        for number, row in self._of_oil(self.answers.points).iterrows():
+            yield from _lines_of_point(row, self._share_of_best(row))
+            shares = self.answers.shares[self.answers.shares["point"] == number]
+            yield from _lines_of_shares(shares)
+            yield ""
+        yield self.about
+
+
+def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str]:
+    """Answers at one operating point.
+
+    Args:
+        row: Row of `Answers.points`.
+        share_of_best: Share of the draws in which the best oil is the best one.
+    """
+    yield (
+        f"{row['bearing']}, oil {row['oil']}: {row['axial_load_n']:g} N, "
+        f"{row['inner_speed_rpm']:g} rpm, oil at {row['inlet_temperature_c']:g} degC"
+    )
+    if not row["converged"]:
+        reasons = {
+            "contacts too wide": "the contacts would be wider than the balls; check the load",
+            "out of balance": "no motion was found in which all forces balance",
+        }
+        yield f"  NOT KNOWN: {reasons[row['no_equilibrium']]}"
+        return
+    for name, column, unit, factor in _ANSWERS:
+        value, lower, upper = (factor * row[f"{column}{end}"] for end in ("", "_lower", "_upper"))
+        interval = "no interval, because the law has too few refits or draws have no equilibrium"
+        if np.isfinite(lower):
+            interval = f"95 % interval {_three_digits(lower)} to {_three_digits(upper)} {unit}"
+        yield f"  {name:<16}{_three_digits(value)} {unit}, {interval}"
+    if row["bistable"] is True:
+        yield "  the cage may roll or skid here; the numbers are those of the faster cage"
+    best = row["best_oil"]
+    if best == "":
+        yield "  best oil        none: no oil has a full film"
+    elif best == NOT_KNOWN:
+        yield "  best oil        not known: an oil has no steady motion or no known film"
+    else:
+        yield f"  best oil        {best}, in {share_of_best:.0%} of the draws"
+    if row["pressure_verdict"] != "within":
+        yield f"  contact pressure {row['pressure_verdict']} limit (bearing.pressure_limits_gpa)"
+    beyond = [
+        f"{name} {row[f'share_beyond_{name}']:.0%}"
+        for name in ("pressure", "speed", "slip")
+        if row[f"share_beyond_{name}"] > 0
+    ]
+    if beyond:
+        yield f"  heat of traction beyond the tests of the law: {', '.join(beyond)}"
+
+
+def _three_digits(value: float) -> str:
+    """A number with three digits at least, and no exponent."""
+    return f"{value:.0f}" if abs(value) >= _LARGE else f"{value:.3g}"
+
+
+def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
+    """Shares of variance with their ranges, and what to measure next."""
+    largest = shares[["torque_share", "slip_share"]].max(axis=1)
+    shown = shares[largest >= _SMALLEST_SHARE].sort_values("torque_share", ascending=False)
+    if shown.empty:
+        return
+    yield f"  {'share of variance':<42}{'torque':>8}{'slip':>8}  drawn from"
+    for _, row in shown.iterrows():
+        meaning = CAUSES[row["cause"]].meaning
+        torque, slip = row["torque_share"], row["slip_share"]
+        yield f"  {meaning:<42}{torque:>8.0%}{slip:>8.0%}  {range_words(row)}"
+    total = shares[["torque_share", "slip_share"]].sum()
+    if total.max() > _SURELY_TOGETHER:
+        yield "  The shares add up to more than 100 %: causes act together, near a jump of the cage"
+    for column, name in (("torque_share", "torque"), ("slip_share", "cage slip")):
+        causes = what_to_measure(shares, column)
+        if causes:
+            measures = ", then ".join(measure for _, measure in causes[:3])
+            yield f"  To know the {name} better, measure {measures}"
+
+
+def bearing_torque(
+    bearing: str,
+    axial_load: Any,
+    speed: Any,
+    temperature: Any,
+    oil: str = "",
+    results: Path | str = "results/demo",
+    config: Path | str | None = None,
+) -> BearingTorque:
+    """Friction torque, power loss, cage slip and best oil of a bearing, each with its interval.
+
+    The traction is that of a campaign's fitted laws. Loads, speeds and temperatures broadcast.
+
+    Args:
+        bearing: Name of a file of `config/bearings`.
+        axial_load: Axial load in N, or a quantity of pint.
+        speed: Speed of the inner ring in rpm.
+        temperature: Temperature of the oil at the inlet in degC.
+        oil: The oil; without it all oils of the campaign.
+        results: Folder of the campaign's results.
+        config: Configuration folder; by default `config`, else that of oilfilm.
+
+    Raises:
+        OilfilmError: There is no such bearing, oil or campaign, or a value is impossible.
+
+    Examples:
+        ```
+        answer = oilfilm.bearing_torque("mainshaft-167", 10e3, [6000, 12000], 70, oil="4102")
+        print(answer.summary())
+        answer.plot()
+        ```
+    """
+    values = (axial_load, speed, temperature)
+    arrays = [_in_unit(value, name) for value, name in zip(values, _QUANTITIES, strict=True)]
+    try:
+        load_n, speed_rpm, temperature_c = np.broadcast_arrays(*arrays)
+    except ValueError:
+        shapes = ", ".join(str(array.shape) for array in arrays)
+        raise OilfilmError(
+            f"axial_load, speed, temperature: found the shapes {shapes}, which do not broadcast; "
+            "give one value, or as many of each."
+        ) from None
+    folder = Path(results)
+    if not (folder / "tables").is_dir():
+        raise OilfilmError(
+            f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
+            "Run snakemake, or correct `results`."
+        )
+    settings_folder = Path(config) if config is not None else Path("config")
+    if config is None and not settings_folder.is_dir():
+        settings_folder = CONFIG
+    file = named_file(settings_folder, "bearing", bearing, "the bearing")
+    footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
+    settings = resolve(settings_folder, {"campaign": str(footer.get("campaign"))})
+    oils = oils_of_results(CampaignTables.in_folder(folder), settings)
+    _refuse_unknown_oil(oil, oils, folder)
+    solved = file.bearing(bearing)
+    points = operating_points(solved, load_n, speed_rpm, temperature_c).drop_duplicates()
+    law = oils[0].laws["stress"].fitted.law.name
+    data = "SIMULATED" if footer.get("data") == "simulated" else str(footer.get("data"))
+    stand_ins = [of_campaign.name for of_campaign in oils if of_campaign.oil.stand_in]
+    about = f"law {law} as fitted in campaign {footer.get('campaign')}, {data} data"
+    if stand_ins:
+        about += f"; properties of {', '.join(stand_ins)} are those of similar oils"
+    if file.assumed:
+        about += f"; assumed in the bearing's file: {', '.join(file.assumed)}"
+    return BearingTorque(oil, answers(oils, solved, points, settings, oil), about)
+
+
+def _in_unit(value: Any, name: str) -> FloatArray:
+    """Values in the unit of `_QUANTITIES`.
+
+    Raises:
+        OilfilmError: A quantity has another unit, or a value is impossible.
+    """
+    unit, least, largest = _QUANTITIES[name]
+    if hasattr(value, "magnitude") and hasattr(value, "to"):
+        try:
+            value = value.to(unit).magnitude
+        except Exception as error:
+            raise OilfilmError(f"{name}: {error}; expected a unit such as {unit}.") from error
+    try:
+        values: npt.NDArray[np.float64] = np.atleast_1d(np.asarray(value, dtype=float))
+    except (TypeError, ValueError):
+        raise OilfilmError(f"{name}: found {value!r}; expected numbers in {unit}.") from None
+    if values.size == 0:
+        raise OilfilmError(f"{name}: found no value; expected one or more in {unit}.")
+    possible = (values > least) & (values <= largest)
+    if not possible.all():
+        raise OilfilmError(
+            f"{name}: found {values[~possible].flat[0]:g} {unit}; expected more than {least:g} and "
+            f"at most {largest:g} {unit}."
+        )
+    return values
+
+
+def _refuse_unknown_oil(oil: str, oils: list[OilInBearing], folder: Path) -> None:
+    """Refuse a campaign without oils for a bearing, and an oil that is not among them.
+
+    Raises:
+        OilfilmError: There is none.
+    """
+    names = [known.name for known in oils]
+    if not names:
+        raise OilfilmError(
+            f"{folder}: no oil of the campaign can be used in a bearing. It needs a rig of known "
+            "contact, properties of the oil (config/oils) and a law that follows all conditions."
+        )
+    if oil and oil not in names:
+        raise OilfilmError(
+            f"{folder}: no oil {oil!r} that can be used in a bearing; there are "
+            f"{', '.join(names)}. Name one of these."
+        )
