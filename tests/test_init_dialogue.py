@@ -15,12 +15,12 @@ from oilfilm.cli import main
 from oilfilm.cli.dialogue import check_project, open_lines
 from oilfilm.cli.init import make_project
 
-# Names of another language for the columns of a log; `ball` is in no list of words.
+# Names of another language for the columns of a log; that of the ball, the lower specimen, names none.
 JAPANESE = {
     "time": "時間(s)",
     "load": "荷重(N)",
     "traction_force": "摩擦力(N)",
-    "ball_speed": "ボール回転数(rpm)",
+    "ball_speed": "下試験片回転数(rpm)",
     "disc_speed": "ディスク回転数(rpm)",
     "inlet_temperature": "油温(℃)",
 }
@@ -68,7 +68,7 @@ def japanese_log(folder: Path) -> Path:
 @pytest.fixture
 def person(monkeypatch: pytest.MonkeyPatch) -> Person:
     """A person at a terminal who knows the rig."""
-    someone = Person({"film_unjudged": REASON, "ball_speed": "ボール回転数", **TRACKS})
+    someone = Person({"film_unjudged": REASON, "ball_speed": "下試験片回転数", **TRACKS})
     at_terminal(monkeypatch, someone)
     return someone
 
@@ -89,7 +89,7 @@ def at_terminal(monkeypatch: pytest.MonkeyPatch, someone: Person) -> None:
 def test_conversation_ends_when_check_passes(
     tmp_path: Path, person: Person, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The ball's column has a name that no list of words has: its radius is asked for, too."""
+    """The ball's column has a name that does not say `ball`: its radius is asked for, too."""
     folder = tmp_path / "june"
     assert main(["init", str(folder), str(japanese_log(tmp_path))]) == 0
     assert sorted(person.asked) == sorted([*TRACKS, "ball_speed", "film_unjudged"])
@@ -102,7 +102,7 @@ def test_impossible_answers_are_asked_again(
 ) -> None:
     answers: dict[str, str | list[str]] = {
         "film_unjudged": REASON,
-        "ball_speed": ["ball", "ボール回転数"],
+        "ball_speed": ["ball", "下試験片回転数"],
         "ball_track_radius_m": ["10 kg", "ten", "-3", "0.01"],
         "disc_track_radius_m": ["400", "40mm"],
     }
@@ -119,7 +119,7 @@ def test_empty_answer_leaves_a_line_to_fill_in(
     assert main(["init", str(tmp_path / "june"), str(japanese_log(tmp_path))]) == 0
     printed = capsys.readouterr().out
     assert "To fill in, because only you can know it: 1" in printed
-    assert "ボール回転数" in printed
+    assert "下試験片回転数" in printed
 
 
 def test_what_the_check_lacks_is_asked_for_again(

@@ -52,7 +52,6 @@ _COPIED_FILES = (
 )
 # Marks a value that only the film thickness needs. The run does not stop without it.
 FOR_FILM = "# for the film"
-# Words for a torque, in small letters.
 # Why a source of the zero of the force suits some runs.
 _REASONS_FOR_ZERO = {
     "rolling_phases": "guess: {which} begin and end with pure rolling",
