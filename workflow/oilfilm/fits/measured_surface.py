@@ -22,6 +22,7 @@ from oilfilm.surface.interval import IntervalFactors, normal_factor
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.reduction import box_of
 from oilfilm.surface.reml import size_names
 from oilfilm.surface.support import Support
 from oilfilm.surface.surface import Surface, SurfaceSizes, surface_of_sizes
@@ -164,6 +165,10 @@ class OilSurface:
         return surface_of_sizes(
             self.measurements, self.law, self.assumptions.errors, self.sizes, self.limits
         )
+
+    def has_two_levels(self) -> bool:
+        """Whether a condition was tested at two levels only, so that no law is checked between."""
+        return bool(box_of(self.measurements).has_two_levels.any())
 
     def level(self, wanted: float) -> float:
         """The level of an interval: the wanted one, or less where the conditions are few."""

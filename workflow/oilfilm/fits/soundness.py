@@ -374,6 +374,8 @@ def verdict_of_fit(
             "misfit": quality["relative_rms"] > settings.fit.odd_scatter or misfit > largest_misfit,
             "lack of fit": lack_shown,
             "too few curves": too_few_curves,
+            # the next run's interval is wide between them; the law's own interval is not
+            "two levels": surface is not None and surface.has_two_levels(),
         },
         otherwise="adequate",
     )

@@ -91,6 +91,8 @@ _LAW = {
     "lack of fit": "The law is not adequate: it misses more than repeated runs scatter.",
     "condition missing": "A condition is not known of every run, so that mu is mixed over its "
     "levels. Fill it in in the campaign or rig file.",
+    "two levels": "A condition was tested at two levels only: a law cannot be checked between "
+    "them. The interval of the next run is wider there. Test a third level.",
     "too few curves": "The runs are too few to show whether the law is adequate or the campaign "
     "steady. Measure more runs.",
     "no fit": "Nothing could be fitted.",
