@@ -34,11 +34,13 @@ DIALECTS = {
     "plain": "p [GPa]; U [m/s]; T [°C]; S; mu",
     "english": "Max Hertz pressure (MPa); Rolling Speed (mm/s); Pot Temp (°C); SRR (%); "
     "Traction Coeff",
-    "german": "Pressung [GPa]; mittlere Geschwindigkeit [m/s]; Öltemperatur [K]; Schlupf [%]; "
+    "german": "max. Hertzsche Pressung [GPa]; mittlere Geschwindigkeit [m/s]; Öltemperatur [K]; "
+    "Gleit-Wälz-Verhältnis [%]; "
     "Reibungszahl",
-    "spanish": "presión [MPa]; velocidad media [m/s]; aceite [°C]; deslizamiento [-]; "
+    "spanish": "presión máxima de Hertz [MPa]; velocidad media [m/s]; aceite [°C]; "
+    "relación deslizamiento-rodadura [-]; "
     "coeficiente de tracción",
-    "chinese": "压力 [GPa]; 平均 [m/s]; 温度 [°C]; 滑滚比 [%]; 牵引系数",
+    "chinese": "最大赫兹压力 [GPa]; 平均 [m/s]; 温度 [°C]; 滑滚比 [%]; 牵引系数",
 }
 # unit -> factor and offset from the unit of the table's columns; 0 degC is 273.15 K by definition
 UNITS = {"MPa": (1e3, 0), "mm/s": (1e3, 0), "%": (100, 0), "K": (1, 273.15)}
@@ -105,9 +107,9 @@ def test_one_of_several_oils_and_curves_of_the_table_are_used(points: pd.DataFra
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [
-        ({"p [GPa]": "p"}, "the column 'p' has no unit"),
+        ({"p [GPa]": "p"}, "the column 'p', the max hertz pressure, has no unit"),
         ({"mu": "y"}, "no column is the traction coefficient"),
-        ({"p [GPa]": "load_n [m]"}, "is in 'm'; expected N or GPa"),
+        ({"p [GPa]": "load [m]"}, r"no column is the maximum Hertz pressure; .*'load \[m\]'"),
         ({"T [°C]": "y"}, r"no column is the inlet temperature.*--temperature 40degC"),
         ({"U [m/s]": "mean speed [m/s]", "T [°C]": "mean u [m/s]"}, "could both be"),
     ],
@@ -123,7 +125,7 @@ def test_slip_that_no_rig_has_is_percent_where_the_unit_is_silent(points: pd.Dat
         oilfilm.fit_table(percent.rename(columns={SLIP: "SRR [-]"}))
     found = read_mu_table(percent.rename(columns={SLIP: "SRR"}))
     np.testing.assert_allclose(found.points[SLIP], points[SLIP])
-    assert any("so it is in %" in note for note in found.notes)
+    assert any("in %: as a ratio" in note for note in found.notes)
 
 
 def test_command_prints_plots_and_saves_what_predict_reads(

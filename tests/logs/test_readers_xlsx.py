@@ -106,24 +106,31 @@ _PACKAGE = "http://schemas.openxmlformats.org/package/2006"
 _OFFICE = "application/vnd.openxmlformats-officedocument.spreadsheetml"
 
 
-def bare_book(sheet: str) -> bytes:
-    """A workbook of the five parts that it needs, with the content of its sheet."""
+def bare_book(sheet: str, part: str = "worksheets/sheet1.xml", strings: str = "") -> bytes:
+    """A workbook of the parts that it needs, with the content of its sheet and shared strings."""
     parts = {
         "[Content_Types].xml": f'<Types xmlns="{_PACKAGE}/content-types">'
         '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.'
         'relationships+xml"/><Default Extension="xml" ContentType="application/xml"/>'
         f'<Override PartName="/xl/workbook.xml" ContentType="{_OFFICE}.sheet.main+xml"/>'
-        f'<Override PartName="/xl/worksheets/sheet1.xml" ContentType="{_OFFICE}.worksheet+xml"/>'
+        f'<Override PartName="/xl/{part}" ContentType="{_OFFICE}.worksheet+xml"/>'
         "</Types>",
         "_rels/.rels": f'<Relationships xmlns="{_PACKAGE}/relationships"><Relationship Id="r1" '
         f'Type="{_RELATIONS}/officeDocument" Target="xl/workbook.xml"/></Relationships>',
         "xl/workbook.xml": f'<workbook xmlns="{_MAIN}" xmlns:r="{_RELATIONS}"><sheets><sheet '
         'name="a" sheetId="1" r:id="r1"/></sheets></workbook>',
         "xl/_rels/workbook.xml.rels": f'<Relationships xmlns="{_PACKAGE}/relationships">'
-        f'<Relationship Id="r1" Type="{_RELATIONS}/worksheet" Target="worksheets/sheet1.xml"/>'
+        f'<Relationship Id="r1" Type="{_RELATIONS}/worksheet" Target="{part}"/>'
         "</Relationships>",
-        "xl/worksheets/sheet1.xml": sheet,
+        f"xl/{part}": sheet,
     }
+    if strings:
+        parts["xl/sharedStrings.xml"] = f'<sst xmlns="{_MAIN}">{strings}</sst>'
+        parts["[Content_Types].xml"] = parts["[Content_Types].xml"].replace(
+            "</Types>",
+            '<Override PartName="/xl/sharedStrings.xml" '
+            f'ContentType="{_OFFICE}.sharedStrings+xml"/></Types>',
+        )
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, text in parts.items():
@@ -164,6 +171,21 @@ def test_workbook_that_would_fill_the_memory_is_refused_at_once(sheet: str, tmp_
         oilfilm.fit_table(path)
     # without the bounds each of these takes minutes
     assert time.monotonic() - started < 5
+
+
+@pytest.mark.parametrize("part", ["other/sheet.xml", "sheet.bin"])
+def test_sheet_under_another_name_is_bounded_too(part: str) -> None:
+    _, reading = read_log(bare_book(HOSTILE["far row"], part), "log", CONFIG)
+    assert "row 99999999999" in reading.refusals[0].reason
+
+
+def test_long_text_that_many_cells_share_is_bounded() -> None:
+    rows = "".join(
+        f'<row r="{row}"><c r="A{row}" t="s"><v>0</v></c></row>' for row in range(1, 1000)
+    )
+    content = bare_book(sheet_of(rows), strings=f"<si><t>{'x' * 1_000_000}</t></si>")
+    _, reading = read_log(content, "log", CONFIG)
+    assert "MiB" in reading.refusals[0].reason
 
 
 def test_stated_size_of_a_sheet_is_not_believed() -> None:
@@ -231,3 +253,17 @@ def test_table_behind_a_cover_sheet_is_found(saved) -> None:
     fitted = oilfilm.fit_table(path, searches=2, bootstrap=20)
     assert len(fitted.points) == 32
     assert any("'Data' is read" in note for note in fitted.notes)
+
+
+def test_blocks_of_a_text_table_are_one_table(tmp_path: Path) -> None:
+    names, *rows = mu_rows()
+    lines: list[str] = []
+    for block in range(4):
+        lines += [f"Step {block}", ",".join(names)]
+        lines += [",".join(map(str, row)) for row in rows[8 * block : 8 * (block + 1)]]
+    path = tmp_path / "blocks.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    fitted = oilfilm.fit_table(path, searches=2, bootstrap=20)
+    assert len(fitted.points) == 32
+    together = sorted(fitted.points["traction_coefficient"])
+    np.testing.assert_allclose(together, sorted(row[-1] for row in rows))

@@ -104,6 +104,12 @@ def test_column_of_oils_never_makes_one_oil_of_two(name: str) -> None:
     np.testing.assert_allclose(second.samples["load_n"], VALUES["load"][1::2] * 9.80665)
 
 
+@pytest.mark.parametrize("column", ["Oil", "Lubricant"])
+def test_oil_in_a_column_and_the_same_in_the_header_is_used(column: str) -> None:
+    (run,) = read(csv(blocks(column, "4102"), "# oil: 4102")).runs
+    assert run.oil == "4102"
+
+
 def test_column_with_very_many_oils_is_refused() -> None:
     rows = 3000
     names = ",".join(f"{name} [{formats.UNITS[name]}]" for name in VALUES)
@@ -114,8 +120,11 @@ def test_column_with_very_many_oils_is_refused() -> None:
     assert "3000 runs" in refusal.reason
 
 
-def test_oil_in_a_column_and_another_in_the_header_is_refused() -> None:
-    reading = read(csv(blocks("Oil", "4102"), "# oil: 4050"))
+@pytest.mark.parametrize("in_header", ["oil", "lubricant"])
+@pytest.mark.parametrize("column", ["Oil", "Lubricant", "Öl"])
+def test_oil_in_a_column_and_another_in_the_header_is_refused(in_header: str, column: str) -> None:
+    reading = read(csv(blocks(column, "4102"), f"# {in_header}: 4050"))
+    assert reading.runs == []
     assert [refusal.rule for refusal in reading.refusals] == ["unknown_oil"]
 
 

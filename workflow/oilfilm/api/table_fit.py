@@ -9,8 +9,9 @@ law a table is fitted with.
 """
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +19,22 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.api.arrays import ArrayFit, fit_points
+from oilfilm.api.mu_columns import (
+    AskedError,
+    TableColumn,
+    columns_of,
+    in_unit,
+    reading_of,
+    stated_columns,
+)
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.plain_key import plain_key
-from oilfilm.base.units import PA_PER_GPA, FloatArray, possible_conversion
+from oilfilm.base.units import PA_PER_GPA, FloatArray
 from oilfilm.logs import delimited_text, workbook
 from oilfilm.logs.base import UnreadableLogError
-from oilfilm.logs.header import split_unit
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.sniff import Guesses, has_word, unit_in_name
+from oilfilm.logs.meaning import Meaning, NamesInWords, label_of, meaning_of, stated_unit
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.traction import LAWS, PAPER_LAW
@@ -49,24 +57,31 @@ _QUANTITY_OF_COLUMN = {
     for column, quantity in TRACTION.vocabulary.project_names.items()
     if column in _COLUMNS
 }
-VOCABULARY = Guesses("traction", "columns", _QUANTITY_OF_COLUMN, (), symbols=True)
-# Words in the names of columns of text. A column with a word for time or temperature is no label.
-_WORDS_OF_LABEL = {
-    "oil": "oil öl oel lubric schmierstoff huile aceite olio lube масл 油",
-    "curve": "curve kurve run test versuch messung courbe essai curva ensayo prueba prova кривая "
-    "曲线",
+VOCABULARY = NamesInWords("traction", "columns", _QUANTITY_OF_COLUMN, ())
+# Quantity of a name -> column of the points.
+_COLUMN_OF = {
+    "max_hertz_pressure": PRESSURE,
+    "load": LOAD,
+    "entrainment_speed": SPEED,
+    "ball_speed": _BALL_SPEED,
+    "disc_speed": _DISC_SPEED,
+    "inlet_temperature": TEMPERATURE,
+    "slide_roll_ratio": SLIP,
+    "traction_coefficient": MU,
 }
-_WORDS_OF_NO_LABEL = "temp time zeit"
-# A slide-roll ratio above this is in %.
-_LARGEST_SLIP = 2.0
-# A temperature above this is not in degC.
-_HOTTEST_C = 300.0
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 # First bytes of a file.
 _PARQUET_SIGNATURE = b"PAR1"
 # Laws that are fitted to a table of load or of pressure if none is named.
 _LAW_OF_LOAD = "wang-deng-load"
 _LAW_OF_PRESSURE = PAPER_LAW.name
+_NAMES_OF_CONDITIONS = {
+    PRESSURE: "maximum Hertz pressure",
+    LOAD: "load",
+    SPEED: "entrainment speed",
+    TEMPERATURE: "inlet temperature",
+    MU: "traction coefficient",
+}
 # Options of the command that give a condition for all rows, as examples.
 _OPTIONS = {
     PRESSURE: "--stress 1.2GPa",
@@ -84,6 +99,7 @@ def fit_table(
     law: str | None = None,
     oil: str | None = None,
     at: Mapping[str, float] | None = None,
+    columns: str | Mapping[str, str] = "",
     **settings: Any,
 ) -> ArrayFit:
     """Fit a traction law to a table of mu: csv, tsv, xlsx, Parquet or a data frame.
@@ -100,6 +116,8 @@ def fit_table(
             known.
         oil: The oil to fit where the table has several oils; else the name of the oil.
         at: Conditions that hold for all rows, by their columns' names (`inlet_temperature_c`).
+        columns: What columns mean where their names leave it open, as
+            `{"slide_roll_ratio": "Schlupf [%], over_sum"}` or the text of `--columns`.
         settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
 
     Raises:
@@ -122,8 +140,15 @@ def fit_table(
         >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
         {'A0': -0.016, 'A1': 1.665}
     """
-    read_table = read_mu_table(table)
-    points = read_table.points.assign(**(at or {}))
+    conditions_of_all = dict(at or {})
+    pressure_of_load = None
+    if ball_radius_m is not None:
+        pressure_of_load = partial(
+            pressure_gpa_of_load, ball_radius_m=ball_radius_m, materials=materials
+        )
+    stated = Stated(stated_columns(columns), pressure_of_load, conditions_of_all.get(SPEED))
+    read_table = read_mu_table(table, stated)
+    points = read_table.points.assign(**conditions_of_all)
     notes = list(read_table.notes)
     points, oil = _points_of_oil(points, oil, read_table.name)
     if LOAD in points and PRESSURE not in points and ball_radius_m is not None:
@@ -138,7 +163,7 @@ def fit_table(
                 "--materials a law of pressure can be fitted"
             )
     conditions = LAWS[law].conditions if law in LAWS else (PRESSURE, SPEED, TEMPERATURE)
-    _refuse_missing(points, conditions, read_table.name)
+    _refuse_missing(points, conditions, read_table)
     curve = points.pop("curve") if "curve" in points else None
     fitted = fit_points(points, conditions, law, curve, **settings)
     notes += fitted.notes
@@ -163,7 +188,7 @@ def _points_of_oil(points: pd.DataFrame, oil: str | None, name: str) -> tuple[pd
     return points[points["oil"] == oil].drop(columns="oil"), oil
 
 
-def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], name: str) -> None:
+def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], mu_table: "MuTable") -> None:
     """Refuse a table without a condition that the law needs.
 
     Raises:
@@ -171,9 +196,10 @@ def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], name: str
     """
     for column in (*conditions, MU):
         if column not in points:
-            quantity, _, _ = column.rpartition("_")
+            columns = cut(", ".join(map(repr, mu_table.columns)))
             sentence = (
-                f"{name}: no column is the {quantity.replace('_', ' ')}. Add it, or give it for "
+                f"{mu_table.name}: no column is the {_NAMES_OF_CONDITIONS[column]}; its columns "
+                f"are {columns}. Add it, or give it for "
                 f"all rows, as {_OPTIONS.get(column, '')}."
             )
             if column == PRESSURE:
@@ -192,12 +218,14 @@ class MuTable:
         name: Name of the table in messages.
         points: Conditions, slip and mu by their columns' names; `oil` and `curve` where the table
             has them. Pressure or load may be missing.
-        notes: Meaning of each column, and assumptions, in sentences.
+        notes: Meaning of each column, and how it is known, in sentences.
+        columns: Names of all columns.
     """
 
     name: str
     points: pd.DataFrame = field(default_factory=pd.DataFrame)
     notes: list[str] = field(default_factory=list)
+    columns: Sequence[str] = ()
 
     def error(self, problem: str, advice: str) -> OilfilmError:
         """The error of a table that cannot be used.
@@ -209,8 +237,28 @@ class MuTable:
         return OilfilmError(f"{self.name}: {problem} {advice}")
 
 
-def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
+@dataclass(frozen=True)
+class Stated:
+    """What the user says beside a table of mu.
+
+    Attributes:
+        columns: Meaning of columns, by name.
+        pressure_of_load: Gives the maximum Hertz pressure in GPa of loads in N, where the contact
+            is known; else None.
+        speed_m_s: Mean speed of all rows; None where the table has it.
+    """
+
+    columns: Mapping[str, Meaning] = field(default_factory=dict)
+    pressure_of_load: Callable[[FloatArray], FloatArray] | None = None
+    speed_m_s: float | None = None
+
+
+def read_mu_table(table: Path | str | pd.DataFrame, stated: Stated | None = None) -> MuTable:
     """Read csv, tsv, xlsx or Parquet, or a data frame.
+
+    Args:
+        table: The table.
+        stated: What the user says of it; None for nothing.
 
     Raises:
         OilfilmError: A column is missing, doubtful or without a unit, or a number is impossible.
@@ -225,7 +273,7 @@ def read_mu_table(table: Path | str | pd.DataFrame) -> MuTable:
     faults: dict[str, OilfilmError] = {}
     for title, text in texts:
         try:
-            parts.append((title, _table_of_text(text, MuTable(name))))
+            parts.append((title, _table_of_text(text, MuTable(name), stated or Stated())))
         except OilfilmError as error:
             faults[title] = error
     if not parts:
@@ -263,20 +311,22 @@ def _joined_sheets(parts: Sequence[tuple[str, MuTable]], joined: MuTable) -> MuT
         frames.append(points)
     joined.points = pd.concat(frames, ignore_index=True)
     titles = ", ".join(repr(title) for title, _ in parts)
+    joined.columns = parts[0][1].columns
     joined.notes = [*parts[0][1].notes, f"the sheets {titles} are read"]
     for _, part in parts[1:]:
         joined.notes += [note for note in part.notes if note not in joined.notes]
     return joined
 
 
-def _table_of_text(text: bytes, mu_table: MuTable) -> MuTable:
+def _table_of_text(text: bytes, mu_table: MuTable, stated: Stated) -> MuTable:
     """The table in a text: of all blocks that repeat the line of names.
 
     Raises:
         OilfilmError: As by `read_mu_table`.
     """
     try:
-        form, blocks = delimited_text.tables(text, VOCABULARY)
+        vocabulary = replace(VOCABULARY, stated=stated.columns)
+        form, blocks = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
         raise mu_table.error(f"{error.refusal.reason}.", advice) from None
@@ -284,10 +334,10 @@ def _table_of_text(text: bytes, mu_table: MuTable) -> MuTable:
     notes: list[str] = []
     for logged in blocks:
         mu_table.notes = list(logged.notes)
+        mu_table.columns = logged.names
         mu_table.points = pd.DataFrame()
-        columns = _columns(logged, mu_table)
-        _add_points(mu_table, logged, columns)
-        _add_labels(mu_table, logged, columns, _DELIMITERS.get(form.delimiter))
+        names = _add_points(mu_table, logged, stated)
+        _add_labels(mu_table, logged, names.values(), _DELIMITERS.get(form.delimiter))
         frames.append(mu_table.points)
         notes += [note for note in mu_table.notes if note not in notes]
     mu_table.points = pd.concat(frames, ignore_index=True)
@@ -296,18 +346,15 @@ def _table_of_text(text: bytes, mu_table: MuTable) -> MuTable:
 
 
 def _add_labels(
-    mu_table: MuTable,
-    logged: LoggedTable,
-    columns: Mapping[str, tuple[str, str]],
-    delimiter: str | None,
+    mu_table: MuTable, logged: LoggedTable, read: Iterable[str], delimiter: str | None
 ) -> None:
     """Add the columns of text, `oil` and `curve`, where the table has them."""
     if logged.show is None:
         return
     # columns without a name are no labels
-    names_in_use = {plain_key(name) for name, _ in columns.values()} | {""}
-    for label, words in _WORDS_OF_LABEL.items():
-        index = _index_of_label(logged.names, words, names_in_use)
+    names_in_use = {plain_key(name) for name in read} | {""}
+    for label in ("oil", "curve"):
+        index = _index_of_label(logged.names, label, names_in_use)
         if index is None:
             continue
         texts = []
@@ -317,11 +364,10 @@ def _add_labels(
         mu_table.points[label] = texts
 
 
-def _index_of_label(names: Sequence[str], words: str, names_in_use: set[str]) -> int | None:
-    """Index of the first free column that one of the words names; None if there is none."""
+def _index_of_label(names: Sequence[str], label: str, names_in_use: set[str]) -> int | None:
+    """Index of the first free column whose name is that of a label; None if there is none."""
     for index, name in enumerate(names):
-        is_label = has_word(name, words) and not has_word(name, _WORDS_OF_NO_LABEL)
-        if is_label and plain_key(name) not in names_in_use:
+        if label_of(name) == label and plain_key(name) not in names_in_use:
             return index
     return None
 
@@ -351,94 +397,73 @@ def _tab_separated(frame: pd.DataFrame) -> bytes:
     return frame.to_csv(sep="\t", index=False).encode()
 
 
-def _columns(logged: LoggedTable, mu_table: MuTable) -> dict[str, tuple[str, str]]:
-    """Name and unit of the one column of each quantity; the unit is empty where none is stated.
+def _add_points(mu_table: MuTable, logged: LoggedTable, stated: Stated) -> dict[str, str]:
+    """Add the numbers of a table and notes on the meaning of its columns; names by quantity.
 
     Raises:
-        OilfilmError: Two columns may be one quantity, or mu or the slide-roll ratio is missing.
+        OilfilmError: A meaning is not known, or mu or the slide-roll ratio is missing.
     """
-    names_and_units = list(zip(logged.names, logged.units, strict=True))
-    columns: dict[str, tuple[str, str]] = {}
-    for quantity, candidates in VOCABULARY.columns_by_quantity(names_and_units).items():
-        if len(candidates) > 1:
-            names = " and ".join(repr(name) for name, _ in candidates)
-            raise mu_table.error(
-                f"the columns {names} could both be the {quantity.replace('_', ' ')}.",
-                "Rename the one that is not.",
-            )
-        ((name, unit),) = candidates
-        if not unit:
-            name_without_unit, _ = split_unit(name)
-            unit = unit_in_name(name_without_unit, quantity, VOCABULARY)
-        columns[quantity] = (name, unit)
-    needed = [MU]
-    if not {"ball_speed", "disc_speed"} <= columns.keys():
-        needed.append(SLIP)
-    missing = [quantity.replace("_", " ") for quantity in needed if quantity not in columns]
-    if missing:
-        names = ", ".join(map(repr, logged.names)) or "not known"
-        raise mu_table.error(
-            f"no column is the {' and the '.join(missing)}; its columns are {cut(names)}.",
-            "Name the columns slide_roll_ratio and traction_coefficient, or SRR and mu.",
-        )
-    return columns
-
-
-def _add_points(
-    mu_table: MuTable, logged: LoggedTable, columns: Mapping[str, tuple[str, str]]
-) -> None:
-    """Add the numbers of a table, converted, and notes on the meaning of its columns."""
-    names = list(logged.names)
-    indices = [names.index(name) for name, _ in columns.values()]
-    for quantity, numbers in zip(columns, logged.values(indices), strict=True):
-        name, stated_unit = columns[quantity]
-        unit = stated_unit or _assumed_unit(quantity, name, numbers, mu_table)
-        units = VOCABULARY.quantities[quantity]
-        to_unit = possible_conversion(unit, units)
-        if to_unit is None:
-            sentence = f"the column {name!r} is in {unit!r}; expected {' or '.join(units)}."
-            raise mu_table.error(sentence, "Correct the unit, or the name.")
-        column = _column_in(quantity, to_unit.unit)
-        mu_table.points[column] = to_unit.convert(numbers)
-        in_unit = "" if unit == "1" else f", in {unit}"
-        mu_table.notes.append(f"{column} is {name!r}{in_unit}")
+    by_name = [
+        meaning_of(name, unit) for name, unit in zip(logged.names, logged.units, strict=True)
+    ]
+    may_count = [
+        index
+        for index, name in enumerate(logged.names)
+        if by_name[index] is not None or _is_stated(name, stated.columns)
+    ]
+    values = zip(may_count, logged.values(may_count), strict=True)
+    numbers = {
+        index: np.asarray(column, dtype=float)
+        for index, column in values
+        if column.dtype.kind in "iuf"
+    }
+    try:
+        chosen, notes = columns_of(logged.names, logged.units, numbers, stated.columns)
+        chosen = {quantity: column for quantity, column in chosen.items() if quantity in _COLUMN_OF}
+        _refuse_incomplete(mu_table, logged.names, chosen, stated)
+        pressure_of_load = None
+        if "load" in chosen and stated.pressure_of_load is not None:
+            pressure_of_load = stated.pressure_of_load(in_unit(chosen["load"]))
+        reading = reading_of(chosen, [*mu_table.notes, *notes], pressure_of_load, stated.speed_m_s)
+    except AskedError as asked:
+        raise mu_table.error(asked.sentence, asked.advice) from None
+    mu_table.notes = list(reading.notes)
     points = mu_table.points
+    for quantity, in_its_unit in reading.values.items():
+        points[_COLUMN_OF[quantity]] = in_its_unit
     if {_BALL_SPEED, _DISC_SPEED} <= set(points):
         ball_m_s = points.pop(_BALL_SPEED)
         disc_m_s = points.pop(_DISC_SPEED)
-        points[SPEED] = (ball_m_s + disc_m_s) / 2
+        if SPEED not in points:
+            points[SPEED] = (ball_m_s + disc_m_s) / 2
         if SLIP not in points:
             points[SLIP] = (disc_m_s - ball_m_s) / points[SPEED]
+    return dict(reading.names)
 
 
-def _column_in(quantity: str, unit: str) -> str:
-    """Name of the column of a quantity in a unit."""
-    for column, quantity_and_unit in _QUANTITY_OF_COLUMN.items():
-        if quantity_and_unit == (quantity, unit):
-            return column
-    raise KeyError((quantity, unit))
+def _is_stated(name: str, stated: Mapping[str, Meaning]) -> bool:
+    return name in stated or stated_unit(name)[0] in stated
 
 
-def _assumed_unit(quantity: str, name: str, numbers: FloatArray, mu_table: MuTable) -> str:
-    """The unit of a column that states none, where the numbers leave no doubt.
+def _refuse_incomplete(
+    mu_table: MuTable, names: Sequence[str], chosen: Mapping[str, TableColumn], stated: Stated
+) -> None:
+    """Refuse a table without mu or without a slide-roll ratio.
 
     Raises:
-        OilfilmError: Several units are possible.
+        OilfilmError: One of them is missing.
     """
-    largest = float(np.nanmax(np.abs(numbers), initial=0))
-    if quantity == MU or (quantity == SLIP and largest <= _LARGEST_SLIP):
-        return "1"
-    if quantity == SLIP:
-        mu_table.notes.append(f"assumed: {name!r} goes up to {largest:g}, so it is in %")
-        return "%"
-    if quantity == "inlet_temperature" and largest < _HOTTEST_C:
-        mu_table.notes.append(f"assumed: {name!r} is in degC")
-        return "degC"
-    units = VOCABULARY.quantities[quantity]
-    raise mu_table.error(
-        f"the column {name!r} has no unit; it could be in {' or '.join(units)} or another one.",
-        f"Write the unit behind the name, as `{name} [{units[0]}]`.",
-    )
+    needed = ["traction_coefficient"]
+    if not {"ball_speed", "disc_speed"} <= chosen.keys():
+        needed.append("slide_roll_ratio")
+    missing = [quantity for quantity in needed if quantity not in chosen]
+    if missing:
+        quantities = " and the ".join(quantity.replace("_", " ") for quantity in missing)
+        columns = ", ".join(map(repr, names)) or "not known"
+        raise mu_table.error(
+            f"no column is the {quantities}; its columns are {cut(columns)}.",
+            f'Name it in the table, or here: --columns "{missing[0]}=NAME".',
+        )
 
 
 def _without_gaps(mu_table: MuTable) -> MuTable:
@@ -458,13 +483,37 @@ def _without_gaps(mu_table: MuTable) -> MuTable:
     if points.empty:
         advice = "Look at decimal marks and empty cells."
         raise mu_table.error("no row has all its numbers.", advice)
-    # the law is odd: slip and mu with both signs turned are the same point
-    is_backwards = points[SLIP] < 0
-    if (points.loc[is_backwards, MU] < 0).any():
-        points.loc[is_backwards, MU] *= -1
-    points[SLIP] = points[SLIP].abs()
-    mu_table.points = points
+    mu_table.points = _forwards(points, mu_table)
     return mu_table
+
+
+def _forwards(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
+    """The points at positive slip: the law is odd. A point of the rarer sign of mu is left out.
+
+    A table has mu with the sign of the slip, or without it. Most of its points at negative slip
+    tell which. The sign of the others contradicts them.
+    """
+    is_backwards = points[SLIP] < 0
+    if not is_backwards.any():
+        return points
+    is_negative = points[MU] < 0
+    slides = points[SLIP] != 0
+    signed = int((is_negative & is_backwards).sum()) > int((~is_negative & is_backwards).sum())
+    expected = is_backwards if signed else pd.Series(False, index=points.index)
+    is_odd = slides & (is_negative != expected) & (points[MU] != 0)
+    # forward points of negative mu are a matter of the rig's sign convention, not of one row
+    is_odd &= is_backwards
+    if is_odd.any():
+        row = points.loc[is_odd].iloc[0]
+        convention = "has the sign of the slip" if signed else "has no sign"
+        mu_table.notes.append(
+            f"{int(is_odd.sum())} of {len(points)} rows are left out: at negative slip mu "
+            f"{convention} in the other rows, and here it is {row[MU]:g} at S = {row[SLIP]:g}"
+        )
+    forwards = points.assign(**{SLIP: points[SLIP].abs()})
+    if signed:
+        forwards.loc[is_backwards, MU] *= -1
+    return forwards.loc[~is_odd].reset_index(drop=True)
 
 
 def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) -> pd.DataFrame:
@@ -485,6 +534,16 @@ def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) ->
         >>> with_pressure(points, 9.525e-3, "steel,steel")["max_hertz_pressure_gpa"].round(3)[0]
         np.float64(0.818)
     """
+    pressure_gpa = pressure_gpa_of_load(points[LOAD].to_numpy(), ball_radius_m, materials)
+    return points.assign(**{PRESSURE: pressure_gpa})
+
+
+def pressure_gpa_of_load(load_n: FloatArray, ball_radius_m: float, materials: str) -> FloatArray:
+    """Maximum Hertz pressure in GPa of loads in N on a ball and a flat disc, shape (rows,).
+
+    Raises:
+        OilfilmError: A material is not known.
+    """
     try:
         ball, disc = materials.split(",")
         ball_modulus_pa, ball_poisson_ratio = _elastic_constants(ball.strip())
@@ -497,8 +556,7 @@ def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) ->
     modulus_pa = reduced_modulus(
         ball_modulus_pa, ball_poisson_ratio, disc_modulus_pa, disc_poisson_ratio
     )
-    pressure_pa = max_hertz_pressure(points[LOAD].to_numpy(), ball_radius_m, modulus_pa)
-    return points.assign(**{PRESSURE: pressure_pa / PA_PER_GPA})
+    return np.asarray(max_hertz_pressure(load_n, ball_radius_m, modulus_pa) / PA_PER_GPA)
 
 
 def _elastic_constants(material: str) -> tuple[float, float]:

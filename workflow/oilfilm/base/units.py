@@ -59,6 +59,7 @@ class Conversion:
 # 207b are superscript 1, 2, 3 and minus; 00b7 is a raised dot.
 _FACTOR = r"(?:1|%|[^\W\d]+)(?:(?:\^|\*\*)-?\d|\u207b?[\u00b9\u00b2\u00b3])?"
 _PRODUCT = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
+_BARE_EXPONENT = re.compile(r"([^\W\d_])(-?\d)")
 _LONGEST_UNIT = 40
 
 
@@ -91,6 +92,8 @@ def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | Non
     spelling = unit.strip()
     spellings = _pint_units()
     pint_unit = spellings.get(spelling) or spellings.get(spelling.lower(), spelling)
+    # mm s-1 (ISO 80000) and N/mm2 are read by pint as mm s^-1 and N/mm^2
+    pint_unit = _BARE_EXPONENT.sub(r"\1^\2", pint_unit)
     if len(pint_unit) > _LONGEST_UNIT or not _PRODUCT.fullmatch(pint_unit):
         return None
     for target in targets:

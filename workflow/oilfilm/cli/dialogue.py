@@ -20,8 +20,9 @@ from oilfilm.cli.check import check_files, verdict_lines
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.logs.header import split_unit
 from oilfilm.logs.ingest import read_bytes
+from oilfilm.logs.meaning import stated_unit
 from oilfilm.logs.raw_files import raw_files
-from oilfilm.logs.sniff import VOCABULARY, unit_in_name
+from oilfilm.logs.sniff import VOCABULARY
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.messages import first_mistake
 from oilfilm.settings.resolve import resolve
@@ -289,8 +290,9 @@ def _column(key: str, answer: str, names: Sequence[str]) -> dict[str, Any]:
     name, unit = split_unit(matching[0])
     if unit:
         return {"name": [name]}
-    unit = unit_in_name(name, key, VOCABULARY)
-    return {"name": [name], "unit": unit or None}
+    _, unit = stated_unit(name)
+    is_known = unit != "" and VOCABULARY.fits(key, unit)
+    return {"name": [name], "unit": unit if is_known else None}
 
 
 def _check_unit(key: str, unit: str) -> None:

@@ -21,6 +21,7 @@ def run(options: argparse.Namespace) -> int:
         law=options.law,
         oil=options.oil,
         at=typed_conditions(options),
+        columns=options.columns,
     )
     print("\n".join(map(printable, _lines(fit))))
     if options.plot:

@@ -28,19 +28,17 @@ from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.cli.sliding_rigs import does_not_roll
 from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
 from oilfilm.logs.base import SET_POINTS
-from oilfilm.logs.header import split_unit
 from oilfilm.logs.ingest import read_bytes
+from oilfilm.logs.meaning import sayings, stated_unit
 from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
 from oilfilm.logs.sniff import (
     VOCABULARY,
     Findings,
     Sniffed,
-    has_word,
     rows_of_sheet,
     set_points,
     shipped,
     sniff,
-    unit_in_name,
 )
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve, safe_name
@@ -54,8 +52,6 @@ _COPIED_FILES = (
 )
 # Marks a value that only the film thickness needs. The run does not stop without it.
 FOR_FILM = "# for the film"
-# Words for a torque, in small letters.
-_TORQUE_WORDS = "torque moment couple coppia крутящ 扭矩 转矩 トルク"
 # Why a source of the zero of the force suits some runs.
 _REASONS_FOR_ZERO = {
     "rolling_phases": "guess: {which} begin and end with pure rolling",
@@ -348,8 +344,7 @@ def _needs_radii(found: Findings) -> bool:
 
 def _unit_as(name: str, quantity: str) -> str:
     """The unit into which that in a column's name converts for a quantity; empty without one."""
-    bare_name, unit = split_unit(name)
-    unit = unit or unit_in_name(bare_name, quantity, VOCABULARY)
+    _, unit = stated_unit(name)
     if not unit or not VOCABULARY.fits(quantity, unit):
         return ""
     return conversion(unit, tuple(VOCABULARY.quantities[quantity])).unit
@@ -442,7 +437,7 @@ def _columns(found: Findings) -> Iterator[Line]:
 
 def _choice(name: str, quantity: str) -> str:
     """A column to choose; a torque is offered as a torque, never as a force."""
-    if quantity == "traction_force" and has_word(name, _TORQUE_WORDS):
+    if quantity == "traction_force" and "torque" in sayings(name):
         return f"{name} (a torque: the rig file needs torque_arm_m)"
     return name
 

@@ -136,6 +136,9 @@ def fit(command: Command) -> None:
     command.text("--ball-radius", "load becomes pressure with it", metavar="9.525mm")
     materials = "steel, silicon-nitride, glass or 206GPa:0.3 each (default: steel,steel)"
     command.text("--materials", materials, default="steel,steel", metavar="BALL,DISC")
+    meaning = "what columns mean where their names leave it open; several with semicolons between"
+    example = "slide_roll_ratio=Schlupf [%%], over_sum"
+    command.text("--columns", f'{meaning}, as "{example}"', default="")
     command.text("--law", "name of the law (default: one of pressure, else of load)")
     command.text("--oil", "which oil of the table, or its name")
     command.conditions("{meaning}, where all rows have the same, as {example}")

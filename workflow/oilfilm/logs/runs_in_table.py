@@ -43,7 +43,7 @@ class _Label:
 
     Attributes:
         kind: `oil`, `rig`, `run` or `step`.
-        key: Key of the header line that would say the same.
+        key: Name of the column, in the form in which names are compared.
         names: Its different texts, in the order of their first rows.
         codes: Index of the name of each row, shape (rows,).
     """
@@ -224,7 +224,8 @@ def _by_labels(table: LoggedTable, labels: Sequence[_Label]) -> list[LoggedTable
         for label, text in zip(labels, texts, strict=True):
             # the name of a run in its file need not differ from those of other files
             if label.kind in ("oil", "rig") and text:
-                keys[label.key] = _joined(keys.get(label.key, text), text)
+                stated = keys.get(label.kind) or _stated_oil(label, keys) or text
+                keys[label.kind] = _joined(stated, text)
         parts.append(table.part(rows, " ".join(texts[:naming]), keys))
     return parts
 
@@ -236,6 +237,12 @@ def _fewest_that_differ(combinations: Sequence[tuple[str, ...]]) -> int:
         if len({texts[:count] for texts in combinations}) == len(combinations):
             return count
     return width
+
+
+def _stated_oil(label: _Label, keys: Mapping[str, str]) -> str:
+    """The oil that a header line such as `lubricant` states; empty without one."""
+    key = header.oil_key(keys) if label.kind == "oil" else None
+    return keys[key] if key else ""
 
 
 def _joined(stated: str, text: str) -> str:

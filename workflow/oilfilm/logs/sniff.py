@@ -13,10 +13,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
-from pathlib import Path
 
 import numpy as np
-import yaml
 
 from oilfilm.base.home import CONFIG
 from oilfilm.base.plain_key import plain_key
@@ -27,153 +25,56 @@ from oilfilm.logs.header import UNITS, meaning, number_and_unit, oil_key, split_
 from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
 from oilfilm.logs.log_kind import Column as LoggedColumn
 from oilfilm.logs.log_kind import LogKind, Problems, Renamed, UsableLog, Vocabulary
+from oilfilm.logs.meaning import (
+    NamesInWords,
+    is_of_another_definition,
+    meaning_of,
+    quantity_of_logs,
+    rank_of,
+    stated_unit,
+)
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.campaign import Campaign, Column
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
-# Quantity -> kind of words -> words, as the file describes.
-_WORDS: dict[str, dict[str, str]] = yaml.safe_load(
-    Path(__file__).with_name("words.yaml").read_text(encoding="utf-8")
-)
-# Kind of words -> how much a word of this kind adds to the score of its quantity.
-_WEIGHTS = {"most": 3, "some": 2, "least": 1}
-# A word for the ball or the disc shows a speed only beside a unit or one of these words.
-_SPEED_WORDS = "speed drehzahl geschwind vitesse velocidad velocità скорость 速 rpm spind n v u"
-# A word of so few ASCII letters must be a word of its own in a name, not a part of another.
-_LONGEST_ABBREVIATION = 2
-# With this score, that of a word of the kind `most`, a name may mean the quantity even if another
-# name has a higher score.
-_LIKELY_SCORE = 3
-# Score of a name that needs no guess.
-_CERTAIN_SCORE = 100
-_WORDS_AND_NUMBERS = re.compile(r"[^\W\d_]+\d?|\d+")
 
+def columns_by_quantity(
+    names: Iterable[tuple[str, str]], vocabulary: Vocabulary
+) -> dict[str, NamesAndUnits]:
+    """Names and units of the likely columns of a log, by quantity; several columns where in doubt.
 
-def guessed(name: str, unit: str, vocabulary: Vocabulary) -> tuple[str, int]:
-    """The most likely quantity of a column name and its score; "" and 0 where there is none.
+    A name that says the quantity comes before a symbol, and both before a name that leaves it open.
 
     Args:
-        name: Column name without its unit.
-        unit: Unit that the log gives; empty where it gives none.
+        names: Name of each column and the unit beside it.
         vocabulary: Quantities, with the units in which each can be given.
     """
-    if not unit:
-        units = [unit_in_name(name, quantity, vocabulary) for quantity in vocabulary.quantities]
-        # no single letter: `n` may be a speed or newtons
-        unit = next((unit for unit in units if len(unit) > 1), "")
-    best_quantity = ""
-    best_score = 0
-    for quantity, words in _WORDS.items():
-        if quantity not in vocabulary.quantities:
-            continue
-        if unit and not vocabulary.fits(quantity, unit):
-            continue
-        if has_word(name, words.get("others", "")):
-            continue
-        is_speed_of_body = quantity in ("ball_speed", "disc_speed")
-        if is_speed_of_body and not unit and not has_word(name, _SPEED_WORDS):
-            continue
-        score = 0
-        for kind, weight in _WEIGHTS.items():
-            words_in_name = [word for word in words.get(kind, "").split() if has_word(name, word)]
-            score += weight * len(words_in_name)
-        if score > best_score:
-            best_quantity = quantity
-            best_score = score
-    return best_quantity, best_score
-
-
-def has_word(name: str, words: str) -> bool:
-    """Whether a name contains one of some words, which are separated by blanks."""
-    plain = unicodedata.normalize("NFKC", name).casefold()
-    words_of_name = set(_WORDS_AND_NUMBERS.findall(plain))
-    for word in words.split():
-        is_abbreviation = len(word) <= _LONGEST_ABBREVIATION and word.isascii()
-        if word in (words_of_name if is_abbreviation else plain):
-            return True
-    return False
-
-
-def unit_in_name(name: str, quantity: str, vocabulary: Vocabulary) -> str:
-    """The unit at the end or the beginning of a name without brackets; empty without one."""
-    words = name.split()
-    candidates = [
-        " ".join(words[-1:]),
-        " ".join(words[-2:]),
-        " ".join(name.split("/")[1:]),
-        name.rsplit("_", maxsplit=1)[-1],
-    ]
-    # a single letter before a name is a symbol, not a unit
-    if len(words) > 1 and len(words[0]) > 1:
-        candidates.append(words[0])
-    for candidate in candidates:
-        unit = candidate.strip()
-        if unit not in ("", name) and vocabulary.fits(quantity, unit):
-            return unit
-    return ""
-
-
-@dataclass(frozen=True)
-class Guesses(Vocabulary):
-    """A vocabulary in which unknown names have their most likely meaning.
-
-    Attributes:
-        symbols: Whether names that are symbols have their usual meaning in papers.
-    """
-
-    symbols: bool = False
-
-    def meaning(self, name: str) -> tuple[str, str] | None:
-        """See `Vocabulary.meaning`."""
-        quantity, unit, _ = self.likely(name, split_unit(name)[1])
-        return (quantity, unit) if quantity else None
-
-    def likely(self, name: str, unit: str) -> tuple[str, str, int]:
-        """The most likely quantity of a column name, its unit and its score.
-
-        Args:
-            name: The name, with its unit if it is in brackets.
-            unit: Unit that the log gives; empty where it gives none.
-        """
-        certain = super().meaning(name)
-        if certain:
+    ranks: dict[str, dict[tuple[str, str], int]] = {}
+    for name, unit_beside_name in dict.fromkeys(names):
+        unit = unit_beside_name or split_unit(name)[1]
+        certain = vocabulary.meaning(name)
+        if certain is not None:
             quantity, unit_of_name = certain
-            return quantity, unit or unit_of_name, _CERTAIN_SCORE
-        bare_name, _ = split_unit(name)
-        if self.symbols:
-            for quantity, words in _WORDS.items():
-                is_symbol = plain_key(bare_name) in words.get("symbols", "").split()
-                if is_symbol and (not unit or self.fits(quantity, unit)):
-                    return quantity, unit, _CERTAIN_SCORE
-        quantity, score = guessed(bare_name, unit, self)
-        return quantity, unit, score
-
-    def columns_by_quantity(self, names: Iterable[tuple[str, str]]) -> dict[str, NamesAndUnits]:
-        """Names and units of the columns of a log by quantity; several columns where in doubt.
-
-        Args:
-            names: Name of each column and the unit beside it.
-        """
-        scores: dict[str, dict[tuple[str, str], int]] = {}
-        for name, unit_beside_name in dict.fromkeys(names):
-            quantity, unit, score = self.likely(name, unit_beside_name or split_unit(name)[1])
-            if quantity:
-                scores.setdefault(quantity, {})[name, unit] = score
-        columns: dict[str, NamesAndUnits] = {}
-        for quantity, score_of_column in scores.items():
-            best = max(score_of_column.values())
-            least = best if best == _CERTAIN_SCORE else min(_LIKELY_SCORE, best)
-            columns[quantity] = [
-                column for column, score in score_of_column.items() if score >= least
-            ]
-        return columns
+            ranks.setdefault(quantity, {})[name, unit or unit_of_name] = 0
+            continue
+        meaning = meaning_of(name, unit)
+        if meaning is None or is_of_another_definition(meaning):
+            continue
+        quantity = quantity_of_logs(meaning.quantity)
+        if quantity in vocabulary.quantities:
+            ranks.setdefault(quantity, {})[name, unit] = rank_of(meaning)
+    columns: dict[str, NamesAndUnits] = {}
+    for quantity, rank_of_column in ranks.items():
+        best = min(rank_of_column.values())
+        columns[quantity] = [column for column, rank in rank_of_column.items() if rank == best]
+    return columns
 
 
 # ---------------------------------------------------------------- logs
 
 VOCABULARY = TRACTION.vocabulary
-_GUESSES = Guesses("traction", "columns", VOCABULARY.project_names, ())
+_NAMES = NamesInWords("traction", "columns", VOCABULARY.project_names, ())
 # A signal is held at a level where its readings differ by less than this, relative or in K.
 _LEVEL_SPREAD = 0.05
 _LEVEL_SPREAD_C = 3.0
@@ -261,7 +162,7 @@ def _settings() -> Settings:
 def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     """What a log of a traction rig probably holds."""
     format_name, names = _format_and_names(content)
-    columns = _GUESSES.columns_by_quantity(names)
+    columns = columns_by_quantity(names, VOCABULARY)
     # names of the project need no line in the campaign file where their unit is known
     guesses = {
         quantity: candidates
@@ -272,7 +173,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         quantity: candidates[0] for quantity, candidates in guesses.items() if len(candidates) == 1
     }
     units_in_names = {
-        quantity: unit_in_name(name, quantity, VOCABULARY)
+        quantity: stated_unit(name)[1]
         for quantity, (name, unit_beside_name) in only_candidate.items()
         if not unit_beside_name
     }
@@ -360,11 +261,11 @@ def _format_and_names(content: bytes) -> tuple[str, base.NamesAndUnits]:
         unpacked = unpack(content)
         format_name = recognised_format(unpacked) or format_name
         if format_name != "pcs":
-            _, logged_tables = READERS[format_name].tables(unpacked, _GUESSES)
+            _, logged_tables = READERS[format_name].tables(unpacked, _NAMES)
             tables = [list(zip(table.names, table.units, strict=True)) for table in logged_tables]
     except Exception:  # noqa: S110 - libraries raise many kinds; `read_log` gives the reason
         pass
-    best = max(tables, key=lambda names: len(_GUESSES.columns_by_quantity(names)), default=[])
+    best = max(tables, key=lambda names: len(columns_by_quantity(names, VOCABULARY)), default=[])
     return format_name, best
 
 
@@ -495,9 +396,8 @@ def _lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
         last_word = plain_key(name.split(" ")[-1])
         _, unit_of_text = number_and_unit(text)
         for set_point, (quantity, unit) in base.SET_POINT_UNITS.items():
-            likely_quantity, _ = guessed(name, unit, VOCABULARY)
-            quantity_of_column = "load" if quantity == "max_hertz_pressure" else quantity
-            if key != set_point and likely_quantity != quantity_of_column:
+            likely = meaning_of(name, unit, may_be_set_point=True)
+            if key != set_point and (likely is None or likely.quantity != quantity):
                 continue
             key_meant, number = meaning(key, text, {plain_key(name): set_point})
             if key_meant != set_point:
@@ -538,7 +438,7 @@ def rows_of_sheet(log: Sniffed) -> Sequence[Run]:
 # ---------------------------------------------------------------- all logs
 
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
-_FEWEST_GUESSES = 3
+_FEWEST_NAMES = 3
 
 
 def shipped(kind: str) -> dict[str, str]:
@@ -561,7 +461,7 @@ class Findings:
     @property
     def named(self) -> list[Sniffed]:
         """The logs whose columns were recognised, at least in part."""
-        return [log for log in self.logs if log.runs or len(log.guesses) >= _FEWEST_GUESSES]
+        return [log for log in self.logs if log.runs or len(log.guesses) >= _FEWEST_NAMES]
 
     @cached_property
     def columns(self) -> dict[str, list[str]]:

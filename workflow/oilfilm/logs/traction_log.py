@@ -223,15 +223,13 @@ def _settled_readings(
         ball: Surface speed of the ball in m/s, shape (rows,).
         disc: Surface speed of the disc in m/s, shape (rows,).
     """
-    # speeds of an impossible slip are infinite
-    with np.errstate(invalid="ignore"):
-        rolling = disc + ball
-    turning = np.flatnonzero(np.isfinite(rolling) & (rolling != 0))
-    if len(turning) < _FEWEST_READINGS:
+    if len(time_s) < _FEWEST_READINGS:
         return None
-    ball, disc = ball[turning], disc[turning]
-    interval = float(np.median(np.diff(time_s[turning])))
-    is_other_slip = np.abs(np.diff(2 * (disc - ball) / (disc + ball))) > _SAME_SLIP
+    interval = float(np.median(np.diff(time_s)))
+    # at standstill any slip may be computed
+    with np.errstate(all="ignore"):
+        slip = 2 * (disc - ball) / (disc + ball)
+        is_other_slip = np.abs(np.diff(slip)) > _SAME_SLIP
     if interval < _INTERVAL_OF_READINGS_S or is_other_slip.mean() < _SHARE_OF_READINGS:
         return None
     return base.Refusal(

@@ -10,7 +10,7 @@ import datetime
 import io
 import zipfile
 from collections.abc import Iterator, Sequence
-from contextlib import closing
+from contextlib import closing, suppress
 from typing import Any
 from xml.parsers import expat
 
@@ -77,6 +77,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     import openpyxl  # noqa: PLC0415
 
     texts: list[tuple[str, bytes]] = []
+    letters = 0
     with closing(
         openpyxl.load_workbook(checked_workbook(content), read_only=True, data_only=True)
     ) as workbook:
@@ -89,6 +90,10 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
                 cells = _cells(row, columns_in_percent)
                 if cells:
                     lines.append("\t".join(cells))
+                    letters += len(lines[-1])
+                # many cells may share one long text
+                if letters > _LARGEST_UNPACKED:
+                    raise ValueError(f"its cells hold more than {_LARGEST_UNPACKED // _MIB} MiB")
             most_tabs = max((line.count("\t") for line in lines), default=0)
             filled = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
             if filled:
@@ -151,7 +156,8 @@ def checked_workbook(content: bytes) -> io.BytesIO:
         )
     cells = 0
     for member in archive.infolist():
-        if "worksheets/" in member.filename and member.filename.endswith(".xml"):
+        # any part may be a sheet; what is no XML, as a picture, ends at its first bytes
+        with suppress(expat.ExpatError):
             cells += _count_cells(archive, member, _MOST_CELLS - cells)
     return io.BytesIO(content)
 

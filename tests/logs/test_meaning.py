@@ -1,0 +1,195 @@
+"""Names of columns in eight languages: what each means, and which of them are asked."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import yaml
+
+import oilfilm
+from oilfilm.api.mu_columns import over_mean, stated_columns
+from oilfilm.api.table_fit import MU, PRESSURE, SLIP, SPEED, TEMPERATURE, Stated, read_mu_table
+from oilfilm.logs.meaning import DEFINITIONS, UNIT_OF, is_unit_of, meaning_of, stated_unit
+
+CORPUS = yaml.safe_load(Path(__file__).with_name("column_names.yaml").read_text(encoding="utf-8"))
+# Meaning -> its names.
+NAMES = {said: "; ".join(lines).split("; ") for said, lines in CORPUS.items()}
+ENTRIES = [(said, name) for said, names in NAMES.items() for name in names]
+
+
+def test_corpus_is_large_enough() -> None:
+    assert len({name for _, name in ENTRIES}) >= 300
+    assert len(ENTRIES) == len({name for _, name in ENTRIES})
+
+
+@pytest.mark.parametrize(("said", "name"), ENTRIES)
+def test_name_means_what_the_corpus_says(said: str, name: str) -> None:
+    meaning = meaning_of(name)
+    if said == "nothing":
+        assert meaning is None
+        return
+    assert meaning is not None
+    assert bool(meaning.question) == (said == "ask")
+    if said == "ask":
+        return
+    quantity, _, definition = said.partition(" ")
+    assert meaning.quantity == quantity
+    assert meaning.definition == definition
+    assert not meaning.unit or is_unit_of(meaning.unit, quantity)
+
+
+# ---------------------------------------------------------------- tables
+
+# Conditions of the tables below.
+TRUTH = pd.DataFrame(
+    itertools.product([0.9, 1.2], [10.0, 25.0], [40.0, 80.0], [0.01, 0.04, 0.1, 0.25]),
+    columns=[PRESSURE, SPEED, TEMPERATURE, SLIP],
+)
+TRUTH[MU] = 0.03 * np.tanh(TRUTH[SLIP] / 0.05) * TRUTH[PRESSURE]
+COLUMN_OF = {
+    "max_hertz_pressure": PRESSURE,
+    "entrainment_speed": SPEED,
+    "inlet_temperature": TEMPERATURE,
+    "slide_roll_ratio": SLIP,
+    "traction_coefficient": MU,
+}
+PLAIN = {
+    PRESSURE: "p [GPa]",
+    SPEED: "U [m/s]",
+    TEMPERATURE: "T [degC]",
+    SLIP: "SRR [-]",
+    MU: "mu [-]",
+}
+
+
+def written(quantity: str, definition: str, unit: str) -> pd.Series:
+    """The true column of a quantity as a laboratory would write it."""
+    true = TRUTH[COLUMN_OF[quantity]]
+    if definition == "mean" and quantity == "max_hertz_pressure":
+        true = true / 1.5
+    if definition == "sum":
+        true = 2 * true
+    if definition == "over_sum":
+        true = true / 2
+    if definition == "over_faster":
+        # the disc is the faster body: u2 = U (1 + S/2)
+        true = true / (1 + true / 2)
+    if definition == "sliding_speed":
+        true = true * TRUTH[SPEED]
+    scale, offset = FACTORS.get(unit, (1.0, 0.0))
+    return scale * true + offset
+
+
+# Unit -> factor and offset from the unit of the project.
+FACTORS = {
+    **{"MPa": (1e3, 0), "МПа": (1e3, 0), "N/mm2": (1e3, 0), "psi": (145037.7377, 0)},
+    **{"mm/s": (1e3, 0), "mm s-1": (1e3, 0), "%": (100, 0)},
+    **{"K": (1, 273.15), "°F": (1.8, 32), "": (1, 0)},
+}
+TABLE_NAMES = [
+    (said, name)
+    for said, name in ENTRIES
+    if said.partition(" ")[0] in COLUMN_OF or said in {"ask", "nothing"}
+]
+
+
+@pytest.mark.parametrize(("said", "name"), TABLE_NAMES)
+def test_no_unstated_meaning_becomes_a_number(said: str, name: str) -> None:
+    """A name in place of the plain one gives the truth or a question, never another number.
+
+    A name without meaning, or with an open one, gives the true numbers if they are read at all.
+    """
+    quantities = [said.partition(" ")[0]]
+    definition = said.partition(" ")[2]
+    if said in ("ask", "nothing"):
+        quantities = list(COLUMN_OF)
+        definition = ""
+    for quantity in quantities:
+        column = COLUMN_OF[quantity]
+        unit = stated_unit(name)[1]
+        table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[column])
+        table[name] = written(quantity, definition, unit if said != "nothing" else "")
+        try:
+            points = read_mu_table(table).points
+        except oilfilm.OilfilmError:
+            is_number = UNIT_OF[quantity] == "1" and definition != "sliding_speed"
+            has_unit = bool(unit) or is_number
+            assert said in ("ask", "nothing") or not has_unit
+            continue
+        if column in points and (said not in ("ask", "nothing")):
+            np.testing.assert_allclose(points[column], TRUTH[column], rtol=1e-5)
+        else:
+            assert column not in points
+
+
+@pytest.mark.parametrize(
+    ("quantity", "definition"),
+    [(quantity, each) for quantity, all_of in DEFINITIONS.items() for each in all_of],
+)
+def test_stated_definition_gives_the_truth(quantity: str, definition: str) -> None:
+    """The user states what an open name means."""
+    unit = "m/s" if definition == "sliding_speed" else UNIT_OF[quantity]
+    in_brackets = "" if unit == "1" else f" [{unit}]"
+    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[COLUMN_OF[quantity]])
+    table["Spalte 7"] = written(quantity, definition, "")
+    with pytest.raises(oilfilm.OilfilmError):
+        oilfilm.fit_table(table)
+    stated = {quantity: f"Spalte 7{in_brackets}, {definition}"}
+    read = read_mu_table(table, Stated(stated_columns(stated))).points
+    np.testing.assert_allclose(read[COLUMN_OF[quantity]], TRUTH[COLUMN_OF[quantity]], rtol=1e-9)
+
+
+@pytest.mark.parametrize("definition", ["over_mean", "over_sum", "over_faster"])
+@pytest.mark.parametrize("unit", ["", " [%]"])
+def test_speeds_of_both_bodies_answer_what_a_slip_is(definition: str, unit: str) -> None:
+    table = TRUTH.rename(columns=PLAIN).drop(columns=[PLAIN[SLIP], PLAIN[SPEED]])
+    table["ball speed [m/s]"] = TRUTH[SPEED] * (1 - TRUTH[SLIP] / 2)
+    table["disc speed [m/s]"] = TRUTH[SPEED] * (1 + TRUTH[SLIP] / 2)
+    table[f"slip{unit}"] = written("slide_roll_ratio", definition, "%")
+    points = read_mu_table(table).points
+    np.testing.assert_allclose(points[SLIP], TRUTH[SLIP], rtol=1e-9)
+    np.testing.assert_allclose(points[SPEED], TRUTH[SPEED], rtol=1e-9)
+
+
+def test_slip_over_the_faster_body_is_that_of_the_speeds() -> None:
+    ball, disc = np.array([1.0, 2.0]), np.array([2.0, 1.0])
+    over_faster = (disc - ball) / np.maximum(ball, disc)
+    np.testing.assert_allclose(over_mean(over_faster, "over_faster"), (disc - ball) / 1.5)
+
+
+@pytest.mark.parametrize("decoy", NAMES["nothing"])
+def test_decoy_beside_the_right_columns_changes_nothing(decoy: str) -> None:
+    table = TRUTH.rename(columns=PLAIN)
+    table.insert(0, decoy, np.linspace(1.0, 9.0, len(table)))
+    points = read_mu_table(table).points
+    for column in TRUTH:
+        np.testing.assert_allclose(points[column], TRUTH[column])
+
+
+def test_two_columns_that_contradict_each_other_are_both_named() -> None:
+    table = TRUTH.rename(columns=PLAIN)
+    table["ball speed [m/s]"] = TRUTH[SPEED]
+    table["disc speed [m/s]"] = 1.3 * TRUTH[SPEED]
+    with pytest.raises(oilfilm.OilfilmError, match="SRR") as contradiction:
+        read_mu_table(table)
+    assert "ball" in str(contradiction.value)
+
+
+def test_swapped_pressure_and_speed_are_named() -> None:
+    table = TRUTH.rename(columns={**PLAIN, PRESSURE: "U [m/s]", SPEED: "p [GPa]"})
+    with pytest.raises(oilfilm.OilfilmError, match="swapped") as swapped:
+        read_mu_table(table)
+    assert "'p [GPa]'" in str(swapped.value)
+
+
+def test_one_wrong_sign_is_named_and_left_out() -> None:
+    """Every second row is measured backwards, |mu| is given, and one row has a sign."""
+    table = TRUTH.copy()
+    table.loc[::2, SLIP] *= -1
+    table.loc[4, MU] *= -1
+    read = read_mu_table(table.rename(columns=PLAIN))
+    assert len(read.points) == len(TRUTH) - 1
+    assert (read.points[MU] > 0).all()
+    assert any(f"{table.loc[4, MU]:g}" in note for note in read.notes)

@@ -1,0 +1,474 @@
+"""The columns of a table of mu: which is taken for what, how that is known, and what is asked.
+
+A meaning comes from the name of a column, from the user, or from the numbers of other columns.
+What none of them says is asked, with the line that answers it.
+
+Decides: which of several columns is taken, which numbers decide a definition or a unit, and when
+two columns contradict each other.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from oilfilm.base.errors import OilfilmError, cut
+from oilfilm.base.units import FloatArray, possible_conversion
+from oilfilm.logs.meaning import (
+    DEFINITION_WORDS,
+    DEFINITIONS,
+    RANK_OF_OPEN,
+    UNIT_OF,
+    Meaning,
+    meaning_of,
+    rank_of,
+    stated_unit,
+)
+
+# A slide-roll ratio is at most 2 while both surfaces move in one direction: more is in %.
+_LARGEST_RATIO = 2.0
+# A sweep to a larger ratio is rare. Without a unit it may as well be one in %.
+_USUAL_RATIO = 0.5
+# Largest difference of two columns that say the same, relative to the largest value.
+_SAME = 0.02
+# Another definition is so many times as far from what the speeds say.
+_CLEARLY_FARTHER = 3.0
+# Maximum over mean pressure of a circular contact (Hertz 1881).
+_MAXIMUM_OVER_MEAN = 1.5
+
+
+@dataclass(frozen=True)
+class TableColumn:
+    """A column of a table of mu.
+
+    Attributes:
+        name: Its name in the table.
+        meaning: What the name or the user says it is.
+        numbers: Its numbers as the table has them, shape (rows,).
+        by_user: Whether the user says what it is.
+    """
+
+    name: str
+    meaning: Meaning
+    numbers: FloatArray
+    by_user: bool = False
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the columns of a table say.
+
+    Attributes:
+        values: Quantity -> numbers in its unit of `UNIT_OF` and its first definition.
+        names: Quantity -> name of its column.
+        notes: How each is known, in sentences.
+    """
+
+    values: Mapping[str, FloatArray]
+    names: Mapping[str, str]
+    notes: Sequence[str]
+
+
+class AskedError(ValueError):
+    """A meaning that is not known: the sentence, and the line that answers it."""
+
+    def __init__(self, sentence: str, advice: str) -> None:
+        super().__init__(f"{sentence} {advice}")
+        self.sentence = sentence
+        self.advice = advice
+
+
+# ---------------------------------------------------------------- what the user states
+
+
+def stated_columns(text: str | Mapping[str, str]) -> dict[str, Meaning]:
+    """What a user says of columns: name of the column -> its meaning.
+
+    Args:
+        text: `quantity=name [unit], definition`, several separated by semicolons; or the same as a
+            dictionary of quantities. Unit and definition may be left out where the table has them.
+
+    Raises:
+        OilfilmError: A quantity, a unit or a definition is not known.
+
+    Examples:
+        >>> stated_columns("slide_roll_ratio=Schlupf [%], over_sum")["Schlupf"].definition
+        'over_sum'
+    """
+    entries: list[tuple[str, str]] = []
+    if isinstance(text, str):
+        for part in filter(None, map(str.strip, text.split(";"))):
+            quantity, found, column = part.partition("=")
+            if not found:
+                raise OilfilmError(f"--columns: found {part!r}; expected {_FORM}.")
+            entries.append((quantity.strip(), column.strip()))
+    else:
+        entries = [(str(quantity), str(column)) for quantity, column in text.items()]
+    stated: dict[str, Meaning] = {}
+    for quantity, column in entries:
+        if quantity not in UNIT_OF:
+            expected = ", ".join(UNIT_OF)
+            raise OilfilmError(f"--columns: found {quantity!r}; expected one of {expected}.")
+        definitions = DEFINITIONS.get(quantity, ())
+        before, found, last = column.rpartition(",")
+        definition = last.strip() if found and last.strip() in definitions else ""
+        name, unit = stated_unit(before.strip() if definition else column)
+        if not definition and len(definitions) > 0:
+            definition = definitions[0]
+        stated[name] = Meaning(quantity, definition, unit)
+    return stated
+
+
+_FORM = '"quantity=name [unit], definition", as "slide_roll_ratio=Schlupf [%], over_sum"'
+
+
+# ---------------------------------------------------------------- which column
+
+
+def columns_of(
+    names: Sequence[str],
+    units: Sequence[str],
+    numbers: Mapping[int, FloatArray],
+    stated: Mapping[str, Meaning],
+) -> tuple[dict[str, TableColumn], list[str]]:
+    """The column of each quantity, and notes on columns that were not taken.
+
+    Args:
+        names: Names of all columns.
+        units: Unit beside each; empty where there is none.
+        numbers: Numbers of the columns that hold numbers, by index.
+        stated: What the user says, by name.
+
+    Raises:
+        AskedError: Two columns may be one quantity, or a column that the user names is missing.
+    """
+    candidates: dict[str, list[TableColumn]] = {}
+    left = dict(stated)
+    for index, name in enumerate(names):
+        bare, _ = stated_unit(name)
+        said_by_user = left.pop(name, None) or left.pop(bare, None)
+        meaning = said_by_user or meaning_of(name, units[index])
+        if said_by_user is not None and not said_by_user.unit:
+            unit_in_table = units[index] or stated_unit(name)[1]
+            meaning = replace(said_by_user, unit=unit_in_table)
+        if meaning is None or index not in numbers:
+            continue
+        column = TableColumn(name, meaning, numbers[index], said_by_user is not None)
+        candidates.setdefault(meaning.quantity, []).append(column)
+    if left:
+        missing = next(iter(left))
+        raise AskedError(
+            f"--columns names {missing!r}, which the table has not, or which holds no numbers; its "
+            f"columns are {cut(', '.join(map(repr, names)))}.",
+            "Write the name as the table has it.",
+        )
+    chosen: dict[str, TableColumn] = {}
+    notes: list[str] = []
+    for quantity, columns in candidates.items():
+        ranks = [_rank(column) for column in columns]
+        best = min(ranks)
+        at_best = [column for column, rank in zip(columns, ranks, strict=True) if rank == best]
+        if len(at_best) > 1 and best < RANK_OF_OPEN:
+            both = " and ".join(repr(column.name) for column in at_best)
+            raise AskedError(
+                f"the columns {both} could both be the {quantity.replace('_', ' ')}.",
+                _line_to_paste(at_best[0]),
+            )
+        chosen[quantity] = at_best[0]
+        losers = [column.name for column in columns if column is not at_best[0]]
+        if losers:
+            others = ", ".join(map(repr, losers))
+            notes.append(f"not read as the {quantity.replace('_', ' ')}: {others}")
+    return chosen, notes
+
+
+def _rank(column: TableColumn) -> int:
+    """The smaller, the sooner a column is taken; what the user says comes first."""
+    return 0 if column.by_user else rank_of(column.meaning)
+
+
+def _line_to_paste(column: TableColumn) -> str:
+    """The line that states what a column is."""
+    meaning = column.meaning
+    bare, unit_of_name = stated_unit(column.name)
+    unit = meaning.unit or unit_of_name or UNIT_OF[meaning.quantity]
+    in_brackets = "" if unit == "1" else f" [{unit}]"
+    definitions = DEFINITIONS.get(meaning.quantity, ())
+    definition = f", {meaning.definition or definitions[0]}" if definitions else ""
+    line = f'--columns "{meaning.quantity}={bare}{in_brackets}{definition}"'
+    if len(definitions) > 1 and not meaning.definition:
+        return f"State which: {line}; {' or '.join(definitions[1:])} in place of {definitions[0]}."
+    return f"State it: {line}."
+
+
+# ---------------------------------------------------------------- what the numbers say
+
+
+def reading_of(
+    chosen: Mapping[str, TableColumn],
+    notes: Sequence[str],
+    pressure_of_load: FloatArray | None,
+    speed_m_s: float | None = None,
+) -> Reading:
+    """The numbers of a table in the units and definitions of the project.
+
+    Args:
+        chosen: The column of each quantity.
+        notes: Notes so far.
+        pressure_of_load: Maximum Hertz pressure of the load in GPa, shape (rows,), where load,
+            radius and materials are known.
+        speed_m_s: Mean speed of all rows, where the user gives it.
+
+    Raises:
+        AskedError: A definition or a unit is open, and no other column decides it; or two columns
+            contradict each other.
+    """
+    notes = list(notes)
+    values: dict[str, FloatArray] = {}
+    names = {quantity: column.name for quantity, column in chosen.items()}
+    # speeds first: they decide what a slip is
+    in_order = sorted(chosen, key=lambda quantity: quantity == "slide_roll_ratio")
+    for quantity in in_order:
+        column = chosen[quantity]
+        numbers: FloatArray | None
+        if quantity == "slide_roll_ratio":
+            numbers, how = _slide_roll_ratio(column, values, speed_m_s)
+        elif quantity == "max_hertz_pressure":
+            numbers, how = _maximum_pressure(column, pressure_of_load)
+        elif quantity == "entrainment_speed":
+            numbers, how = _mean_speed(column, chosen)
+        else:
+            numbers, how = in_unit(column), ""
+        if numbers is None:
+            continue
+        values[quantity] = numbers
+        notes.append(_note(quantity, column, how))
+    _refuse_contradictions(values, names)
+    pressure = values.get("max_hertz_pressure")
+    if pressure is not None and pressure_of_load is not None:
+        if not _same(pressure, pressure_of_load):
+            raise AskedError(
+                f"the column {names['max_hertz_pressure']!r} is not the maximum Hertz pressure of "
+                f"{names['load']!r} with this ball radius and these materials: it is "
+                f"{np.nanmedian(pressure / pressure_of_load):.3g} times as much.",
+                "Correct the radius, the materials or the column that is wrong.",
+            )
+    return Reading(values, names, notes)
+
+
+def _note(quantity: str, column: TableColumn, how: str) -> str:
+    unit = column.meaning.unit
+    in_unit = f", in {unit}" if unit and unit != "1" else ""
+    by = ", as --columns says" if column.by_user else ""
+    return f"{quantity} is {column.name!r}{in_unit}{by}{how}"
+
+
+def in_unit(column: TableColumn) -> FloatArray:
+    """The numbers of a column in the unit of its quantity.
+
+    Raises:
+        AskedError: It has no unit, or an impossible one.
+    """
+    meaning = column.meaning
+    if meaning.question:
+        raise _asked(column)
+    target = UNIT_OF[meaning.quantity]
+    if meaning.definition == "sliding_speed":
+        target = "m/s"
+    unit = meaning.unit
+    if not unit and target == "1":
+        unit = "1"
+    if not unit:
+        quantity = meaning.quantity.replace("_", " ")
+        raise AskedError(
+            f"the column {column.name!r}, the {quantity}, has no unit.", _line_to_paste(column)
+        )
+    to_unit = possible_conversion(unit, (target,))
+    if to_unit is None:
+        raise AskedError(
+            f"the column {column.name!r} is in {unit!r}; expected {target}.",
+            "Correct the unit, or the name.",
+        )
+    return to_unit.convert(column.numbers)
+
+
+def _asked(column: TableColumn) -> AskedError:
+    quantity = column.meaning.quantity.replace("_", " ")
+    return AskedError(
+        f"the column {column.name!r} would be the {quantity}, but {column.meaning.question}.",
+        _line_to_paste(column),
+    )
+
+
+def _same(one: FloatArray, other: FloatArray) -> bool:
+    """Whether two columns say the same in the median row."""
+    return _distance(one, other) <= _SAME
+
+
+def _distance(one: FloatArray, other: FloatArray) -> float:
+    """Median difference of two columns over the largest value of the second; else infinite."""
+    both = np.isfinite(one) & np.isfinite(other)
+    size = float(np.max(np.abs(other[both]), initial=0.0))
+    if size == 0:
+        return np.inf
+    return float(np.median(np.abs(one[both] - other[both]))) / size
+
+
+def _maximum_pressure(
+    column: TableColumn, pressure_of_load: FloatArray | None
+) -> tuple[FloatArray, str]:
+    """The maximum Hertz pressure, and how it is known."""
+    meaning = column.meaning
+    if meaning.question and pressure_of_load is not None:
+        numbers = in_unit(replace(column, meaning=replace(meaning, question="")))
+        for definition, factor in (("maximum", 1.0), ("mean", _MAXIMUM_OVER_MEAN)):
+            if _same(factor * numbers, pressure_of_load):
+                return factor * numbers, f", the {definition}: load and ball radius give it"
+    numbers = in_unit(column)
+    if meaning.definition == "mean":
+        how = f", the mean: the maximum is {_MAXIMUM_OVER_MEAN:g} times it in a circular contact"
+        return _MAXIMUM_OVER_MEAN * numbers, how
+    return numbers, ""
+
+
+def _mean_speed(
+    column: TableColumn, chosen: Mapping[str, TableColumn]
+) -> tuple[FloatArray | None, str]:
+    """The mean of both surface speeds, and how it is known; None where ball and disc give it."""
+    meaning = column.meaning
+    if meaning.question and {"ball_speed", "disc_speed"} <= chosen.keys():
+        return None, ""
+    numbers = in_unit(column)
+    if meaning.definition == "sum":
+        return numbers / 2, f", {DEFINITION_WORDS['sum']}: halved"
+    return numbers, ""
+
+
+def _slide_roll_ratio(
+    column: TableColumn, values: Mapping[str, FloatArray], speed_m_s: float | None
+) -> tuple[FloatArray, str]:
+    """The slide-roll ratio over the mean speed, and how unit and definition are known."""
+    meaning = column.meaning
+    by_speeds = _ratio_of_speeds(values)
+    if meaning.definition == "sliding_speed":
+        mean_speed: FloatArray | float | None = values.get("entrainment_speed", speed_m_s)
+        if mean_speed is None and by_speeds is not None:
+            mean_speed = (values["ball_speed"] + values["disc_speed"]) / 2
+        if mean_speed is None:
+            raise AskedError(
+                f"the column {column.name!r} is a sliding speed; the slide-roll ratio needs the "
+                "speed of rolling as well.",
+                "Add it, or give it for all rows, as --speed 2m/s.",
+            )
+        how = ", a sliding speed: divided by the mean speed"
+        return in_unit(column) / mean_speed, how
+    if by_speeds is not None:
+        found = _definition_by_speeds(column, by_speeds)
+        if found is not None:
+            return found
+        if not meaning.question and meaning.unit:
+            raise AskedError(
+                f"the column {column.name!r} contradicts the speeds of ball and disc.",
+                "Correct the column that is wrong, or leave it out.",
+            )
+    if meaning.question:
+        raise _asked(column)
+    largest = float(np.nanmax(np.abs(column.numbers), initial=0))
+    how = ""
+    if not meaning.unit:
+        if largest > _LARGEST_RATIO:
+            how = f", in %: as a ratio it is at most 2, and it goes up to {largest:g}"
+            meaning = replace(meaning, unit="%")
+        elif largest > _USUAL_RATIO:
+            question = f"it goes up to {largest:g} and has no unit: it may be a ratio or in %"
+            open_unit = replace(column, meaning=replace(meaning, question=question))
+            bare, _ = stated_unit(column.name)
+            line = f'--columns "slide_roll_ratio={bare} [%], {meaning.definition}"'
+            raise AskedError(_asked(open_unit).sentence, f"State it: {line}, or [1] for a ratio.")
+    ratio = over_mean(in_unit(replace(column, meaning=meaning)), meaning.definition)
+    if meaning.definition != "over_mean":
+        how += f", {DEFINITION_WORDS[meaning.definition]}: converted to that over the mean"
+    return ratio, how
+
+
+def over_mean(ratio: FloatArray, definition: str) -> FloatArray:
+    """A slip over the sum or the faster speed as the slide-roll ratio over the mean speed.
+
+    With sliding speed v and speeds u1, u2: over the sum s = v/(u1 + u2), S = 2 s; over the faster
+    one s = v/max(u1, u2), S = 2 s/(2 - |s|).
+    """
+    if definition == "over_sum":
+        return 2 * ratio
+    if definition == "over_faster":
+        # more than 2 is no ratio of this kind
+        size = np.where(np.abs(ratio) < 2, np.abs(ratio), np.nan)
+        return 2 * ratio / (2 - size)
+    return ratio
+
+
+def _ratio_of_speeds(values: Mapping[str, FloatArray]) -> FloatArray | None:
+    """The slide-roll ratio by the speeds of ball and disc; None where one is not known."""
+    if not {"ball_speed", "disc_speed"} <= values.keys():
+        return None
+    mean = (values["ball_speed"] + values["disc_speed"]) / 2
+    return np.asarray((values["disc_speed"] - values["ball_speed"]) / mean)
+
+
+def _definition_by_speeds(
+    column: TableColumn, by_speeds: FloatArray
+) -> tuple[FloatArray, str] | None:
+    """The ratio in the unit and definition that the speeds of both bodies confirm; None if none."""
+    meaning = column.meaning
+    definitions = [meaning.definition]
+    if meaning.question:
+        definitions = ["over_mean", "over_sum", "over_faster"]
+    units = [meaning.unit] if meaning.unit else ["1", "%"]
+    found: list[tuple[float, str, str, FloatArray]] = []
+    for definition in definitions:
+        for unit in units:
+            to_unit = possible_conversion(unit, ("1",))
+            if to_unit is not None:
+                ratio = over_mean(to_unit.convert(column.numbers), definition)
+                distance = _distance(np.abs(ratio), np.abs(by_speeds))
+                found.append((distance, definition, unit, ratio))
+    if not found:
+        return None
+    nearest, *others = sorted(found, key=lambda entry: entry[0])
+    distance, definition, unit, ratio = nearest
+    is_clear = all(other[0] > _CLEARLY_FARTHER * distance for other in others)
+    if distance > _SAME or not is_clear:
+        return None
+    in_percent = ", in %" if unit == "%" and not meaning.unit else ""
+    return ratio, f"{in_percent}, {DEFINITION_WORDS[definition]}: both speeds confirm it"
+
+
+def _refuse_contradictions(values: Mapping[str, FloatArray], names: Mapping[str, str]) -> None:
+    """Refuse columns that contradict each other, or whose numbers are those of another quantity.
+
+    Raises:
+        AskedError: Two columns contradict each other.
+    """
+    if {"ball_speed", "disc_speed", "entrainment_speed"} <= values.keys():
+        mean = (values["ball_speed"] + values["disc_speed"]) / 2
+        if not _same(values["entrainment_speed"], mean):
+            raise AskedError(
+                f"the column {names['entrainment_speed']!r} is not the mean of "
+                f"{names['ball_speed']!r} and {names['disc_speed']!r}.",
+                "Correct the column that is wrong, or leave it out.",
+            )
+    pressure = values.get("max_hertz_pressure")
+    speed = values.get("entrainment_speed")
+    if pressure is not None and speed is not None:
+        median_gpa = float(np.nanmedian(pressure))
+        median_m_s = float(np.nanmedian(speed))
+        if median_gpa > _LARGEST_PRESSURE_GPA and median_m_s < _LARGEST_PRESSURE_GPA:
+            raise AskedError(
+                f"{names['max_hertz_pressure']!r} is {median_gpa:g} GPa in the median and "
+                f"{names['entrainment_speed']!r} is {median_m_s:g} m/s: their columns or units may "
+                "be swapped.",
+                "Correct the names.",
+            )
+
+
+# Steel of bearings is indented by more than this.
+_LARGEST_PRESSURE_GPA = 5.0
