@@ -207,6 +207,17 @@ def test_rolling_rig_with_a_column_of_wear_is_no_sliding_rig(tmp_path: Path) -> 
     assert made.found.named
 
 
+def test_meaning_that_a_name_leaves_open_is_confirmed_never_taken(tmp_path: Path) -> None:
+    """A Hertz pressure may be the maximum or the mean, which is 2/3 of it."""
+    values = standstill.log()
+    text = csv(values, standstill.UNITS, {"oil": "B-12"}).decode()
+    text = text.replace("load [N]", "Hertz pressure [GPa]")
+    (tmp_path / "log.csv").write_text(text, "utf-8")
+    made = make_project(tmp_path / "p", [tmp_path / "log.csv"])
+    (line,) = [line for line in open_lines(tmp_path / "p", list(made.texts)) if line.key == "load"]
+    assert "maximum or the mean" in line.reason
+
+
 def test_own_check_is_that_of_the_command(tmp_path: Path) -> None:
     make_project(tmp_path / "june", [foreign_log(tmp_path)])
     checked = check_project(tmp_path / "june", "june")

@@ -29,7 +29,7 @@ from oilfilm.cli.sliding_rigs import does_not_roll
 from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
 from oilfilm.logs.base import SET_POINTS
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.meaning import sayings, stated_unit
+from oilfilm.logs.meaning import meaning_of, sayings, stated_unit
 from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
 from oilfilm.logs.sniff import (
     VOCABULARY,
@@ -425,6 +425,11 @@ def _columns(found: Findings) -> Iterator[Line]:
             choice = ", ".join(names_left) or "no column is left"
             comment = f"{FILL_IN}: the name of the column; perhaps {choice}"
             yield quantity, {"name": names}, comment
+        elif names and _question(found, quantity):
+            # a name that leaves its meaning open is confirmed, never taken
+            question = _question(found, quantity)
+            comment = f"{FILL_IN}: the name of the column; perhaps {names[0]}: {question}"
+            yield quantity, {"name": None}, comment
         elif names and unit_is_unknown:
             units = " or ".join(VOCABULARY.quantities[quantity])
             comment = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
@@ -433,6 +438,16 @@ def _columns(found: Findings) -> Iterator[Line]:
             yield quantity, {"name": names, "unit": unit}, "guess"
         elif names:
             yield quantity, {"name": names}, "guess"
+
+
+def _question(found: Findings, quantity: str) -> str:
+    """What names and units of a quantity's columns leave open; empty where it is nothing."""
+    for log in found.named:
+        for name, unit in log.guesses.get(quantity, ()):
+            meaning = meaning_of(name, unit)
+            if meaning is not None and meaning.question:
+                return meaning.question
+    return ""
 
 
 def _choice(name: str, quantity: str) -> str:
