@@ -15,12 +15,12 @@ from oilfilm.cli import main
 from oilfilm.cli.dialogue import check_project, open_lines
 from oilfilm.cli.init import make_project
 
-# Names of another language for the columns of a log; that of the ball, the lower specimen, names none.
-JAPANESE = {
+# Names in Japanese, but that of the ball, which is Finnish: no list of words has it.
+FOREIGN = {
     "time": "時間(s)",
     "load": "荷重(N)",
     "traction_force": "摩擦力(N)",
-    "ball_speed": "下試験片回転数(rpm)",
+    "ball_speed": "Kuula(rpm)",
     "disc_speed": "ディスク回転数(rpm)",
     "inlet_temperature": "油温(℃)",
 }
@@ -55,12 +55,12 @@ class Person:
         return next(self._answers.get(self._key, iter([])), "")
 
 
-def japanese_log(folder: Path) -> Path:
+def foreign_log(folder: Path) -> Path:
     path = folder / "log.csv"
     text = csv({name: np.round(values, 4) for name, values in good().items()}, UNITS, {})
     lines = text.decode().splitlines()
     at = next(number for number, line in enumerate(lines) if line.startswith("time"))
-    lines[at] = ",".join(JAPANESE[name] for name in good())
+    lines[at] = ",".join(FOREIGN[name] for name in good())
     path.write_text("\n".join([*lines, ""]), "utf-8")
     return path
 
@@ -68,7 +68,7 @@ def japanese_log(folder: Path) -> Path:
 @pytest.fixture
 def person(monkeypatch: pytest.MonkeyPatch) -> Person:
     """A person at a terminal who knows the rig."""
-    someone = Person({"film_unjudged": REASON, "ball_speed": "下試験片回転数", **TRACKS})
+    someone = Person({"film_unjudged": REASON, "ball_speed": "Kuula", **TRACKS})
     at_terminal(monkeypatch, someone)
     return someone
 
@@ -89,9 +89,9 @@ def at_terminal(monkeypatch: pytest.MonkeyPatch, someone: Person) -> None:
 def test_conversation_ends_when_check_passes(
     tmp_path: Path, person: Person, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The ball's column has a name that does not say `ball`: its radius is asked for, too."""
+    """The ball's column has a name that no list of words has: its radius is asked for, too."""
     folder = tmp_path / "june"
-    assert main(["init", str(folder), str(japanese_log(tmp_path))]) == 0
+    assert main(["init", str(folder), str(foreign_log(tmp_path))]) == 0
     assert sorted(person.asked) == sorted([*TRACKS, "ball_speed", "film_unjudged"])
     assert "check: 1 of 1 logs are accepted" in capsys.readouterr().out
     assert main(["check", str(folder / "data/raw/june")]) == 0
@@ -102,13 +102,13 @@ def test_impossible_answers_are_asked_again(
 ) -> None:
     answers: dict[str, str | list[str]] = {
         "film_unjudged": REASON,
-        "ball_speed": ["ball", "下試験片回転数"],
+        "ball_speed": ["ball", "Kuula"],
         "ball_track_radius_m": ["10 kg", "ten", "-3", "0.01"],
         "disc_track_radius_m": ["400", "40mm"],
     }
     someone = Person(answers)
     at_terminal(monkeypatch, someone)
-    assert main(["init", str(tmp_path / "june"), str(japanese_log(tmp_path))]) == 0
+    assert main(["init", str(tmp_path / "june"), str(foreign_log(tmp_path))]) == 0
     assert [someone.asked.count(key) for key in answers] == [1, 2, 4, 2]
 
 
@@ -116,10 +116,10 @@ def test_empty_answer_leaves_a_line_to_fill_in(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     at_terminal(monkeypatch, Person({"film_unjudged": REASON, **TRACKS}))
-    assert main(["init", str(tmp_path / "june"), str(japanese_log(tmp_path))]) == 0
+    assert main(["init", str(tmp_path / "june"), str(foreign_log(tmp_path))]) == 0
     printed = capsys.readouterr().out
     assert "To fill in, because only you can know it: 1" in printed
-    assert "下試験片回転数" in printed
+    assert "Kuula" in printed
 
 
 def test_what_the_check_lacks_is_asked_for_again(
@@ -128,7 +128,7 @@ def test_what_the_check_lacks_is_asked_for_again(
     """Even where the first questions forget the radii."""
     monkeypatch.setattr("oilfilm.cli.init._needs_radii", lambda found: False)
     folder = tmp_path / "june"
-    assert main(["init", str(folder), str(japanese_log(tmp_path))]) == 0
+    assert main(["init", str(folder), str(foreign_log(tmp_path))]) == 0
     assert set(TRACKS) <= set(person.asked)
     assert main(["check", str(folder / "data/raw/june")]) == 0
 
@@ -139,12 +139,12 @@ def test_nothing_is_asked_without_a_terminal_or_a_wish(
 ) -> None:
     if not options:
         monkeypatch.setattr("oilfilm.cli.init.is_terminal", lambda: False)
-    assert main(["init", *options, str(tmp_path / "june"), str(japanese_log(tmp_path))]) == 0
+    assert main(["init", *options, str(tmp_path / "june"), str(foreign_log(tmp_path))]) == 0
     assert person.asked == []
 
 
 def test_radii_are_asked_for_whatever_the_language_of_the_ball(tmp_path: Path) -> None:
-    made = make_project(tmp_path / "june", [japanese_log(tmp_path)])
+    made = make_project(tmp_path / "june", [foreign_log(tmp_path)])
     keys = [line.key for line in open_lines(tmp_path / "june", list(made.texts))]
     assert set(TRACKS) <= set(keys)
 
@@ -152,7 +152,7 @@ def test_radii_are_asked_for_whatever_the_language_of_the_ball(tmp_path: Path) -
 def test_full_disk_leaves_nothing_and_init_can_be_repeated(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    log = japanese_log(tmp_path)
+    log = foreign_log(tmp_path)
     folder = tmp_path / "lab" / "june"
     folder.parent.mkdir()
     copy = shutil.copyfile
@@ -207,8 +207,19 @@ def test_rolling_rig_with_a_column_of_wear_is_no_sliding_rig(tmp_path: Path) -> 
     assert made.found.named
 
 
+def test_meaning_that_a_name_leaves_open_is_confirmed_never_taken(tmp_path: Path) -> None:
+    """A Hertz pressure may be the maximum or the mean, which is 2/3 of it."""
+    values = standstill.log()
+    text = csv(values, standstill.UNITS, {"oil": "B-12"}).decode()
+    text = text.replace("load [N]", "Hertz pressure [GPa]")
+    (tmp_path / "log.csv").write_text(text, "utf-8")
+    made = make_project(tmp_path / "p", [tmp_path / "log.csv"])
+    (line,) = [line for line in open_lines(tmp_path / "p", list(made.texts)) if line.key == "load"]
+    assert "maximum or the mean" in line.reason
+
+
 def test_own_check_is_that_of_the_command(tmp_path: Path) -> None:
-    make_project(tmp_path / "june", [japanese_log(tmp_path)])
+    make_project(tmp_path / "june", [foreign_log(tmp_path)])
     checked = check_project(tmp_path / "june", "june")
     # a line is open: the settings have a mistake
     assert "found nothing" in checked.mistake

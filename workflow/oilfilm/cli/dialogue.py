@@ -290,9 +290,9 @@ def _column(key: str, answer: str, names: Sequence[str]) -> dict[str, Any]:
     name, unit = split_unit(matching[0])
     if unit:
         return {"name": [name]}
-    unit = stated_unit(name)[1]
-    has_unit = bool(unit) and VOCABULARY.fits(key, unit)
-    return {"name": [name], "unit": unit if has_unit else None}
+    _, unit = stated_unit(name)
+    is_known = unit != "" and VOCABULARY.fits(key, unit)
+    return {"name": [name], "unit": unit if is_known else None}
 
 
 def _check_unit(key: str, unit: str) -> None:

@@ -425,6 +425,11 @@ def _columns(found: Findings) -> Iterator[Line]:
             choice = ", ".join(names_left) or "no column is left"
             comment = f"{FILL_IN}: the name of the column; perhaps {choice}"
             yield quantity, {"name": names}, comment
+        elif names and _question(found, quantity):
+            # a name that leaves its meaning open is confirmed, never taken
+            question = _question(found, quantity)
+            comment = f"{FILL_IN}: the name of the column; perhaps {names[0]}: {question}"
+            yield quantity, {"name": None}, comment
         elif names and unit_is_unknown:
             units = " or ".join(VOCABULARY.quantities[quantity])
             comment = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
@@ -433,6 +438,16 @@ def _columns(found: Findings) -> Iterator[Line]:
             yield quantity, {"name": names, "unit": unit}, "guess"
         elif names:
             yield quantity, {"name": names}, "guess"
+
+
+def _question(found: Findings, quantity: str) -> str:
+    """What names and units of a quantity's columns leave open; empty where it is nothing."""
+    for log in found.named:
+        for name, unit in log.guesses.get(quantity, ()):
+            meaning = meaning_of(name, unit)
+            if meaning is not None and meaning.question:
+                return meaning.question
+    return ""
 
 
 def _choice(name: str, quantity: str) -> str:
