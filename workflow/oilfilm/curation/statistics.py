@@ -137,12 +137,12 @@ class Stretches:
         The standard deviation is estimated from the median absolute deviation of the stretch. Where
         that is zero, the signal hardly changes and nothing is marked.
         """
-        deviation = np.abs(values - self.for_samples(self._medians(values)))
-        spread = MAD_TO_SIGMA * self._medians(deviation)
+        deviation = np.abs(values - self.for_samples(self.medians(values)))
+        spread = MAD_TO_SIGMA * self.medians(deviation)
         limit = np.where(spread > 0, threshold * spread, np.inf)
         return deviation > self.for_samples(limit)
 
-    def _medians(self, values: FloatArray) -> FloatArray:
+    def medians(self, values: FloatArray) -> FloatArray:
         """Median of each stretch, shape (stretches,); NaN where it has a NaN."""
         ranked = values.copy()
         for start, length in zip(self.first.tolist(), self.lengths.tolist(), strict=True):
