@@ -16,7 +16,6 @@ import bad_logs
 from campaigns import Campaign, printed
 from damages import AT_A_LIMIT, GOOD_POINT, PLANNED_SLIPS, SOUND
 from oilfilm import tables
-from oilfilm.curation import statistics
 from oilfilm.curation.curate import (
     Curated,
     arrays_of,
@@ -89,30 +88,6 @@ def test_steps_are_found_only_where_they_are(steps: list[float], seconds: float,
         *settled_parts(len(slip), found, 0.02, PLATEAUS), levels, strict=True
     ):
         assert slip[start:stop].mean() == pytest.approx(level, abs=0.002)
-
-
-def equal_stretches(signal: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    starts = np.arange(count) * (len(signal) // count)
-    return statistics.cut(signal, starts, starts + len(signal) // count)
-
-
-def test_standard_error_sums_lags_up_to_the_first_that_is_not_positive() -> None:
-    """Against the definition, spelt out: noise, a drift, a hum and a constant in one signal."""
-    random, length = np.random.default_rng(8), 60
-    sample = np.arange(length)
-    noise, drift = random.standard_normal(length), 0.1 * sample + random.standard_normal(length)
-    signals = np.stack([noise, drift, np.sin(2 * np.pi * sample / 45), np.ones(length)])
-    expected = []
-    for signal in signals:
-        about = signal - signal.mean()
-        covariance = np.correlate(about, about, "full")[length - 1 :]
-        last = next((lag for lag in range(1, length) if not covariance[lag] > 0), length)
-        variance = covariance[0] + 2 * covariance[1:last].sum()
-        expected.append(np.sqrt(variance / (length - 1) / length))
-    apart = statistics.standard_errors(*equal_stretches(signals.ravel(), len(signals)))
-    np.testing.assert_allclose(apart, expected, rtol=1e-12, atol=1e-15)
-    together = statistics.cut(signals, np.array([0]), np.array([length]))
-    np.testing.assert_allclose(statistics.standard_errors(*together)[:, 0], apart, rtol=1e-12)
 
 
 def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> None:

@@ -12,9 +12,9 @@ Decides: when a run repeats an earlier one, and which of them is kept; warnings 
 the others of its rig.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, combinations
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +33,7 @@ from oilfilm.curation.plateau_gates import judge_plateaus, quarantine_rows, runs
 from oilfilm.curation.rig_kind import TRACTION, RigKind, Run
 from oilfilm.curation.rig_spin import spin_warnings
 from oilfilm.curation.run_gates import first_fault, warnings_about
+from oilfilm.curation.statistics import Stretches
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
@@ -47,6 +48,8 @@ from oilfilm.tables.set_points import SET_POINTS, with_levels
 
 # Last plateaus by whose load, speed and temperature copies are looked up among all runs.
 _LOOKED_UP = 3
+# Campaigns without copies in which a run is taken for one: at most this share of them.
+_CHANCE_OF_A_COPY = 1e-3
 # Column of plateaus and its key of a rig's `full_scale`.
 _SCALES = {
     "load_n": "load_n",
@@ -103,30 +106,46 @@ def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) ->
     allowed, odd = gates.repeat_difference_max, gates.repeat_odd_min
     for names, apart in _compared_conditions(points, runs, settings):
         kept = []
-        for run_id in names:
-            others = [name for name in names if name != run_id]
-            to_others = {name: apart[frozenset((run_id, name))] for name in others}
-            mutual = [apart[frozenset(pair)] for pair in combinations(others, 2)]
-            limit = max(odd, gates.repeat_odd_factor * max(mutual)) if mutual else allowed
-            against = [name for name, difference in to_others.items() if difference > allowed]
+        largest_mutual = _largest_without_each(apart)
+        for index, run_id in enumerate(names):
+            others = np.delete(np.arange(len(names)), index)
+            to_others = apart[index, others]
+            mutual = largest_mutual[index]
+            limit = max(odd, gates.repeat_odd_factor * mutual) if len(others) > 1 else allowed
+            against = others[to_others > allowed]
             if len(against) <= len(others) / 2:
-                against = [name for name, difference in to_others.items() if difference > limit]
+                against = others[to_others > limit]
                 if len(against) < len(others):
-                    kept.append(run_id)
+                    kept.append(index)
                     continue
             more = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
-            agree = f"; the others agree within {max(mutual):.1%}" if mutual else ""
-            about = dict(other=against[0], more=more, apart=to_others[against[0]], agree=agree)
-            about["allowed"] = min(limit, allowed)
+            agree = f"; the others agree within {mutual:.1%}" if len(others) > 1 else ""
+            about = dict(other=names[against[0]], apart=apart[index, against[0]], more=more)
+            about |= dict(agree=agree, allowed=min(limit, allowed))
             yield fault("conflicting_condition", run_id=run_id, **about)
         for later in kept[1:]:
-            about = dict(kept=kept[0], apart=apart[frozenset((kept[0], later))])
-            yield fault("duplicate_condition", run_id=later, **about)
+            about = dict(kept=names[kept[0]], apart=apart[kept[0], later])
+            yield fault("duplicate_condition", run_id=names[later], **about)
+
+
+def _largest_without_each(apart: FloatArray) -> FloatArray:
+    """The largest difference between two runs without a third one, for each of these.
+
+    Args:
+        apart: Differences of n runs, shape (n, n), symmetric.
+    """
+    count = len(apart)
+    largest = np.full(count, apart.max())
+    # only the two runs that are farthest apart have another largest difference
+    for farthest in np.unravel_index(np.argmax(apart), apart.shape):
+        others = np.delete(np.arange(count), farthest)
+        largest[farthest] = apart[np.ix_(others, others)].max()
+    return largest
 
 
 def _compared_conditions(
     points: pd.DataFrame, runs: pd.DataFrame, settings: Settings
-) -> Iterator[tuple[list[str], dict[frozenset[str], float]]]:
+) -> Iterator[tuple[list[str], FloatArray]]:
     """Runs of the same oil, rig and set points, and how far the curves of each two are apart.
 
     A load counts by the pressure that it makes, where the rig's contact is known: a pressure that
@@ -138,12 +157,9 @@ def _compared_conditions(
     # one of the two is unknown
     noted = noted[noted[[pressure, load]].notna().any(axis=1)].fillna({pressure: -1, load: -1})
     for group in _same(noted, ["oil", "rig", *SET_POINTS]):
-        curves = {run.run_id: accepted.iloc[rows[run.run_id]] for run in group}
-        apart = {
-            frozenset((one, other)): _difference(curves[one], curves[other], settings)
-            for one, other in combinations(curves, 2)
-        }
-        yield list(curves), apart
+        names = [run.run_id for run in group]
+        curves = [_curve(accepted.iloc[rows[name]]) for name in names]
+        yield names, _differences(curves, settings.gates.sign_slip_min)
 
 
 def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
@@ -192,38 +208,77 @@ def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[st
     )
     near = np.nan_to_num(at[:, -_LOOKED_UP:].reshape(len(names), -1))
     reach = copies.condition * np.abs(near).max(axis=0)
-    scaled = near / np.where(reach > 0, reach, 1.0)
-    for one, other in sorted(scipy.spatial.cKDTree(scaled).query_pairs(1.0, p=np.inf)):
+    near = near / np.where(reach > 0, reach, 1.0)
+    tree = scipy.spatial.cKDTree(near)
+    pairs = (tree.count_neighbors(tree, 1.0, p=np.inf) - len(names)) // 2
+    allowed = np.array([copies.slip_errors, _traction_errors(copies, pairs)])
+    # between neighbouring plateaus no zero counts: these differences of mu find the pairs that may
+    # be copies. Two plateaus have the sum of squares of all at most
+    contrasts = np.diff(values[..., 1], axis=1)
+    reach = 2 * allowed[1] * np.sqrt(copies.plateaus) * se[..., 1].max()
+    tree = scipy.spatial.cKDTree(np.concatenate([near, contrasts / reach], axis=1))
+    for one, other in sorted(tree.query_pairs(1.0, p=np.inf)):
         apart = values[one] - values[other]
         # the zero of the force may be that of other rows, and rounding moves the speeds
         apart -= np.median(apart, axis=0)
         relative = apart / np.hypot(se[one], se[other])
         rms = np.sqrt(np.mean(relative**2, axis=0))
-        if (rms < (copies.slip_errors, copies.traction_errors)).all():
+        if (rms < allowed).all():
             yield names[one], names[other]
 
 
-def _difference(first: pd.DataFrame, later: pd.DataFrame, settings: Settings) -> float:
-    """Median relative difference of two curves of traction over the slips that both have.
+def _traction_errors(copies: CopySettings, pairs: int) -> float:
+    """Largest rms difference of mu over its standard errors at which a pair is a copy.
+
+    The more pairs are compared, the smaller the differences that occur by chance. So small ones as
+    this occur in one of a thousand campaigns without copies. The sum of squares of m differences,
+    less their mean, has the chi-squared distribution of m - 1 degrees of freedom.
+    """
+    chance = _CHANCE_OF_A_COPY / max(pairs, 1)
+    squares = scipy.stats.chi2.ppf(chance, copies.plateaus - 1)
+    return min(copies.traction_errors, float(np.sqrt(squares / copies.plateaus)))
+
+
+# Rising slips of a run, its traction coefficients and their standard errors, each of shape (n,).
+_Curve = tuple[FloatArray, FloatArray, FloatArray]
+
+
+def _differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatArray:
+    """Median relative difference of each two curves over the slips that both have.
 
     Twice the standard error of each difference is subtracted where it is known.
+
+    Args:
+        curves: The curves, n of them.
+        smallest_slip: Smaller slips are not compared.
+
+    Returns:
+        Shape (n, n), symmetric; 0 where two curves have no slips in common.
     """
-    first_slip, first_mu, first_se = _curve(first)
-    slip, mu, se = _curve(later)
-    smallest = max(first_slip.min(), settings.gates.sign_slip_min)
-    shared = (slip >= smallest) & (slip <= first_slip.max())
-    if not shared.any():
-        return 0.0
-    mu = mu[shared]
-    expected_mu = np.interp(slip[shared], first_slip, first_mu)
-    expected_se = np.interp(slip[shared], first_slip, first_se)
-    error = np.nan_to_num(2 * np.hypot(se[shared], expected_se))
-    excess = np.maximum(np.abs(mu - expected_mu) - error, 0.0)
-    mean_size = (np.abs(mu) + np.abs(expected_mu)) / 2
-    return float(np.median(excess / mean_size))
+    apart = np.zeros((len(curves), len(curves)))
+    lengths = np.array([len(slip) for slip, _, _ in curves])
+    all_slip, all_mu, all_se = (np.concatenate(columns) for columns in zip(*curves, strict=True))
+    for index, (slip, mu, se) in enumerate(curves[:-1]):
+        # the curves behind it, one after the other
+        later = slice(lengths[: index + 1].sum(), None)
+        later_slip = all_slip[later]
+        shared = (later_slip >= max(slip.min(), smallest_slip)) & (later_slip <= slip.max())
+        later_slip = later_slip[shared]
+        later_mu = all_mu[later][shared]
+        expected_mu = np.interp(later_slip, slip, mu)
+        expected_se = np.interp(later_slip, slip, se)
+        error = np.nan_to_num(2 * np.hypot(all_se[later][shared], expected_se))
+        excess = np.maximum(np.abs(later_mu - expected_mu) - error, 0.0)
+        mean_size = (np.abs(later_mu) + np.abs(expected_mu)) / 2
+        curve_of_point = np.repeat(np.arange(index + 1, len(curves)), lengths[index + 1 :])[shared]
+        compared, starts = np.unique(curve_of_point, return_index=True)
+        stretches = Stretches(starts, np.append(starts[1:], len(curve_of_point)))
+        medians = stretches.medians(excess / mean_size) if len(compared) else 0.0
+        apart[index, compared] = apart[compared, index] = medians
+    return apart
 
 
-def _curve(points: pd.DataFrame) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _curve(points: pd.DataFrame) -> _Curve:
     """Rising slips of a run, its traction coefficients and their standard errors, shape (n,)."""
     ordered = points.sort_values("slide_roll_ratio", kind="stable")
     return (
@@ -540,6 +595,29 @@ def _explanation(samples: Columns, run: Mapping[str, Any], rig: RigKind) -> Refu
     return Refusal(best.rule, reason, "", run["run_id"])
 
 
+@dataclass(frozen=True)
+class _Corrected(Mapping[str, Columns]):
+    """Sentence of a hypothesis -> samples without its mistake, made when they are asked for.
+
+    All at once would be as many logs in memory.
+    """
+
+    hypotheses: Mapping[str, Hypothesis]
+    samples: Columns
+
+    def __getitem__(self, sentence: str) -> Columns:
+        return self.hypotheses[sentence].undo(self.samples)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.hypotheses)
+
+    def __len__(self) -> int:
+        return len(self.hypotheses)
+
+    def __contains__(self, sentence: object) -> bool:
+        return sentence in self.hypotheses
+
+
 def _passing(
     hypotheses: Iterable[Hypothesis], samples: Columns, run: Mapping[str, Any], rig: RigKind
 ) -> list[tuple[int, Hypothesis]]:
@@ -556,8 +634,7 @@ def _passing(
     if not by_sentence:
         return []
     runs = pd.DataFrame([{**run, "run_id": sentence, "rule": ""} for sentence in by_sentence])
-    corrected = {sentence: hypothesis.undo(samples) for sentence, hypothesis in by_sentence.items()}
-    judged = _judge(_measure_runs(corrected, runs, rig)).runs
+    judged = _judge(_measure_runs(_Corrected(by_sentence, samples), runs, rig)).runs
     passing: list[tuple[int, Hypothesis]] = []
     for row in tables.rows(judged[judged["accepted_points"] > judged["plateaus"] / 2]):
         hypothesis = by_sentence[row["run_id"]]

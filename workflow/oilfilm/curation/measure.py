@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.base.ties import exceeds, reaches
-from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
+from oilfilm.base.units import MAD_TO_SIGMA, FloatArray, IndexArray
 from oilfilm.curation import statistics
 from oilfilm.curation.rig_kind import Division, RigKind, Run, Signals, unknown
-from oilfilm.curation.statistics import median
+from oilfilm.curation.statistics import Stretches, median
 from oilfilm.curation.zero import moved_zero, phase_too_short, sliding_phase, zero_reference
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import StepSettings
@@ -105,37 +105,34 @@ def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig: RigKin
         rig: The rig.
     """
     settings = rig.settings.curation
-    names = ("time_s", *rig.means)
-    logged = np.stack([signals.time_s, *(signals[name] for name in rig.means)])
-    stretches, inside = statistics.cut(logged, starts, stops)
-    values = dict(zip(names, stretches, strict=True))
-    spikes = statistics.spikes(values[rig.sensor.column], inside, settings.spikes.threshold)
-    inside &= ~spikes
-    means = dict(zip(names, statistics.means(stretches, inside), strict=True))
-    first_half = statistics.first_part(inside, 1 / 2)
-    beginning = statistics.first_part(inside, settings.plateaus.transient_share)
-    rows_per_reading = statistics.rows_per_reading(signals[rig.sensor.column])
+    stretches = Stretches(starts, stops)
+    sensor = signals[rig.sensor.column]
+    spikes = stretches.spikes(stretches.cut(sensor), settings.spikes.threshold)
+    inside = ~spikes
+    first_half = stretches.first_part(inside, 1 / 2)
+    beginning = stretches.first_part(inside, settings.plateaus.transient_share)
+    rows_per_reading = statistics.rows_per_reading(sensor)
     averages: Columns = {
         "first_row": signals.row[starts],
         "last_row": signals.row[stops - 1],
-        "n_samples": inside.sum(axis=1) // rows_per_reading,
-        "n_spikes": spikes.sum(axis=1) // rows_per_reading,
+        "n_samples": stretches.counts(inside) // rows_per_reading,
+        "n_spikes": stretches.counts(spikes) // rows_per_reading,
         "duration_s": (stops - starts) * signals.interval_s,
-        **means,
+        "time_s": stretches.means(stretches.cut(signals.time_s), inside),
     }
-    for name in rig.errors:
-        averages[f"{name}_se"] = statistics.standard_errors(values[name], inside, means[name])
-    for name in rig.changes:
-        averages[f"{name}_change"] = -_excess_of_first(values[name], inside, first_half)
-    for name in rig.transients:
-        averages[f"{name}_transient"] = _excess_of_first(values[name], inside, beginning)
+    # one signal at a time: the memory of a long log must not grow with the number of signals
+    for name in rig.means:
+        values = stretches.cut(signals[name])
+        averages[name] = mean = stretches.means(values, inside)
+        if name in rig.errors:
+            averages[f"{name}_se"] = stretches.standard_errors(values, inside, mean)
+        if name in rig.changes:
+            others = stretches.means(values, inside & ~first_half)
+            averages[f"{name}_change"] = others - stretches.means(values, first_half)
+        if name in rig.transients:
+            others = stretches.means(values, inside & ~beginning)
+            averages[f"{name}_transient"] = stretches.means(values, beginning) - others
     return averages
-
-
-def _excess_of_first(values: FloatArray, inside: BoolArray, first: BoolArray) -> FloatArray:
-    """Mean of each plateau over its first samples, less the mean over the others."""
-    others = inside & ~first
-    return statistics.means(values, first) - statistics.means(values, others)
 
 
 def find_steps(

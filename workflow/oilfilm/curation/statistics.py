@@ -1,13 +1,17 @@
 """Means over plateaus with standard errors that allow for autocorrelated samples.
 
-Plateaus differ in length. Their samples are cut out of the signals into arrays of shape
-(..., plateaus, longest plateau). Masks of shape (plateaus, longest plateau) mark the samples that
-count.
+Plateaus differ in length. Their samples are cut out of a signal into one array, one plateau after
+the other. A mask of the same shape marks the samples that count. So the memory needed grows with
+the number of samples, whatever the lengths of the plateaus are.
 
 Decides: standard errors of autocorrelated samples.
 """
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
+import scipy
 
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 
@@ -17,6 +21,7 @@ from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 # readings.
 _READINGS_COMPARED = 10
 _FEWEST_DIFFERENT = 6
+_WINDOWS_AT_ONCE = 10_000
 # Share of readings at which a signal turns back: two of three for noise, one of two where it is
 # filtered, none for a ramp.
 _SMALLEST_SHARE_OF_TURNS = 1 / 4
@@ -33,130 +38,184 @@ _FEWEST_HOLDS = 10
 _LAGS_SUMMED_DIRECTLY = 8
 
 
-def cut(signals: FloatArray, starts: IndexArray, stops: IndexArray) -> tuple[FloatArray, BoolArray]:
-    """Stretches of signals from each start to before each stop, and the mask of their samples.
+@dataclass(frozen=True)
+class Stretches:
+    """Stretches of a log, each of one sample at least.
 
-    Args:
-        signals: One or several signals, shape (..., samples).
-        starts: First index of each stretch.
-        stops: The index after its last one; it must be larger.
-
-    Returns:
-        Stretches, shape (..., stretches, longest stretch), zero where a stretch is shorter; the
-        mask, shape (stretches, longest stretch).
+    Attributes:
+        starts: Index of the first sample of each stretch, shape (stretches,).
+        stops: Index after its last sample, shape (stretches,).
     """
-    lengths = stops - starts
-    longest = int(lengths.max(initial=0))
-    stretches = np.zeros((*signals.shape[:-1], len(starts), longest))
-    # slice by slice, which is faster than one array of indices
-    for stretch, (start, stop) in enumerate(zip(starts.tolist(), stops.tolist(), strict=True)):
-        stretches[..., stretch, : stop - start] = signals[..., start:stop]
-    return stretches, np.arange(longest) < lengths[:, np.newaxis]
+
+    starts: IndexArray
+    stops: IndexArray
+
+    @cached_property
+    def lengths(self) -> IndexArray:
+        """Number of samples of each stretch, shape (stretches,)."""
+        return self.stops - self.starts
+
+    @cached_property
+    def first(self) -> IndexArray:
+        """Index of the first sample of each stretch in what `cut` gives, shape (stretches,)."""
+        return np.cumsum(self.lengths) - self.lengths
+
+    def cut(self, signal: FloatArray) -> FloatArray:
+        """The samples of all stretches, one stretch after the other, shape (samples,)."""
+        if len(self.starts) == 0:
+            return np.empty(0)
+        # slice by slice, which is faster than one array of indices
+        limits = zip(self.starts.tolist(), self.stops.tolist(), strict=True)
+        return np.concatenate([signal[start:stop] for start, stop in limits])
+
+    def everything(self) -> BoolArray:
+        """The mask in which each sample of each stretch counts, shape (samples,)."""
+        return np.ones(self.lengths.sum(), dtype=bool)
+
+    def sums(self, values: FloatArray) -> FloatArray:
+        """Sum of each stretch of values that `cut` gives, shape (stretches,)."""
+        # not BLAS: the last digit must not depend on the processor or its threads
+        return np.add.reduceat(values, self.first) if len(self.first) else np.empty(0)
+
+    def counts(self, inside: BoolArray) -> IndexArray:
+        """Number of samples of each stretch that count, shape (stretches,)."""
+        if len(self.first) == 0:
+            return np.empty(0, dtype=np.int64)
+        return np.add.reduceat(inside, self.first, dtype=np.int64)
+
+    def for_samples(self, values: FloatArray | IndexArray) -> FloatArray:
+        """The value of its stretch for each sample, shape (samples,)."""
+        return np.repeat(values, self.lengths)
+
+    def first_part(self, inside: BoolArray, share: float) -> BoolArray:
+        """The mask of the first `share` of the samples of each stretch that count."""
+        number_in_log = np.cumsum(inside)
+        counts = self.counts(inside)
+        before = np.cumsum(counts) - counts
+        return inside & (number_in_log <= self.for_samples(before + counts * share))
+
+    def means(self, values: FloatArray, inside: BoolArray) -> FloatArray:
+        """Mean of each stretch, shape (stretches,); NaN where none of its samples counts.
+
+        Args:
+            values: Samples as `cut` gives them.
+            inside: The mask of the samples that count.
+        """
+        total = self.sums(np.where(inside, values, 0.0))
+        counts = self.counts(inside)
+        return np.divide(total, counts, out=np.full(total.shape, np.nan), where=counts > 0)
+
+    def standard_errors(
+        self, values: FloatArray, inside: BoolArray, mean: FloatArray
+    ) -> FloatArray:
+        """Standard error of each mean, autocorrelation included; NaN with fewer than two samples.
+
+            se^2 = s^2 / n (1 + 2 sum_k rho_k)
+
+        with rho_k the autocorrelation at lag k, summed up to its first value that is not positive.
+
+        Args:
+            values: As for `means`.
+            inside: As for `means`.
+            mean: Result of `means`.
+
+        Reference: C. J. Geyer, Practical Markov chain Monte Carlo, Statistical Science 7 (1992)
+        473, section 3.3 (the initial positive sequence, here over single lags).
+        """
+        counts = self.counts(inside)
+        residual = values - self.for_samples(mean)
+        residual[~inside] = 0.0
+        squares = self.sums(residual**2)
+        lagged = _sum_of_lags(residual, self.lengths)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            variance = (squares + 2 * lagged) / (counts - 1)
+            return np.where(counts > 1, np.sqrt(variance / counts), np.nan)
+
+    def spikes(self, values: FloatArray, threshold: float) -> BoolArray:
+        """Mask of samples whose distance from the median is above `threshold` standard deviations.
+
+        The standard deviation is estimated from the median absolute deviation of the stretch. Where
+        that is zero, the signal hardly changes and nothing is marked.
+        """
+        deviation = np.abs(values - self.for_samples(self.medians(values)))
+        spread = MAD_TO_SIGMA * self.medians(deviation)
+        limit = np.where(spread > 0, threshold * spread, np.inf)
+        return deviation > self.for_samples(limit)
+
+    def medians(self, values: FloatArray) -> FloatArray:
+        """Median of each stretch, shape (stretches,); NaN where it has a NaN."""
+        ranked = values.copy()
+        for start, length in zip(self.first.tolist(), self.lengths.tolist(), strict=True):
+            ranked[start : start + length].sort()
+        last = self.lengths - 1
+        lower = ranked[self.first + last // 2]
+        upper = ranked[self.first + (last + 1) // 2]
+        # a NaN is the last in order
+        return np.where(np.isnan(ranked[self.first + last]), np.nan, (lower + upper) / 2)
 
 
-def first_part(inside: BoolArray, share: float) -> BoolArray:
-    """The mask of the first `share` of the samples of each stretch."""
-    number_of_sample = np.cumsum(inside, axis=-1)
-    counts = number_of_sample[:, -1:]
-    return inside & (number_of_sample <= counts * share)
+def mean_with_error(values: FloatArray) -> tuple[float, float]:
+    """Mean of samples, shape (n,), and its standard error, autocorrelation included."""
+    stretch = Stretches(np.array([0]), np.array([len(values)]))
+    inside = stretch.everything()
+    mean = stretch.means(values, inside)
+    return float(mean[0]), float(stretch.standard_errors(values, inside, mean)[0])
 
 
-def means(values: FloatArray, inside: BoolArray) -> FloatArray:
-    """Mean of each stretch, shape (..., stretches); NaN where none of its samples counts.
-
-    Args:
-        values: Stretches of signals as `cut` gives them.
-        inside: The mask of the samples that count.
-    """
-    # not BLAS: the last digit must not depend on the processor or its threads
-    total = np.einsum("...ij,ij->...i", values, inside.astype(float))
-    counts = inside.sum(axis=-1)
-    return np.divide(total, counts, out=np.full(total.shape, np.nan), where=counts > 0)
-
-
-def standard_errors(
-    values: FloatArray, inside: BoolArray, mean: FloatArray | None = None
-) -> FloatArray:
-    """Standard error of each mean, autocorrelation included; NaN with fewer than two samples.
-
-        se^2 = s^2 / n (1 + 2 sum_k rho_k)
-
-    with rho_k the autocorrelation at lag k, summed up to its first value that is not positive.
-
-    Args:
-        values: As for `means`.
-        inside: As for `means`.
-        mean: Result of `means`, where it has been computed already.
-
-    Reference: C. J. Geyer, Practical Markov chain Monte Carlo, Statistical Science 7 (1992) 473,
-    section 3.3 (the initial positive sequence, here over single lags).
-    """
-    counts = inside.sum(axis=-1)
-    if mean is None:
-        mean = means(values, inside)
-    residual = np.where(inside, values - mean[..., np.newaxis], 0.0)
-    squares = np.einsum("...ij,...ij->...i", residual, residual)
-    lagged = _sum_of_lags(residual.reshape(mean.size, inside.shape[1])).reshape(mean.shape)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        variance = (squares + 2 * lagged) / (counts - 1)
-        return np.where(counts > 1, np.sqrt(variance / counts), np.nan)
-
-
-def _sum_of_lags(residual: FloatArray) -> FloatArray:
-    """Sum of the autocovariances of each row over all lags up to the first that is not positive.
+def _sum_of_lags(residual: FloatArray, lengths: IndexArray) -> FloatArray:
+    """Sum of the autocovariances of each stretch over the lags up to the first not positive.
 
     Most sums end within a few lags and are computed directly. The others are computed by a Fourier
-    transform.
+    transform, one stretch at a time.
+
+    Args:
+        residual: Samples less the mean of their stretch, one stretch after the other.
+        lengths: Number of samples of each stretch.
     """
-    total = np.zeros(len(residual))
-    rows = np.arange(len(residual))
-    for lag in range(1, min(_LAGS_SUMMED_DIRECTLY + 1, residual.shape[1])):
-        covariance = np.einsum("ij,ij->i", residual[:, lag:], residual[:, :-lag])
+    total = np.zeros(len(lengths))
+    # the stretches whose sum has not ended
+    pending = np.arange(len(lengths))
+    for lag in range(1, _LAGS_SUMMED_DIRECTLY + 1):
+        longer = lengths > lag
+        residual = residual[np.repeat(longer, lengths)]
+        pending = pending[longer]
+        lengths = lengths[longer]
+        if len(pending) == 0:
+            return total
+        covariance = _covariance(residual, lengths, lag)
         positive = covariance > 0
-        rows = rows[positive]
-        residual = residual[positive]
-        if len(rows) == 0:
-            break
-        total[rows] += covariance[positive]
-    if len(rows) == 0:
-        return total
-    length = residual.shape[1]
-    spectrum = np.fft.rfft(residual, 2 * length, axis=1)
-    covariance = np.fft.irfft(np.abs(spectrum) ** 2, 2 * length, axis=1)[:, 1:length]
-    total[rows] = (covariance * np.cumprod(covariance > 0, axis=1)).sum(axis=1)
+        residual = residual[np.repeat(positive, lengths)]
+        pending = pending[positive]
+        lengths = lengths[positive]
+        total[pending] += covariance[positive]
+    stops = np.cumsum(lengths)
+    for stretch, start, stop in zip(pending, stops - lengths, stops, strict=True):
+        total[stretch] = _sum_of_positive_lags(residual[start:stop])
     return total
 
 
-def spikes(values: FloatArray, inside: BoolArray, threshold: float) -> BoolArray:
-    """Mask of samples whose distance from the median is above `threshold` standard deviations.
-
-    The standard deviation is estimated from the median absolute deviation of the stretch. Where
-    that is zero, the signal hardly changes and nothing is marked. Shapes as for `means`, of one
-    signal.
-    """
-    counts = inside.sum(axis=-1)
-    deviation = np.abs(values - _medians(np.where(inside, values, np.nan), counts))
-    spread = MAD_TO_SIGMA * _medians(np.where(inside, deviation, np.nan), counts)
-    return inside & (deviation > threshold * spread) & (spread > 0)
+def _covariance(residual: FloatArray, lengths: IndexArray, lag: int) -> FloatArray:
+    """Sum of the products of samples a lag apart, within each stretch longer than the lag."""
+    products = np.zeros(len(residual))
+    np.multiply(residual[:-lag], residual[lag:], out=products[:-lag])
+    stops = np.cumsum(lengths)
+    # the last samples of a stretch have their partner in the next one
+    for back in range(1, lag + 1):
+        products[stops - back] = 0.0
+    return np.add.reduceat(products, stops - lengths)
 
 
-def _medians(padded: FloatArray, counts: IndexArray) -> FloatArray:
-    """Median of each row's numbers, shape (rows, 1).
-
-    NumPy's nanmedian takes many times as long on many short rows.
-
-    Args:
-        padded: Numbers, shape (rows, n); NaN where a row has fewer.
-        counts: How many numbers each row has.
-    """
-    if padded.size == 0:
-        return np.full((len(padded), 1), np.nan)
-    ranked = np.sort(padded, axis=1)
-    rows = np.arange(len(padded))
-    last = np.maximum(counts - 1, 0)
-    lower = ranked[rows, last // 2]
-    upper = ranked[rows, (last + 1) // 2]
-    return ((lower + upper) / 2)[:, np.newaxis]
+def _sum_of_positive_lags(residual: FloatArray) -> float:
+    """Sum of the autocovariances of one stretch up to the first that is not positive."""
+    length = len(residual)
+    padded = scipy.fft.next_fast_len(2 * length, real=True)
+    spectrum = scipy.fft.rfft(residual, padded)
+    power = spectrum.real**2 + spectrum.imag**2
+    del spectrum
+    covariance = scipy.fft.irfft(power, padded)[1:length]
+    ended = covariance <= 0
+    last = int(np.argmax(ended)) if ended.any() else len(covariance)
+    return float(covariance[:last].sum())
 
 
 def longest_hold(values: FloatArray) -> tuple[int, int]:
@@ -211,9 +270,13 @@ def is_noise(readings: FloatArray) -> bool:
     if len(readings) < _READINGS_COMPARED:
         return False
     windows = np.lib.stride_tricks.sliding_window_view(readings, _READINGS_COMPARED)
-    ranked = np.sort(windows, axis=1)
-    differs = np.diff(ranked, axis=1) > _CONVERSION_ROUNDING * np.abs(readings).max()
-    different_values = differs.sum(axis=1) + 1
+    rounding = _CONVERSION_ROUNDING * np.abs(readings).max()
+    different_values = np.empty(len(windows), dtype=np.int8)
+    # in blocks: ten sorted readings for each one of a long log are too large
+    for start in range(0, len(windows), _WINDOWS_AT_ONCE):
+        block = slice(start, start + _WINDOWS_AT_ONCE)
+        ranked = np.sort(windows[block], axis=1)
+        different_values[block] = (np.diff(ranked, axis=1) > rounding).sum(axis=1) + 1
     change = np.diff(readings)
     share_of_turns = np.mean(change[1:] * change[:-1] < 0)
     return bool(

@@ -14,9 +14,9 @@ import numpy as np
 
 from oilfilm.base.ties import reaches
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.curation import statistics
 from oilfilm.curation.gate import fault
 from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
+from oilfilm.curation.statistics import Stretches, mean_with_error
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import CurationSettings, SignalGateSettings
 
@@ -105,15 +105,18 @@ def zero_reference(
         phases: Name of a phase -> its samples. Empty where the rig has removed the zero itself.
         spike: Threshold of the spike test, in robust standard deviations.
     """
-    stretches, inside = statistics.cut(
-        np.stack([signals.time_s, signals[sensor]]),
+    stretches = Stretches(
         starts=np.array([phase.start for phase in phases.values()], dtype=np.int64),
         stops=np.array([phase.stop for phase in phases.values()], dtype=np.int64),
     )
-    _, outputs = stretches
-    inside &= ~statistics.spikes(outputs, inside, spike)
-    time_s, output = statistics.means(stretches, inside)
-    return ZeroReference(time_s, output, statistics.standard_errors(outputs, inside, output))
+    outputs = stretches.cut(signals[sensor])
+    inside = ~stretches.spikes(outputs, spike)
+    output = stretches.means(outputs, inside)
+    return ZeroReference(
+        time_s=stretches.means(stretches.cut(signals.time_s), inside),
+        output=output,
+        output_se=stretches.standard_errors(outputs, inside, output),
+    )
 
 
 def moved_zero(
@@ -242,11 +245,7 @@ def part_of_curve(
     mu = plateaus["traction_coefficient"]
     largest = float(np.nanmax(np.abs(mu), initial=0.0))
     for name, phase in parts.phases.items():
-        phase_slips = parts.at_rest["slide_roll_ratio"][np.newaxis, phase]
-        inside = np.ones(phase_slips.shape, dtype=bool)
-        means = statistics.means(phase_slips, inside)
-        slip = float(means[0])
-        error = float(statistics.standard_errors(phase_slips, inside, means)[0])
+        slip, error = mean_with_error(parts.at_rest["slide_roll_ratio"][phase])
         if abs(slip) <= significant_errors * error:
             continue
         slope = initial_slope(slips, mu, slip)

@@ -1,0 +1,116 @@
+"""Runs that repeat each other: copies, honest repeats and contradictions, however many they are."""
+
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import bad_logs
+from oilfilm.curation.curate import Curated, check_logs, collect
+from oilfilm.settings.resolved import Settings
+
+SLIPS = (0.0, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.10, 0.12, 0.14, 0.17, 0.20, 0.0)
+MEASURED = {
+    "slide_roll_ratio": "slide_roll_ratio_se",
+    "traction_coefficient": "traction_coefficient_se",
+}
+
+
+@pytest.fixture(scope="module")
+def one_run() -> Curated:
+    return check_logs([("run.csv", bad_logs.csv(bad_logs.good(SLIPS)))], bad_logs.CONFIG)
+
+
+def with_repeats(settings: Settings, repeated_conditions: str) -> Settings:
+    return settings.with_changes({"campaign": {"repeated_conditions": repeated_conditions}})
+
+
+def repeats(one_run: Curated, count: int, seed: int) -> Curated:
+    """The condition measured so many times, each time with errors of the stated size."""
+    random = np.random.default_rng(seed)
+    names = [f"run-{index:04d}.csv" for index in range(count)]
+    runs = one_run.runs.loc[[0] * count].reset_index(drop=True)
+    runs = runs.assign(run_id=names, file=names, content_sha256=names)
+    points = one_run.points
+    rows = np.tile(np.arange(len(points)), count)
+    points = points.iloc[rows].reset_index(drop=True)
+    points = points.assign(run_id=np.repeat(names, len(one_run.points)))
+    for name, error in MEASURED.items():
+        points[name] += points[error].fillna(0) * random.standard_normal(len(points))
+    for name in ("load_n", "entrainment_speed_m_s", "inlet_temperature_c"):
+        points[name] *= 1 + 1e-4 * random.uniform(-1, 1, len(points))
+    return Curated(points, runs, one_run.quarantine)
+
+
+def refused_as(curated: Curated, rule: str) -> list[str]:
+    return curated.runs.loc[curated.runs["rule"] == rule, "run_id"].tolist()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_honest_repeat_is_a_copy(one_run: Curated, seed: int) -> None:
+    settings = with_repeats(bad_logs.CONFIG, "accept")
+    curated = collect(repeats(one_run, 400, seed), settings)
+    assert refused_as(curated, "duplicate_log") == []
+
+
+def test_copy_with_another_zero_and_fewer_digits_is_found_among_many_repeats(
+    one_run: Curated,
+) -> None:
+    measured = repeats(one_run, 100, seed=3)
+    points = measured.points
+    of_copy = points["run_id"] == "run-0070.csv"
+    copied = points.loc[points["run_id"] == "run-0020.csv", list(MEASURED)].to_numpy()
+    points.loc[of_copy, list(MEASURED)] = copied
+    mu = points.loc[of_copy, "traction_coefficient"]
+    points.loc[of_copy, "traction_coefficient"] = (mu + 1e-4).round(5)
+    curated = collect(measured, with_repeats(bad_logs.CONFIG, "accept"))
+    assert refused_as(curated, "duplicate_log") == ["run-0070.csv"]
+
+
+@pytest.mark.parametrize("repeated_conditions", ["accept", "refuse"])
+def test_a_thousand_repeats_take_seconds(one_run: Curated, repeated_conditions: str) -> None:
+    measured = repeats(one_run, 1000, seed=4)
+    settings = with_repeats(bad_logs.CONFIG, repeated_conditions)
+    before = time.process_time()
+    curated = collect(measured, settings)
+    # 14 minutes where each pair is compared alone
+    assert time.process_time() - before < 60
+    accepted = curated.runs["verdict"] == "accepted"
+    assert accepted.sum() == (1000 if repeated_conditions == "accept" else 1)
+
+
+def test_repeats_are_compared_as_one_pair_after_the_other(one_run: Curated) -> None:
+    """The stated difference of each refused run is that of the two curves alone."""
+    measured = repeats(one_run, 6, seed=5)
+    points = measured.points
+    points.loc[points["run_id"] == "run-0004.csv", "traction_coefficient"] *= 1.2
+    curated = collect(measured, with_repeats(bad_logs.CONFIG, "refuse"))
+    assert refused_as(curated, "conflicting_condition") == ["run-0004.csv"]
+    assert refused_as(curated, "duplicate_condition") == [
+        *("run-0001.csv", "run-0002.csv", "run-0003.csv", "run-0005.csv")
+    ]
+    curves = {
+        run_id: points_of_run[points_of_run["accepted"]].sort_values("slide_roll_ratio")
+        for run_id, points_of_run in points.groupby("run_id")
+    }
+    apart = difference(curves["run-0000.csv"], curves["run-0004.csv"])
+    reason = curated.runs.set_index("run_id").loc["run-0004.csv", "reason"]
+    assert f"differs by {apart:.1%}" in reason
+
+
+def difference(first: pd.DataFrame, later: pd.DataFrame) -> float:
+    """Median relative difference of two curves beyond two standard errors, point by point."""
+    differences = []
+    for _, point in later.iterrows():
+        slip = point["slide_roll_ratio"]
+        slips = first["slide_roll_ratio"]
+        smallest = max(slips.min(), bad_logs.CONFIG.gates.sign_slip_min)
+        if not smallest <= slip <= slips.max():
+            continue
+        mu = np.interp(slip, slips, first["traction_coefficient"])
+        error = np.interp(slip, slips, first["traction_coefficient_se"])
+        errors = 2 * np.hypot(error, point["traction_coefficient_se"])
+        excess = max(abs(point["traction_coefficient"] - mu) - errors, 0)
+        differences.append(2 * excess / (abs(point["traction_coefficient"]) + abs(mu)))
+    return float(np.median(differences))
