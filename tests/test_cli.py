@@ -110,7 +110,7 @@ def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
         "mainshaft-167", 1e4, [[6000], [12000]], 70, "4102", results, CONFIG[1]
     )
     assert answer.to_frame()["torque_n_m"].iloc[1] == pytest.approx(torque, rel=5e-3)
-    assert set(answer.shares()["cause"]) == set(UNCERTAIN) == set(CAUSES)
+    assert set(answer.shares()["variance_cause"]) == set(UNCERTAIN) == set(CAUSES)
     assert len(answer.plot().lines) == 1
 
 
@@ -136,17 +136,31 @@ def plan(results: Path, *options: str) -> int:
 
 
 def test_plan_names_conditions_in_order(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert plan(results, "--count", "3") == 0
+    assert plan(results, "--for", "cage-slip", "--count", "3") == 0
     text = capsys.readouterr().out
     # of torque.matrix
-    now = re.search(r"mainshaft-167: .* friction torque .* 24 operating points: (\S+) %", text)
-    exact = re.search(r"With exact sensors it would be (\S+) %", text)
-    tests = re.findall(r"(?m)^ *([123]) .* (\S+) %$", text)
+    now = re.search(r"mainshaft-167: .* cage slip .* 24 operating points: ([0-9.]+[0-9]);", text)
+    exact = re.search(r"With exact sensors it would be ([0-9.]+[0-9])", text)
+    tests = re.findall(r"(?m)^ *([123]) .* ([0-9.]+)$", text)
     assert now and exact
     assert [order for order, _ in tests] == ["1", "2", "3"]
     promised = [float(now[1]), *(float(after) for _, after in tests)]
     assert promised == sorted(promised, reverse=True)
     assert float(exact[1]) < float(now[1])
+
+
+def test_no_traction_is_planned_for_a_torque_that_hangs_on_something_else(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    # the uncertainty is that of the whole torque, of which the law's part is 1 %
+    assert plan(results, "--for", "torque") == 0
+    text = capsys.readouterr().out
+    now = re.search(r"friction torque from everything .* uncertain: (\S+) %", text)
+    assert now
+    assert float(now[1]) > 10
+    assert "drag: oil among the balls. Measure the cage's speed instead." in text
+    assert "No test of traction is planned for the torque." in text
+    assert "max_hertz_pressure_gpa" not in text
 
 
 def test_plan_for_other_bearing_and_duty(results: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 import pandas as pd
 import yaml
 
+from deng2026_study.advice import NO_CHOICE
 from deng2026_study.extrapolation import relative_rms
 from oilfilm.torque.torque_control import without_bistable
 
@@ -45,7 +46,12 @@ def of_advice(campaign: str) -> dict[str, Any]:
     band = table(campaign, "advice_band")
     band["share"] = band["agreeing_points"] / band["operating_points"]
     judged = table(campaign, "slip_advice")["judgement"].value_counts()
-    found = dict.fromkeys(("heats more", "slips more", "rule has none"), 0) | dict(judged)
+    others = ("heats more", "slips more", "rule has none")
+    found = dict.fromkeys(others, 0) | dict(judged)
+    by_truth = table(campaign, "slip_advice")["true_judgement"].value_counts()
+    by_truth = by_truth.drop(list(NO_CHOICE), errors="ignore")
+    found |= {f"true_{other}": by_truth.get(other, 0) for other in others}
+    found["true_rules"] = (by_truth.get("agree", 0), by_truth.sum())
     for choice, rows in band.groupby("choice"):
         as_set = rows.loc[rows["rule_order"] == "as set", "share"]
         counts = rows.iloc[0][["agreeing_points", "operating_points"]]

@@ -18,7 +18,8 @@ from oilfilm.torque.operating_grid import Film, Grid
 from oilfilm.torque.run_order import ordered_by
 from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs, run_plan_table
 from oilfilm.traction.law import CONDITIONS
-from planned_tests import CONTACT, OIL, SETTINGS
+from planned_tests import CONTACT, OIL
+from planned_tests import SETTINGS as AS_STATED
 from surface_campaigns import (
     PRESSURES,
     SPEEDS,
@@ -32,6 +33,8 @@ from surface_campaigns import (
 )
 
 # A campaign without a matrix, so that nothing is planned but what its runs lack.
+# A rig whose full scales are known, so that they bound the runs.
+SETTINGS = AS_STATED.with_changes({"rigs": {"ball-on-disc-20mm": {"full_scale": {"assumed": []}}}})
 PLAIN = without(SETTINGS, "matrix")
 NO_DATA = MeasuredRuns.none()
 CUBE = grid(PRESSURES, (25.0, 32.0, 40.0), (25.0, 72.0, 120.0))

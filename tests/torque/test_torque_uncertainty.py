@@ -240,7 +240,7 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     bearing = replace(BEARING, uncertain={**BEARING.uncertain, "feed_flow_m3_s": flow})
     errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), run_sd=0.05)
     cases = Cases(bearing, [(errs, "stress", pd.DataFrame([ROLLING_POINT]))])
-    shares = cases.assessed(1)[2].shares(np.arange(1)).set_index("cause")["torque_share"]
+    shares = cases.assessed(1)[2].shares(np.arange(1)).set_index("variance_cause")["torque_share"]
 
     def torque_with(factor: float, flow_m3_s: float) -> float:
         changed = replace(

@@ -19,7 +19,7 @@ Decides: which oil the paper advises at an operating point, and how firm that is
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,6 +34,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import IntArray, best_of, by_oil, enough_film, operating_points
+from simulated_lab.true_bearing import true_map
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
 OUTSIDE = "outside the film formula"
@@ -82,6 +83,39 @@ def advice_in_band(
     counts = band.groupby([*keys, "choice"], sort=False)["agrees"]
     band = counts.agg(operating_points="size", agreeing_points="sum").reset_index()
     return {"slip_advice": nominal, "advice_band": joined([band], "advice_band")}
+
+
+def advice_by_truth(
+    advice: pd.DataFrame,
+    results: CampaignTables,
+    settings: Settings,
+    constants: Mapping[str, FloatArray],
+) -> dict[str, pd.DataFrame]:
+    """The advice with its judgement by the true traction, and the map of that traction.
+
+    Args:
+        advice: Table of advice by the fitted law.
+        results: Table of cage slip.
+        settings: The settings.
+        constants: The printed constants of each oil.
+
+    Returns:
+        The tables `slip_advice` and `true_cage_slip`; the latter is empty if mu was measured.
+    """
+    if settings.campaign.twin is None or advice.empty:
+        return {"slip_advice": advice, "true_cage_slip": tables.empty("true_cage_slip")}
+    truth = true_map(results.cage_slip, settings, constants)
+    judged = advise(truth, study_settings(settings).selection, settings.gates.lambda_limit)
+    keys = ["bearing", "inlet_temperature_c", "pitch_speed_mm_rpm", "axial_load_n"]
+    of_truth = judged[[*keys, "best_oil", "judgement"]].rename(
+        columns={"best_oil": "true_best_oil", "judgement": "true_judgement"}
+    )
+    of_law = advice.drop(columns=["true_best_oil", "true_judgement"])
+    with_truth = of_law.merge(of_truth, on=keys, how="left")
+    return {
+        "slip_advice": joined([with_truth], "slip_advice"),
+        "true_cage_slip": joined([truth], "true_cage_slip"),
+    }
 
 
 def _slip_at_band_temperatures(
@@ -193,6 +227,8 @@ def _choices(slip_map: SlipMap, settings: SelectionSettings, lambda_limit: float
         best_oil=names[best],
         good_oils=tables.lists(_names_of(good, oils), points.index),
         judgement=judgement,
+        true_best_oil="",
+        true_judgement="",
         **dict(zip(oils, good, strict=True)),
     )
 

@@ -129,6 +129,8 @@ def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
 
 # What the verdict on a claim is based on.
 BASES = {"refit": "this campaign", "printed": "printed constants"}
+# Cage slip from which on its relative error means something.
+_SLIPPING = 0.01
 # Where the oil that the paper advises is not the best one, by column `judgement` of `slip_advice`.
 OTHER_CHOICES = {
     "slips": "The advised oil exceeds the limit of cage slip, and another oil does not,",
@@ -370,10 +372,37 @@ def _choice(results: CampaignTables) -> Section:
         band=agreeing_share.groupby(scenarios["choice"], sort=False).agg(["min", "max"]),
         varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
+        truth=_choice_by_truth(advice, results.true_cage_slip),
         share=_STAYS_BEST_SHARE,
         drawn=drawn if drawn["draws_answered"].any() else None,
     )
     return Section("choice", "Choice of oil", sentences)
+
+
+def _choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, float] | None:
+    """The choice of oil and the map with the true traction; None where mu was measured.
+
+    Args:
+        advice: Table of advice.
+        truth: Table of cage slip with the true traction.
+    """
+    if truth.empty:
+        return None
+    judged = advice[~advice["true_judgement"].isin(NO_CHOICE)]
+    slips = truth[truth["cage_slip"] > _SLIPPING]
+    known_slips = slips["cage_slip_inside"].dropna()
+    known_torques = truth["torque_inside"].dropna()
+    return {
+        "total": len(judged),
+        "agreeing": int((judged["true_judgement"] == "agree").sum()),
+        "same_best": int((judged["true_best_oil"] == judged["best_oil"]).sum()),
+        "slips": len(known_slips),
+        "slips_inside": int(known_slips.sum()),
+        "torques": len(known_torques),
+        "torques_inside": int(known_torques.sum()),
+        "slip_error": float((slips["law_cage_slip"] / slips["cage_slip"] - 1).abs().median()),
+        "torque_error": float((truth["law_torque_n_m"] / truth["torque_n_m"] - 1).abs().median()),
+    }
 
 
 def _truth(errors: pd.DataFrame) -> Section:

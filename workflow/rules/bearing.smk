@@ -29,6 +29,7 @@ rule torque:
         torque_truth=rules.torque_twin.output.torque_truth if TORQUE_SIMULATED else [],
     output:
         **written("torque", "torque_inversion", "torque_control", "heat_balance"),
+        **written("bearing_answers", "variance_shares"),
         made=made("torque"),
     log:
         "<logs>/torque.log",
@@ -36,7 +37,7 @@ rule torque:
     params:
         code=lambda wildcards: code("torque.py", tables=rules.torque.output.keys()),
         config=part(
-            *("rigs", "oils", "bearings", "bearing", "gates", "seed", "torque_logs"),
+            *("rigs", "oils", "bearings", "bearing", "gates", "plan", "seed", "torque_logs"),
             campaign=("oils", "torque", "twin"),
         ),
     script:

@@ -1,7 +1,8 @@
-"""Compare measured torque with the fitted law; calculate what the oil's own heating changes."""
+"""Compare measured torque with the fitted law; answer at the points that the campaign names."""
 
 import oilfilm.run.job as run
 from oilfilm.base import studies
+from oilfilm.torque.answers import named_answers
 from oilfilm.torque.bearing_torque import oils_in_bearings, oils_of_results, torque_table
 from oilfilm.torque.heat_balance import heat_balance_table
 from oilfilm.torque.torque_control import torque_control
@@ -21,6 +22,7 @@ with run.job(snakemake) as job:
         {
             "torque": torque,
             "torque_inversion": inversion,
+            **named_answers(oils, settings),
             "torque_control": torque_control(job.tables, settings),
             "heat_balance": heat_balance_table(
                 oils_without_draws, job.tables.cage_slip, torque, settings

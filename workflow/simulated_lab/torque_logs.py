@@ -1,7 +1,6 @@
 """Simulated logs of the torque rig: the campaign's truth in a bearing, with the rig's troubles."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,17 +8,14 @@ import numpy as np
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
-from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
-from oilfilm.bearing.friction import FrictionProblem
-from oilfilm.bearing.inputs import Inputs
-from oilfilm.bearing.quasistatic import OperatingPoints
-from oilfilm.bearing.resistance import HEATS, Lubrication
+from oilfilm.bearing.resistance import HEATS
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import TorqueTwin
 from oilfilm.settings.resolved import Settings
 from simulated_lab.plan import PlannedRun, planned_torque_runs
 from simulated_lab.simulate import log_content
+from simulated_lab.true_bearing import true_problem
 from simulated_lab.truth import Truth, misfit, true_tractions
 
 # Finer than the grid of the model that the logs are compared with.
@@ -55,7 +51,6 @@ def _truth(
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
     bearing = settings.tested_bearing()
-    oil = settings.known_oil(plans[0].oil)
     torque_logs = present(settings.campaign.torque, "torque", "the campaign")
     speeds = present(torque_logs.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
     load_of_run, temperature_of_run = _controlled(plans, twin, settings.seed)
@@ -64,17 +59,8 @@ def _truth(
     load = np.repeat(load_of_run, len(speeds))
     temperature = np.repeat(temperature_of_run, len(speeds))
 
-    rule = gauss_rule(*_QUADRATURE)
-    points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
-    lubrication = Lubrication.of(
-        oil, temperature, settings.bearing.drag_coefficient, settings.bearing.oil_volume_fraction
-    )
-    law = traction.local_law(rule, bearing.radius_y_m[:, np.newaxis])
-    problem = FrictionProblem(bearing, points, lubrication, law, rule)
-    inputs = Inputs.of({**bearing.uncertain, **settings.bearing.uncertain()}, len(speed))
-    if traction.follows_ellipse:
-        inputs = replace(inputs, ellipse_factor=np.ones(len(speed)))
-    problem = problem.with_inputs(inputs)
+    points = (load, speed, temperature)
+    problem = true_problem(settings, plans[0].oil, traction, points, _QUADRATURE)
     equilibrium = friction_equilibrium(problem)
     if not equilibrium.solution.converged.all():
         raise OilfilmError(

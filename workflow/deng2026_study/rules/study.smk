@@ -36,8 +36,9 @@ if CAMPAIGN.torque is not None:
         input:
             **finished("cage_slip", *FITTED),
             published=reference_file("bearing_tests"),
+            printed=reference_file("printed_coefficients"),
         output:
-            **written("slip_advice", "advice_band", "published_tests"),
+            **written("slip_advice", "true_cage_slip", "advice_band", "published_tests"),
             made=made("slip-advice"),
         log:
             "<logs>/slip-advice.log",
@@ -48,7 +49,7 @@ if CAMPAIGN.torque is not None:
             ),
             config=part(
                 *("rigs", "oils", "bearings", "bearing", "gates", "studies"),
-                campaign=("torque",),
+                campaign=("oils", "torque", "twin"),
             ),
         script:
             "../scripts/slip_advice.py"

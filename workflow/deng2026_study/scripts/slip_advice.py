@@ -3,15 +3,18 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from deng2026_study.advice import advice_in_band
+from deng2026_study.advice import advice_by_truth, advice_in_band
 from deng2026_study.published_tests import published_tests_table
 from deng2026_study.reference import PublishedBearingTests
 from oilfilm.settings.messages import load
 from oilfilm.torque.bearing_torque import oils_in_bearings
+from simulated_lab.printed import printed_constants
 
 with run.job(snakemake) as job:
     published = load(Path(snakemake.input.published), PublishedBearingTests)
     oils = oils_in_bearings(job.tables.coefficients, job.tables.fit_quality, job.settings)
     frames = advice_in_band(oils, job.tables, job.settings)
+    constants = printed_constants(Path(snakemake.input.printed))
+    frames |= advice_by_truth(frames["slip_advice"], job.tables, job.settings, constants)
     frames["published_tests"] = published_tests_table(published, oils, job.settings)
     job.write(frames)

@@ -15,7 +15,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import (
@@ -24,6 +24,7 @@ from oilfilm.torque.answers import (
     answers,
     operating_points,
     range_words,
+    three_digits,
     what_to_measure,
 )
 from oilfilm.torque.bearing_torque import OilInBearing, oils_of_results
@@ -39,8 +40,6 @@ _QUANTITIES = {
 _SMALLEST_SHARE = 0.005
 # Sum of the shares of variance from which on causes act together, beyond the error of the shares.
 _SURELY_TOGETHER = 1.4
-# Numbers from which on three digits leave none behind the decimal point.
-_LARGE = 100
 # Answers of the table: name, column, unit, factor.
 _ANSWERS = (
     ("friction torque", "torque_n_m", "N m", 1.0),
@@ -168,8 +167,8 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         value, lower, upper = (factor * row[f"{column}{end}"] for end in ("", "_lower", "_upper"))
         interval = "no interval, because the law has too few refits or draws have no equilibrium"
         if np.isfinite(lower):
-            interval = f"95 % interval {_three_digits(lower)} to {_three_digits(upper)} {unit}"
-        yield f"  {name:<16}{_three_digits(value)} {unit}, {interval}"
+            interval = f"95 % interval {three_digits(lower)} to {three_digits(upper)} {unit}"
+        yield f"  {name:<16}{three_digits(value)} {unit}, {interval}"
     if row["bistable"] is True:
         yield "  the cage may roll or skid here; the numbers are those of the faster cage"
     best = row["best_oil"]
@@ -190,11 +189,6 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         yield f"  heat of traction beyond the tests of the law: {', '.join(beyond)}"
 
 
-def _three_digits(value: float) -> str:
-    """A number with three digits at least, and no exponent."""
-    return f"{value:.0f}" if abs(value) >= _LARGE else f"{value:.3g}"
-
-
 def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
     """Shares of variance with their ranges, and what to measure next."""
     largest = shares[["torque_share", "slip_share"]].max(axis=1)
@@ -203,7 +197,7 @@ def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
         return
     yield f"  {'share of variance':<42}{'torque':>8}{'slip':>8}  drawn from"
     for _, row in shown.iterrows():
-        meaning = CAUSES[row["cause"]].meaning
+        meaning = CAUSES[row["variance_cause"]].meaning
         torque, slip = row["torque_share"], row["slip_share"]
         yield f"  {meaning:<42}{torque:>8.0%}{slip:>8.0%}  {range_words(row)}"
     total = shares[["torque_share", "slip_share"]].sum()
@@ -282,7 +276,13 @@ def bearing_torque(
         about += f"; properties of {', '.join(stand_ins)} are those of similar oils"
     if file.assumed:
         about += f"; assumed in the bearing's file: {', '.join(file.assumed)}"
-    return BearingTorque(oil, answers(oils, solved, points, settings, oil), about)
+    wanted = [oil] if oil else [known.name for known in oils]
+
+    def is_wanted(terms: pd.DataFrame) -> BoolArray:
+        return np.asarray(terms["oil"].isin(wanted), dtype=bool)
+
+    answered = answers(oils, solved, points, settings, is_wanted)
+    return BearingTorque(oil, answered, about)
 
 
 def _in_unit(value: Any, name: str) -> FloatArray:

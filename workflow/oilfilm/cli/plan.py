@@ -16,6 +16,8 @@ from oilfilm.fits.measured_curves import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.answers import CAUSES, Budget, budgets
+from oilfilm.torque.bearing_torque import oils_of_results
 from oilfilm.torque.feasible_tests import counted
 from oilfilm.torque.next_tests import NextTests, Request, plan_oil, request_of
 from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs
@@ -52,8 +54,8 @@ _NAMES = {
 }
 ASSUMPTION = (
     "The plan allows for an error of the law's form (plan.form_error). Only the uncertainty from "
-    "the law is planned for; the other terms of the torque have their own "
-    "(bearing.term_uncertainty)."
+    "the law is planned for. `oilfilm bearing` shows all shares of the variance, with the ranges "
+    "that were drawn."
 )
 
 
@@ -114,12 +116,22 @@ def _texts_of_tests(
     """Plans of tests as texts, and the reasons for missing plans."""
     texts: list[str] = []
     reasons: list[str] = []
+    target = request.targets[0]
+    # with refits: the share of the law in the uncertainty of the bearing
+    in_bearings = {}
+    if request.bearing is not None and target in BEARING_TARGETS:
+        in_bearings = {oil.name: oil for oil in oils_of_results(results, settings)}
     fitted_oils = set(results.configured.coefficients["oil"])
     fitted = [oil for oil in settings.oils if oil in fitted_oils]
     for oil in _chosen_oils(options, fitted, f"{folder}: no fit of oil"):
         try:
+            budget = None
+            if request.bearing is not None and oil in in_bearings:
+                of_oil = in_bearings[oil]
+                budget = budgets(of_oil, request.bearing, request.duty, settings)[target]
             for tests in plan_oil(results, settings, oil, request):
-                texts.append("\n".join(_lines_of_tests(tests, request.count, settings)))
+                lines = _lines_of_tests(tests, request.count, settings, budget)
+                texts.append("\n".join(lines))
         except OilfilmError as reason:
             reasons.append(str(reason))
     if texts:
@@ -231,8 +243,43 @@ def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
         )
 
 
-def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator[str]:
-    """The tests that make a target more certain, in sentences and a table."""
+def _lines_of_budget(oil: str, target: str, budget: Budget) -> Iterator[str]:
+    """The whole uncertainty of a target in a bearing, and what to measure in place of traction."""
+    name, _, _ = _PRINTED[target]
+    yield (
+        f"{oil}: standard uncertainty of the {name} from everything that is known to be uncertain: "
+        f"{_printed(target, budget.uncertainty)}. Traction tests can reduce "
+        f"{budget.law_share:.0%} of its variance."
+    )
+    if budget.is_of_law:
+        return
+    cause = CAUSES[budget.cause]
+    yield (
+        f"The largest share is {budget.share:.0%}: {cause.meaning}. Measure {cause.measure} "
+        "instead."
+    )
+    if target == "torque":
+        yield (
+            "No test of traction is planned for the torque. For the cage slip and the best oil "
+            "plan with --for cage-slip."
+        )
+
+
+def _lines_of_tests(
+    plan: NextTests, count: int, settings: Settings, budget: Budget | None
+) -> Iterator[str]:
+    """The tests that make a target more certain, in sentences and a table.
+
+    Args:
+        plan: The tests.
+        count: Number of tests that were asked for.
+        settings: The settings.
+        budget: What makes the target uncertain in the bearing; None where that is not known.
+    """
+    if budget is not None and budget.cause:
+        yield from _lines_of_budget(plan.oil, plan.wanted.target, budget)
+        if plan.wanted.target == "torque" and not budget.is_of_law:
+            return
     target = plan.wanted.target
     name, _, _ = _PRINTED[target]
     measured = plan.information

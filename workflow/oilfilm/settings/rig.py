@@ -50,6 +50,10 @@ class FullScale(Group):
     traction_force_n: q.LoadN = key("Traction force.")
     surface_speed_m_s: q.SpeedMs = key("Surface speed.")
     temperature_c: float = key("Temperature.", unit="degC", gt=0, le=2000)
+    assumed: q.Unique[q.Name] = key(
+        "Those of these keys whose values are not known. They bound no test of `oilfilm plan`.",
+        default=[],
+    )
 
 
 class Calibration(Group):

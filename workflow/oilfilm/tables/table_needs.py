@@ -17,6 +17,8 @@ NEEDS: dict[tuple[str, ...], tuple[str, ...]] = {
         "torque_control",
         "torque_inversion",
         "cage_slip",
+        "bearing_answers",
+        "variance_shares",
         "heat_balance",
         "size_effect",
         "test_plan",

@@ -6,21 +6,29 @@ drawn. The ranges decide the shares, so that both are shown together.
 Decides: what to measure next, so that torque or cage slip of a bearing become more certain.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
-from oilfilm.base.units import MM_PER_M, FloatArray
+from oilfilm import tables
+from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.inputs import INPUTS
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import Cases, OilInBearing
+from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils, best_shares
 from oilfilm.torque.torque_uncertainty import FACTOR_TERMS
 
+DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
+# Most operating points of a campaign with shares of variance, which take as long as ten intervals.
+_MOST_SHARED_POINTS = 8
+# Causes that tests of traction make smaller.
+_BY_TRACTION_TESTS = ("law", "runs", "rig")
 _UM_PER_M = 1e6
+# Numbers from which on three digits leave none behind the decimal point.
+_LARGE = 100
 _L_MIN_PER_M3_S = 6e4
 
 
@@ -85,6 +93,27 @@ class Answers(NamedTuple):
     shares: pd.DataFrame
 
 
+def duty_points(settings: Settings, bearing: Bearing) -> FloatArray:
+    """Operating points that a campaign names: rows of load, speed and temperature.
+
+    They are those of the plan, else of the torque tests, else of the cage-slip map.
+    """
+    named = settings.plan.duty_points
+    if named:
+        return np.array([[getattr(point, name) for name in DUTY] for point in named])
+    torque = settings.campaign.torque
+    if torque is not None and torque.matrix is not None:
+        loads, speeds, temperatures = (getattr(torque.matrix, name) for name in DUTY)
+    else:
+        cage_slip = settings.bearing.cage_slip
+        loads = cage_slip.axial_load_n
+        pitch_mm = bearing.pitch_diameter_m * MM_PER_M
+        speeds = np.array(cage_slip.pitch_speed_mm_rpm) / pitch_mm
+        temperatures = [cage_slip.inlet_temperature_c]
+    mesh = np.meshgrid(loads, speeds, temperatures, indexing="ij")
+    return np.stack(mesh, axis=-1).reshape(-1, len(DUTY))
+
+
 def operating_points(
     bearing: Bearing, load_n: FloatArray, speed_rpm: FloatArray, temperature_c: FloatArray
 ) -> pd.DataFrame:
@@ -112,7 +141,7 @@ def answers(
     bearing: Bearing,
     points: pd.DataFrame,
     settings: Settings,
-    shares_of: str = "",
+    shares_at: Callable[[pd.DataFrame], BoolArray],
 ) -> Answers:
     """Torque, power loss, cage slip and best oil of each oil at each point, with their shares.
 
@@ -121,7 +150,7 @@ def answers(
         bearing: The bearing.
         points: Operating points of `operating_points`, each once.
         settings: `bearing`, `gates` and `seed`.
-        shares_of: The oil of which shares of variance are wanted; by default all.
+        shares_at: Which rows of `Answers.points` shall have shares of variance.
     """
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
     terms, draws, drawing = cases.assessed(settings.seed)
@@ -131,12 +160,99 @@ def answers(
     best = best_oils(terms, slip_limit, lambda_limit)
     names = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
     terms = terms.merge(best[[*names, "best_oil"]], on=names, how="left")
-    is_wanted = (terms["oil"] == shares_of) if shares_of else terms["converged"]
-    shares = drawing.shares(np.flatnonzero(is_wanted))
+    shares = drawing.shares(np.flatnonzero(shares_at(terms)))
     keys = terms[["oil", "bearing", *names]]
     shares = shares.join(keys, on="point")
     law_errors = pd.Series(drawing.law_errors, drawing.which)
     return Answers(terms, _with_ranges(shares, law_errors, oils, bearing))
+
+
+def named_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[str, pd.DataFrame]:
+    """The tables `bearing_answers` and `variance_shares` of a campaign.
+
+    Args:
+        oils: Oils with their laws.
+        settings: The settings; the campaign's bearing and the points that it names.
+    """
+    if not oils:
+        names = ("bearing_answers", "variance_shares")
+        return {name: tables.empty(name) for name in names}
+    bearing = settings.tested_bearing()
+    points = operating_points(bearing, *duty_points(settings, bearing).T).drop_duplicates()
+    has_shares = _chosen_points(len(points))
+    answered = answers(
+        oils,
+        bearing,
+        points,
+        settings,
+        # the points of one oil after those of the other
+        lambda terms: np.tile(has_shares, len(oils)),
+    )
+    return {
+        "bearing_answers": joined([answered.points], "bearing_answers"),
+        "variance_shares": joined([answered.shares], "variance_shares"),
+    }
+
+
+class Budget(NamedTuple):
+    """What makes torque or cage slip of an oil uncertain, over several operating points.
+
+    Attributes:
+        uncertainty: Root mean square of the standard uncertainty: relative for the torque,
+            absolute for the slip; NaN where it is not known.
+        cause: The cause with the largest median share; empty where it is not known.
+        share: Its share.
+        law_share: Share of the law, its rig and its runs.
+    """
+
+    uncertainty: float
+    cause: str
+    share: float
+    law_share: float
+
+    @property
+    def is_of_law(self) -> bool:
+        """Whether tests of traction reduce the largest share, or nothing larger is known."""
+        return self.cause in ("", *_BY_TRACTION_TESTS)
+
+
+def budgets(
+    oil: OilInBearing, bearing: Bearing, duty: FloatArray, settings: Settings
+) -> dict[str, Budget]:
+    """The budgets of `torque` and `cage_slip` of an oil.
+
+    Args:
+        oil: The oil with its refits.
+        bearing: The bearing.
+        duty: Operating points, rows of load, speed and temperature.
+        settings: `bearing`, `gates` and `seed`.
+    """
+    points = operating_points(bearing, *duty.T).drop_duplicates()
+    has_shares = _chosen_points(len(points))
+    answered = answers([oil], bearing, points, settings, lambda terms: has_shares)
+    terms = answered.points
+    uncertainties = {
+        "torque": terms["torque_n_m_uncertainty"] / terms["torque_n_m"],
+        "cage_slip": terms["cage_slip_uncertainty"],
+    }
+    of_causes = {"torque": "torque_share", "cage_slip": "slip_share"}
+    result = {}
+    for target, uncertainty in uncertainties.items():
+        rms = float(np.sqrt((uncertainty**2).mean()))
+        median = answered.shares.groupby("variance_cause")[of_causes[target]].median().dropna()
+        if median.empty:
+            result[target] = Budget(rms, "", np.nan, np.nan)
+            continue
+        cause = str(median.idxmax())
+        law_share = float(median[list(_BY_TRACTION_TESTS)].sum())
+        result[target] = Budget(rms, cause, float(median[cause]), law_share)
+    return result
+
+
+def _chosen_points(count: int) -> BoolArray:
+    """Which of some points have shares of variance: evenly spaced ones, shape (count,)."""
+    chosen = np.linspace(0, count - 1, min(count, _MOST_SHARED_POINTS)).round().astype(int)
+    return np.isin(np.arange(count), chosen)
 
 
 def _with_ranges(
@@ -158,25 +274,39 @@ def _with_ranges(
     low = {name: CAUSES[name].scale * uncertain[name].low for name in INPUTS}
     high = {name: CAUSES[name].scale * uncertain[name].high for name in INPUTS}
     relative = {term: getattr(settings.term_uncertainty, term) for term in FACTOR_TERMS}
-    standard = shares["cause"].map(relative).astype(float)
-    is_law = shares["cause"] == "law"
+    standard = shares["variance_cause"].map(relative).astype(float)
+    is_law = shares["variance_cause"] == "law"
     standard = standard.where(~is_law, shares["point"].map(law_errors))
     for oil in oils:
         of_oil = shares["oil"] == oil.name
         run_sd = np.nan_to_num(oil.laws["stress"].fitted.coefficients.run_sd)
         viscosity = settings.stand_in_uncertainty.viscosity * oil.oil.stand_in
-        standard = standard.mask(of_oil & (shares["cause"] == "runs"), run_sd)
-        standard = standard.mask(of_oil & (shares["cause"] == "viscosity"), viscosity)
+        standard = standard.mask(of_oil & (shares["variance_cause"] == "runs"), run_sd)
+        standard = standard.mask(of_oil & (shares["variance_cause"] == "viscosity"), viscosity)
     return shares.assign(
-        range_low=shares["cause"].map(low).astype(float),
-        range_high=shares["cause"].map(high).astype(float),
+        range_low=shares["variance_cause"].map(low).astype(float),
+        range_high=shares["variance_cause"].map(high).astype(float),
         standard_uncertainty=standard,
     )
 
 
+def three_digits(value: float) -> str:
+    """A number with three digits at least, and no exponent."""
+    return f"{value:.0f}" if abs(value) >= _LARGE else f"{value:.3g}"
+
+
+def with_interval(value: float, lower: float, upper: float) -> str:
+    """A number with its interval, as `5.91 (4.46 to 9.84)`."""
+    if not np.isfinite(value):
+        return "not known"
+    if not np.isfinite(lower):
+        return f"{three_digits(value)} (no interval)"
+    return f"{three_digits(value)} ({three_digits(lower)} to {three_digits(upper)})"
+
+
 def range_words(row: "pd.Series[float]") -> str:
     """The range of a row of `Answers.shares`, as `4 to 16 L/min` or `10 %`."""
-    cause = CAUSES[str(row["cause"])]
+    cause = CAUSES[str(row["variance_cause"])]
     if np.isfinite(row["range_low"]):
         return f"{row['range_low']:.3g} to {row['range_high']:.3g} {cause.unit}".rstrip()
     if np.isfinite(row["standard_uncertainty"]):
@@ -192,5 +322,5 @@ def what_to_measure(shares: pd.DataFrame, column: str, least: float = 0.1) -> li
         column: `torque_share` or `slip_share`; the median over the points counts.
         least: Smallest share that is named.
     """
-    median = shares.groupby("cause")[column].median().sort_values(ascending=False)
+    median = shares.groupby("variance_cause")[column].median().sort_values(ascending=False)
     return [(str(cause), CAUSES[str(cause)].measure) for cause in median.index[median >= least]]

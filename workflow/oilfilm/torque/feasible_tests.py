@@ -179,13 +179,18 @@ def judge_tests(
     full_scale = rig.full_scale
     if full_scale is not None:
         faster_surface = speed[:, np.newaxis] * (1 + slip / 2)
-        is_reached &= reaches(full_scale.surface_speed_m_s, faster_surface)
+        if "surface_speed_m_s" not in full_scale.assumed:
+            is_reached &= reaches(full_scale.surface_speed_m_s, faster_surface)
         force = np.broadcast_to(load[:, np.newaxis] * mu, shape).max(axis=1)
-        is_beyond |= {
-            "the load sensor's full scale": exceeds(load, full_scale.load_n),
-            "the force sensor's full scale": exceeds(force, full_scale.traction_force_n),
-            "the temperature sensor's full scale": exceeds(temperature, full_scale.temperature_c),
+        is_beyond_sensor = {
+            "load_n": ("load", exceeds(load, full_scale.load_n)),
+            "traction_force_n": ("force", exceeds(force, full_scale.traction_force_n)),
+            "temperature_c": ("temperature", exceeds(temperature, full_scale.temperature_c)),
         }
+        for key, (sensor, beyond) in is_beyond_sensor.items():
+            # an assumed full scale must not contradict limits that are stated
+            if key not in full_scale.assumed:
+                is_beyond[f"the {sensor} sensor's full scale"] = beyond
     slips_reached = is_reached.sum(axis=1)
     smallest_load_n = rig.limits.smallest_load_n or 0.0
     is_beyond |= {

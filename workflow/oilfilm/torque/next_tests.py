@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.units import MM_PER_M, FloatArray
+from oilfilm.base.units import FloatArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_curves import (
@@ -28,6 +28,7 @@ from oilfilm.fits.problem import Curves
 from oilfilm.settings.config import PlanLevels, PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.answers import DUTY, duty_points
 from oilfilm.torque.bearing_torque import joined, oils_in_bearings
 from oilfilm.torque.feasible_tests import PlannedRig, counted, judge_tests
 from oilfilm.torque.operating_grid import Film, Grid
@@ -39,7 +40,6 @@ from oilfilm.torque.wanted_quantities import (
 )
 from oilfilm.traction.law import CONDITIONS
 
-DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
 # Smallest span of the tests to choose from, in ln p, ln U and degC. A plan may have only one level
 # of a condition.
 _SMALLEST_SPAN = np.array([0.1, 0.1, 10.0])
@@ -201,28 +201,7 @@ def request_of(settings: Settings, bearing: Bearing | None = None) -> Request:
         bearing = settings.tested_bearing()
     if bearing is None:
         return Request(("traction",), count, bearing=None, duty=np.empty((0, len(DUTY))))
-    return Request(BEARING_TARGETS, count, bearing, _duty_points(settings, bearing))
-
-
-def _duty_points(settings: Settings, bearing: Bearing) -> FloatArray:
-    """Rows of load, speed and temperature.
-
-    They are those of the plan, else of the torque tests, else of the cage-slip map.
-    """
-    duty_points = settings.plan.duty_points
-    if duty_points:
-        return np.array([[getattr(point, name) for name in DUTY] for point in duty_points])
-    torque = settings.campaign.torque
-    if torque is not None and torque.matrix is not None:
-        loads, speeds, temperatures = (getattr(torque.matrix, name) for name in DUTY)
-    else:
-        cage_slip = settings.bearing.cage_slip
-        loads = cage_slip.axial_load_n
-        pitch_mm = bearing.pitch_diameter_m * MM_PER_M
-        speeds = np.array(cage_slip.pitch_speed_mm_rpm) / pitch_mm
-        temperatures = [cage_slip.inlet_temperature_c]
-    mesh = np.meshgrid(loads, speeds, temperatures, indexing="ij")
-    return np.stack(mesh, axis=-1).reshape(-1, len(DUTY))
+    return Request(BEARING_TARGETS, count, bearing, duty_points(settings, bearing))
 
 
 def plan_oil(

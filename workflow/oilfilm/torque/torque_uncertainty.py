@@ -261,11 +261,11 @@ class Drawing:
             wanted: Indices of the points; those without draws are left out.
 
         Returns:
-            One row per point and cause: `point`, `cause`, `torque_share`, `slip_share`.
+            One row per point and cause: `point`, `variance_cause`, `torque_share`, `slip_share`.
         """
         chosen = np.flatnonzero(np.isin(self.which, wanted))
         if len(chosen) == 0:
-            return pd.DataFrame(columns=["point", "cause", "torque_share", "slip_share"])
+            return pd.DataFrame(columns=["point", "variance_cause", "torque_share", "slip_share"])
         first = self._numbers(_PAIRS, "shares of variance")
         # every oil has the same moves, so that shared numbers stay shared
         random = generator(self._seed, "shares of variance, redrawn")
@@ -291,7 +291,7 @@ class Drawing:
         return pd.DataFrame(
             {
                 "point": np.tile(self.which[chosen], len(UNCERTAIN)),
-                "cause": np.repeat(list(UNCERTAIN), len(chosen)),
+                "variance_cause": np.repeat(list(UNCERTAIN), len(chosen)),
                 "torque_share": torque_share.ravel(),
                 "slip_share": slip_share.ravel(),
             }

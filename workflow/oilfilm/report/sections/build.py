@@ -41,6 +41,7 @@ from oilfilm.report.words import CONDITIONS, gate_name, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.answers import CAUSES, range_words, what_to_measure, with_interval
 from oilfilm.torque.best_oil import NOT_KNOWN
 from oilfilm.torque.operating_grid import AXES
 from oilfilm.torque.torque_control import (
@@ -58,6 +59,8 @@ _SAME_GAIN = 0.03
 _SHARE_OF_POINTS = 0.95
 # Share of the largest mu: a relative uncertainty of a smaller mu means nothing.
 _SMALLEST_RELATIVE_MU = 0.01
+# Share of variance below which a cause is not listed.
+_SMALLEST_SHARE = 0.005
 # Why a comparison with Wang-Deng shows nothing where the law `deng2026` made the points.
 _TIE = (
     "the same law by construction: Eq. 7 made the SIMULATED points, and for one ball size "
@@ -464,12 +467,75 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         control=_control(results.torque_control),
         by_stress=converged[converged["load_variable"] == "stress"],
         inversion=results.torque_inversion["verdict"].tolist(),
+        next_measurements=_next_measurements(results.variance_shares),
         **_heat(results.heat_balance),
     )
     caption = "Refused torque logs, runs and plateaus"
     rows_max = settings.report.rows_max
     refusals = refusal_table(refused, "torque_quarantine", rows_max, caption)
-    return Section("bearing", "Bearing", sentences, [_error_table(of_one_motion), refusals])
+    answers = show_table(_answers_in_words(results.bearing_answers), "bearing_answers")
+    shares = show_table(_shares_in_words(results.variance_shares), "variance_shares")
+    shown_tables = [answers, shares, _error_table(of_one_motion), refusals]
+    return Section("bearing", "Bearing", sentences, shown_tables)
+
+
+def _answers_in_words(answers: pd.DataFrame) -> pd.DataFrame:
+    """Torque, power loss and cage slip with their intervals, and the best oil, as texts.
+
+    Args:
+        answers: Table of bearing answers.
+    """
+    texts = {}
+    for text, column, factor in (
+        ("torque", "torque_n_m", 1.0),
+        ("power", "power_w", 1.0),
+        ("slip", "cage_slip", 100.0),
+    ):
+        ends = (factor * answers[[column, f"{column}_lower", f"{column}_upper"]]).to_numpy()
+        texts[text] = [with_interval(*row) for row in ends]
+    point = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
+    best = answers.loc[answers["oil"] == answers["best_oil"], [*point, "best_share"]]
+    share = answers[point].merge(best, on=point, how="left")["best_share"].to_numpy()
+    texts["best"] = [
+        f"{oil or 'none has a full film'} ({part:.0%})" if np.isfinite(part) else oil or "none"
+        for oil, part in zip(answers["best_oil"], share, strict=True)
+    ]
+    return answers.assign(**texts)
+
+
+def _median_shares(shares: pd.DataFrame) -> pd.DataFrame:
+    """Median of each cause over oils and points, with its range; the largest of torque first."""
+    numbers = ["range_low", "range_high", "standard_uncertainty"]
+    medians = shares.groupby("variance_cause", sort=False)[
+        ["torque_share", "slip_share", *numbers]
+    ].median()
+    return medians.sort_values("torque_share", ascending=False, kind="stable").reset_index()
+
+
+def _shares_in_words(shares: pd.DataFrame) -> pd.DataFrame:
+    """Causes of the variance in words, without those that make none of it.
+
+    Args:
+        shares: Table of variance shares.
+    """
+    medians = _median_shares(shares)
+    largest = medians[["torque_share", "slip_share"]].max(axis=1)
+    shown = medians[largest >= _SMALLEST_SHARE]
+    return shown.assign(
+        meaning=[CAUSES[cause].meaning for cause in shown["variance_cause"]],
+        drawn_from=[range_words(row) for _, row in shown.iterrows()],
+    )
+
+
+def _next_measurements(shares: pd.DataFrame) -> list[dict[str, Any]]:
+    """What to measure so that torque and cage slip become more certain, the largest cause first."""
+    measurements = []
+    for column, name in (("torque_share", "friction torque"), ("slip_share", "cage slip")):
+        causes = what_to_measure(shares, column) if len(shares) else []
+        if causes:
+            measures = [measure for _, measure in causes]
+            measurements.append({"answer": name, "measures": measures})
+    return measurements
 
 
 def _why_lost(torque: pd.DataFrame) -> list[str]:

@@ -1,0 +1,128 @@
+"""A bearing with the true traction of a simulated campaign, beside the campaign's fitted law.
+
+The map by the fitted law is no truth: bearings run where no rig has tested. Here bearing, oil, drag
+and everything else are as in the map, and only the traction is the true one.
+
+Decides: how far the map by the fitted law is from the truth.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
+from oilfilm.bearing.ellipse import gauss_rule
+from oilfilm.bearing.equilibria import friction_equilibrium
+from oilfilm.bearing.friction import FrictionProblem
+from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.quasistatic import OperatingPoints
+from oilfilm.bearing.resistance import Lubrication
+from oilfilm.bearing.torque import film_ratio
+from oilfilm.settings.resolved import Settings
+from simulated_lab.truth import Truth, true_tractions
+
+# Quadrature nodes of the map. A heated film is solved at each of them.
+_QUADRATURE = (8, 2)
+# Columns of the map that depend on the traction.
+_MOTION = (
+    *("cage_slip", "torque_n_m", "lambda_ratio"),
+    *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
+)
+
+
+def true_problem(
+    settings: Settings,
+    oil: str,
+    traction: Truth,
+    points: tuple[FloatArray, FloatArray, FloatArray],
+    quadrature: tuple[int, int],
+) -> FrictionProblem:
+    """The friction problem of the campaign's bearing with the true traction of an oil.
+
+    Growth, feed oil, drag and rolling resistance are those of bearing and settings.
+
+    Args:
+        settings: The settings.
+        oil: Name of the oil.
+        traction: Its true traction.
+        points: Axial load (N), inner speed (rpm) and oil temperature (degC), each (points,).
+        quadrature: Quadrature nodes across and along the ellipse.
+    """
+    load, speed, temperature = points
+    bearing = settings.tested_bearing()
+    rule = gauss_rule(*quadrature)
+    lubrication = Lubrication.of(
+        settings.known_oil(oil),
+        temperature,
+        settings.bearing.drag_coefficient,
+        settings.bearing.oil_volume_fraction,
+    )
+    problem = FrictionProblem(
+        bearing,
+        OperatingPoints.axial(load, speed * RAD_S_PER_RPM),
+        lubrication,
+        traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
+        rule,
+    )
+    inputs = Inputs.of({**bearing.uncertain, **settings.bearing.uncertain()}, len(speed))
+    if traction.follows_ellipse:
+        inputs = replace(inputs, ellipse_factor=np.ones(len(speed)))
+    return problem.with_inputs(inputs)
+
+
+def true_map(
+    cage_slip: pd.DataFrame, settings: Settings, constants: Mapping[str, FloatArray]
+) -> pd.DataFrame:
+    """The map of cage slip with the true traction, and how far the map by the law is from it.
+
+    Args:
+        cage_slip: Table of cage slip, by the fitted law.
+        settings: The settings of a simulated campaign.
+        constants: The printed constants of each oil.
+
+    Returns:
+        Rows of the table `true_cage_slip`. Results are null without equilibrium.
+    """
+    tractions = true_tractions(settings, constants)
+    parts = []
+    for oil, of_law in cage_slip.groupby("oil", sort=False):
+        levels = of_law[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]]
+        load, speed, temperature = levels.to_numpy(dtype=float).T
+        traction = tractions[str(oil)]
+        points = (load, speed, temperature)
+        equilibrium = friction_equilibrium(
+            true_problem(settings, str(oil), traction, points, _QUADRATURE)
+        )
+        pressure_gpa = equilibrium.balance.conditions.select(..., 0).max_hertz_pressure_gpa
+        true_results = (
+            equilibrium.cage_slip(),
+            equilibrium.torque_n_m(),
+            film_ratio(equilibrium)[0],
+            *pressure_gpa.T,
+        )
+        converged = equilibrium.solution.converged
+        results = dict(zip(_MOTION, true_results, strict=True))
+        changed = {name: np.where(converged, value, np.nan) for name, value in results.items()}
+        parts.append(
+            of_law.assign(
+                **changed,
+                converged=converged,
+                law_cage_slip=of_law["cage_slip"],
+                law_torque_n_m=of_law["torque_n_m"],
+                cage_slip_inside=_is_inside(of_law, "cage_slip", changed),
+                torque_inside=_is_inside(of_law, "torque_n_m", changed),
+            )
+        )
+    return pd.concat(parts, ignore_index=True)
+
+
+def _is_inside(
+    of_law: pd.DataFrame, name: str, true_results: Mapping[str, FloatArray]
+) -> "pd.Series[bool]":
+    """Whether the truth is in the 95 % interval of the law's result; null if one is not known."""
+    truth = pd.Series(true_results[name], of_law.index)
+    lower, upper = of_law[f"{name}_lower"], of_law[f"{name}_upper"]
+    inside = (lower <= truth) & (truth <= upper)
+    return inside.astype("boolean").where(truth.notna() & lower.notna())
