@@ -29,7 +29,13 @@ from oilfilm.curation.curve_shapes import ShapeVerdicts, judged_shapes
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
-from oilfilm.curation.plateau_gates import judge_plateaus, quarantine_rows, runs_not_usable
+from oilfilm.curation.plateau_gates import (
+    controlled_speeds,
+    held_speed,
+    judge_plateaus,
+    quarantine_rows,
+    runs_not_usable,
+)
 from oilfilm.curation.rig_kind import TRACTION, RigKind, Run
 from oilfilm.curation.run_gates import first_fault, warnings_about
 from oilfilm.curation.statistics import Stretches
@@ -310,7 +316,8 @@ def with_campaign_warnings(
     points = points[points["run_id"].isin(accepted.index)]
     constant = _constant_channels(points, accepted, settings.gates)
     of_rig = _of_rig(points, accepted["rig"], settings)
-    for run_id, text in chain(of_shapes, constant, of_rig):
+    speeds = _speed_controls(points, accepted, settings.gates)
+    for run_id, text in chain(of_shapes, constant, of_rig, speeds):
         texts[run_id].append(text)
     warnings = [tuple(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.lists(warnings, runs.index))
@@ -340,6 +347,23 @@ def _of_rig(
                     warnings.append(beyond.reason)
         for text in warnings:
             yield str(run_id), f"{text}; correct {rig_name}.yaml"
+
+
+def _speed_controls(
+    points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
+) -> Iterator[tuple[str, str]]:
+    """Runs in which a rig holds the speed of one body: id and a sentence."""
+    for run_id, of_run in points[points["accepted"]].groupby("run_id"):
+        nominal = runs.loc[str(run_id), "nominal_entrainment_speed_m_s"]
+        allowed = gates.speed_tolerance * nominal
+        mean = of_run["entrainment_speed_m_s"]
+        if not exceeds((mean - nominal).abs(), allowed).any():
+            continue
+        held = held_speed(of_run)
+        speeds = controlled_speeds(of_run).items()
+        control = next(name for name, speed in speeds if speed.equals(held))
+        about = dict(control=control, set=nominal, least=mean.min(), most=mean.max())
+        yield str(run_id), fault("body_at_set_speed", **about).reason
 
 
 def _constant_channels(
