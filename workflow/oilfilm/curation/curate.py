@@ -215,7 +215,7 @@ def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[st
     reach = copies.condition * np.abs(near).max(axis=0)
     near = near / np.where(reach > 0, reach, 1.0)
     tree = scipy.spatial.cKDTree(near)
-    pairs = (tree.count_neighbors(tree, 1.0, p=np.inf) - len(names)) // 2
+    pairs = (int(tree.count_neighbors(tree, 1.0, p=np.inf)) - len(names)) // 2
     allowed = np.array([copies.slip_errors, _traction_errors(copies, pairs)])
     # between neighbouring plateaus no zero counts: these differences of mu find the pairs that may
     # be copies. Two plateaus have the sum of squares of all at most
@@ -353,8 +353,9 @@ def _speed_controls(
     points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
 ) -> Iterator[tuple[str, str]]:
     """Runs in which a rig holds the speed of one body: id and a sentence."""
+    set_speeds = runs["nominal_entrainment_speed_m_s"].to_dict()
     for run_id, of_run in points[points["accepted"]].groupby("run_id"):
-        nominal = runs.loc[str(run_id), "nominal_entrainment_speed_m_s"]
+        nominal = set_speeds[run_id]
         allowed = gates.speed_tolerance * nominal
         mean = of_run["entrainment_speed_m_s"]
         if not exceeds((mean - nominal).abs(), allowed).any():
