@@ -12,7 +12,7 @@ from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.tables import failed_gates
 
 # Its fault needs many films: the test of wrong fringe orders in test_curation.py plants it.
-PLANTED_ELSEWHERE = {"film_off_trend"}
+PLANTED_ELSEWHERE = {"film_off_trend", "directions_differ", "two_conditions"}
 
 
 def judged(name: str, damage: Damage, rig: str) -> Curated:

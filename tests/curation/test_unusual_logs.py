@@ -101,19 +101,6 @@ def test_unusual_log_that_nothing_is_wrong_with_is_used(name: str) -> None:
     assert curated.points["accepted"].mean() > 0.9
 
 
-def test_negative_slips_cost_no_positive_ones() -> None:
-    negative = tuple(-slip for slip in SLIPS[1:8])
-    values = good((0.0, *negative, *SLIPS[:8], 0.0))
-    slip = np.repeat((0.0, *negative, *SLIPS[:8], 0.0), HELD)
-    # traction is odd in slip
-    mirrored = good((0.0, *SLIPS[1:8], *SLIPS[:8], 0.0))
-    values["traction_force"] = np.where(slip < 0, -1, 1) * mirrored["traction_force"]
-    points = judged(values).points
-    assert points.loc[points["slide_roll_ratio"] > 0.01, "accepted"].all()
-    gates = points.loc[points["slide_roll_ratio"] < -0.01, "failed_gates"]
-    assert set(gates) == {("slip_out_of_range",)}
-
-
 @pytest.mark.parametrize("every", [10, 20])
 def test_slow_channel_that_is_written_in_few_rows_is_no_hole(every: int) -> None:
     values = good(SWEEP, seconds=20.0)

@@ -29,7 +29,13 @@ from oilfilm.curation.curve_shapes import ShapeVerdicts, judged_shapes
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
-from oilfilm.curation.plateau_gates import judge_plateaus, quarantine_rows, runs_not_usable
+from oilfilm.curation.plateau_gates import (
+    controlled_speeds,
+    held_speed,
+    judge_plateaus,
+    quarantine_rows,
+    runs_not_usable,
+)
 from oilfilm.curation.rig_kind import TRACTION, RigKind, Run
 from oilfilm.curation.rig_spin import spin_warnings
 from oilfilm.curation.run_gates import first_fault, warnings_about
@@ -210,7 +216,7 @@ def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[st
     reach = copies.condition * np.abs(near).max(axis=0)
     near = near / np.where(reach > 0, reach, 1.0)
     tree = scipy.spatial.cKDTree(near)
-    pairs = (tree.count_neighbors(tree, 1.0, p=np.inf) - len(names)) // 2
+    pairs = (int(tree.count_neighbors(tree, 1.0, p=np.inf)) - len(names)) // 2
     allowed = np.array([copies.slip_errors, _traction_errors(copies, pairs)])
     # between neighbouring plateaus no zero counts: these differences of mu find the pairs that may
     # be copies. Two plateaus have the sum of squares of all at most
@@ -313,7 +319,8 @@ def with_campaign_warnings(
     of_rig = _of_rig(points, accepted["rig"], settings)
     of_spin = spin_warnings(points, accepted["rig"], settings)
     of_oil = _of_oil(accepted["oil"], settings)
-    for run_id, text in chain(of_shapes, constant, of_rig, of_spin, of_oil):
+    speeds = _speed_controls(points, accepted, settings.gates)
+    for run_id, text in chain(of_shapes, constant, of_rig, of_spin, of_oil, speeds):
         texts[run_id].append(text)
     warnings = [tuple(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.lists(warnings, runs.index))
@@ -352,6 +359,24 @@ def _of_oil(oils: "pd.Series[str]", settings: Settings) -> Iterator[tuple[str, s
         for doubt in oil.doubts() if oil else ():
             for run_id in runs.index:
                 yield str(run_id), f"unusual_oil: {doubt}; correct {oil_name}.yaml"
+
+
+def _speed_controls(
+    points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
+) -> Iterator[tuple[str, str]]:
+    """Runs in which a rig holds the speed of one body: id and a sentence."""
+    set_speeds = runs["nominal_entrainment_speed_m_s"].to_dict()
+    for run_id, of_run in points[points["accepted"]].groupby("run_id"):
+        nominal = set_speeds[run_id]
+        allowed = gates.speed_tolerance * nominal
+        mean = of_run["entrainment_speed_m_s"]
+        if not exceeds((mean - nominal).abs(), allowed).any():
+            continue
+        held = held_speed(of_run)
+        speeds = controlled_speeds(of_run).items()
+        control = next(name for name, speed in speeds if speed.equals(held))
+        about = dict(control=control, set=nominal, least=mean.min(), most=mean.max())
+        yield str(run_id), fault("body_at_set_speed", **about).reason
 
 
 def _constant_channels(

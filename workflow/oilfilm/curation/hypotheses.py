@@ -73,7 +73,7 @@ _SLIP_OF_SWEEP = (-0.004, 0.1)
 # Longest interval of a logger, and how long rigs hold a level, in s.
 _LONGEST_INTERVAL_S = 2.0
 _SHORTEST_HOLD_S = 0.5
-_LONGEST_HOLD_S = 600.0
+LONGEST_HOLD_S = 600.0
 # The largest traction coefficients of a sweep are seldom smaller. They are taken at this quantile,
 # which leaves out spikes.
 _USUAL_LARGEST_TRACTION = 0.005
@@ -169,8 +169,13 @@ def _shorter_than(longest_run_s: float, samples: Columns, levels: int) -> bool:
     return bool(np.ptp(samples["time_s"]) < longest_run_s)
 
 
-def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:
-    """Mistakes of the logs of a traction rig, the most frequent first."""
+def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
+    """Mistakes of the logs of a traction rig, the most frequent first.
+
+    Args:
+        rig: The rig.
+        direction: 1 where the ball is slowed at positive slip, -1 where the disc is.
+    """
     yield from time_hypotheses()
     for words, factor in _FORCE_UNITS.items():
         undo = scaled(factor, "traction_force_n")
@@ -179,9 +184,9 @@ def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:
     track_ratio = None
     if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
         track_ratio = rig.ball_track_radius_m / rig.disc_track_radius_m
-    yield _exchanged_bodies("speeds", 1.0)
+    yield _exchanged_bodies("speeds", 1.0, direction)
     if track_ratio is not None:
-        yield _exchanged_bodies("spindle speeds", track_ratio)
+        yield _exchanged_bodies("spindle speeds", track_ratio, direction)
     for names, words, _ in _SPEEDS:
         undo = scaled(-1.0, *names)
         yield Hypothesis("speed_sign", f"the opposite sign of {words}", undo, _BY_SLIP)
@@ -197,9 +202,19 @@ def traction_hypotheses(rig: Rig) -> Iterator[Hypothesis]:
             yield Hypothesis("track_radii", sentence, undo, _BY_SLIP, _one_ratio_at_ends)
 
 
-def _exchanged_bodies(speeds: str, track_ratio: float) -> Hypothesis:
+def _exchanged_bodies(speeds: str, track_ratio: float, direction: int) -> Hypothesis:
     sentence = f"the {speeds} of ball and disc exchanged"
-    return Hypothesis("swapped_channels", sentence, partial(_exchanged, track_ratio), _BY_SLIP)
+    undo = partial(_exchanged, track_ratio)
+    plausible = partial(_slips_as_stated, undo, direction)
+    return Hypothesis("swapped_channels", sentence, undo, _BY_SLIP, plausible)
+
+
+def _slips_as_stated(
+    undo: Callable[[Columns], Columns], direction: int, samples: Columns, levels: int
+) -> bool:
+    """Whether the body that the campaign file names is the slower one without a mistake."""
+    corrected = undo(samples)
+    return bool(direction * np.nanmean(corrected[_DISC] - corrected[_BALL]) > 0)
 
 
 def _speed_unit_hypotheses(with_spindles: bool) -> Iterator[Hypothesis]:
@@ -253,7 +268,7 @@ def _has_usual_times(factor: float, samples: Columns, levels: int) -> bool:
     hold_s = float(time_s[-1] - time_s[0]) / max(levels, 1)
 
     def usual(scale: float) -> bool:
-        usual_hold = _SHORTEST_HOLD_S <= scale * hold_s <= _LONGEST_HOLD_S
+        usual_hold = _SHORTEST_HOLD_S <= scale * hold_s <= LONGEST_HOLD_S
         return scale * interval_s <= _LONGEST_INTERVAL_S and usual_hold
 
     return usual(factor) and not usual(1.0)

@@ -29,7 +29,8 @@ def measure(signals: Signals, rig: RigKind, name: str, settled: bool = False) ->
         settled: Whether each row is a settled reading, the zero removed by the rig.
     """
     if settled:
-        return Run(rig, signals, signals, _settled_readings(signals, rig))
+        run = Run(rig, signals, signals, _settled_readings(signals, rig))
+        return replace(run, flaw=rig.settled_fault(run))
     parts = rig.divide(signals, name)
     usable = parts.signals
     phases, flaw = _usable_phases(parts, rig)

@@ -199,6 +199,14 @@ class RigKind(Protocol):
         """
         return run.flaw
 
+    def settled_fault(self, run: Run) -> Refusal | None:
+        """The fault of readings that the rig is said to have settled; None without one.
+
+        Args:
+            run: The run, of which each row is a plateau.
+        """
+        return None
+
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Plateaus with the zero removed and the quantities that follow from a single plateau.
 

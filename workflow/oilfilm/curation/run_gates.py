@@ -14,9 +14,10 @@ import numpy as np
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray
 from oilfilm.curation.gate import Faults, Gate, Gates, RunJudge, fault, refused, unit_hint
-from oilfilm.curation.rig_kind import RigKind, Run
+from oilfilm.curation.rig_kind import Channel, RigKind, Run
 from oilfilm.curation.statistics import changed, is_noise, longest_hold, median, rows_per_reading
 from oilfilm.curation.traction_rig import TractionRig
+from oilfilm.curation.zero import DIRECTION, differences_of_directions, is_tested
 from oilfilm.logs.base import Refusal
 
 RUN_GATES: Gates[RunJudge] = Gates()
@@ -252,17 +253,17 @@ def sign_changes(run: Run, rig: TractionRig) -> Faults:
         }
 
 
-def _ways(run: Run, rig: TractionRig) -> list[tuple[FloatArray, FloatArray]]:
-    """Rising slips and traction coefficients of each way of a sweep.
+def _ways(run: Run, rig: TractionRig, direction: int) -> list[tuple[FloatArray, FloatArray]]:
+    """Rising slips and traction coefficients of each way of a sweep, in one direction of slip.
 
     A sweep turns back at its inner extreme. With fewer than `branch_points` plateaus on either side
     of the extreme, it is one way.
     """
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
-    finite = np.isfinite(slip) & np.isfinite(mu)
-    slip = slip[finite]
-    mu = mu[finite]
+    judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION] == direction)
+    slip = slip[judged]
+    mu = mu[judged]
     fewest = rig.gates.branch_points
     branches = [slice(None)]
     if len(slip) >= 2 * fewest:
@@ -340,6 +341,55 @@ def temperature_drift(run: Run, rig: TractionRig) -> Faults:
 
 
 @gate
+def two_conditions(run: Run, rig: TractionRig) -> Faults:
+    """The plateaus have two loads or two speeds, each in several of them."""
+    limits = rig.settings.same_condition
+    speed = Channel("entrainment_speed_m_s", "speed", "m/s")
+    for channel, range_of_level in (
+        (rig.channels[0], limits.load),
+        (speed, limits.entrainment_speed),
+    ):
+        # a load that changes within a plateau is neither
+        held = ~(np.abs(run.plateaus["load_change"]) > rig.gates.load_change_max)
+        values = np.where(held, run.plateaus[channel.column], np.nan)
+        limit = _between_levels(values, range_of_level, rig.gates.faulty_plateaus_min)
+        if np.isnan(limit):
+            continue
+        high = values > limit
+        changes = np.flatnonzero(high[1:] != high[:-1])
+        yield {
+            "name": channel.name,
+            "unit": channel.unit,
+            "low": median(values[values < limit]),
+            "high": median(values[high]),
+            "count_low": np.count_nonzero(values < limit),
+            "count_high": np.count_nonzero(high),
+            "first": run.plateaus["first_row"][changes[0] + 1],
+            "last": run.plateaus["last_row"][-1],
+        }
+
+
+def _between_levels(values: FloatArray, range_of_level: float, fewest: int) -> float:
+    """A value that separates two levels; NaN where there are not two.
+
+    Args:
+        values: Means of plateaus.
+        range_of_level: Largest range of one level, relative to its median.
+        fewest: Plateaus that a level has at least.
+    """
+    ranked = np.sort(values[np.isfinite(values)])
+    if len(ranked) < 2 * fewest:
+        return np.nan
+    gaps = np.diff(ranked)
+    split = fewest - 1 + int(np.argmax(gaps[fewest - 1 : len(gaps) - fewest + 1]))
+    levels = ranked[: split + 1], ranked[split + 1 :]
+    are_levels = [np.ptp(level) <= range_of_level * abs(median(level)) for level in levels]
+    if all(are_levels) and gaps[split] > range_of_level * abs(ranked[split]):
+        return float(ranked[split] + gaps[split] / 2)
+    return np.nan
+
+
+@gate
 def branches_differ(run: Run, rig: TractionRig) -> Faults:
     """The traction coefficients of rising and falling slip do not agree."""
     differences, _ = _branches(run, rig)
@@ -354,17 +404,34 @@ def _branches(run: Run, rig: TractionRig) -> tuple[FloatArray, FloatArray]:
 
     Only the slips that both ways reach are compared.
     """
-    nothing = np.empty(0)
-    ways = _ways(run, rig)
-    if len(ways) == 1:
-        return nothing, nothing
-    (slip, mu), (back_slip, back_mu) = ways
-    lowest = max(slip[0], back_slip[0])
-    highest = min(slip[-1], back_slip[-1])
-    shared = (slip >= lowest) & (slip <= highest)
-    if shared.sum() < rig.gates.branch_points:
-        return nothing, nothing
-    return mu[shared] - np.interp(slip[shared], back_slip, back_mu), mu[shared]
+    differences = [np.empty(0)]
+    compared_mu = [np.empty(0)]
+    for direction in (1, -1):
+        ways = _ways(run, rig, direction)
+        if len(ways) == 1:
+            continue
+        (slip, mu), (back_slip, back_mu) = ways
+        lowest = max(slip[0], back_slip[0])
+        highest = min(slip[-1], back_slip[-1])
+        shared = (slip >= lowest) & (slip <= highest)
+        if shared.sum() >= rig.gates.branch_points:
+            differences.append(mu[shared] - np.interp(slip[shared], back_slip, back_mu))
+            compared_mu.append(mu[shared])
+    return np.concatenate(differences), np.concatenate(compared_mu)
+
+
+@gate
+def directions_differ(run: Run, rig: TractionRig) -> Faults:
+    """The traction coefficients of positive and negative slip do not have the same size."""
+    if run.flaw is not None and run.flaw.rule == "zero_left":
+        # which names the cause
+        return
+    differences, _ = differences_of_directions(run.plateaus)
+    difference = median(differences)
+    if len(differences) >= rig.gates.branch_points and (
+        abs(difference) > rig.gates.branch_difference_max
+    ):
+        yield {"difference": difference, "points": len(differences)}
 
 
 # --- warnings
@@ -388,6 +455,13 @@ def little_traction(run: Run, rig: TractionRig) -> Faults:
 
 
 @WARNINGS.gate
+def zero_on_trust(run: Run, rig: TractionRig) -> Faults:
+    """Nothing in settled readings shows that their zero was removed."""
+    if _is_settled(run) and not is_tested(run, rig.zero):
+        yield {}
+
+
+@WARNINGS.gate
 def branches_apart(run: Run, rig: TractionRig) -> Faults:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
     differences, mu = _branches(run, rig)
@@ -395,6 +469,11 @@ def branches_apart(run: Run, rig: TractionRig) -> Faults:
     ratio = median(differences[slides] / mu[slides])
     if slides.sum() >= rig.gates.branch_points and abs(ratio) > rig.gates.branch_ratio_max:
         yield {"ratio": ratio, "points": slides.sum()}
+
+
+def _is_settled(run: Run) -> bool:
+    """Whether each row is a settled reading."""
+    return bool(np.isnan(run.plateaus["duration_s"]).all())
 
 
 def _noise(run: Run) -> FloatArray:
@@ -405,8 +484,7 @@ def _noise(run: Run) -> FloatArray:
     Returns:
         Shape (samples - 2,); empty for settled readings.
     """
-    settled = np.isnan(run.plateaus["duration_s"]).all()
-    if settled:
+    if _is_settled(run):
         return np.empty(0)
     readings = run.working[run.rig.sensor.column]
     return np.abs(np.diff(readings, 2)) / np.sqrt(6)

@@ -271,7 +271,7 @@ def is_noise(readings: FloatArray) -> bool:
         return False
     windows = np.lib.stride_tricks.sliding_window_view(readings, _READINGS_COMPARED)
     rounding = _CONVERSION_ROUNDING * np.abs(readings).max()
-    different_values = np.empty(len(windows), dtype=np.int8)
+    different_values = np.empty(len(windows), dtype=np.int64)
     # in blocks: ten sorted readings for each one of a long log are too large
     for start in range(0, len(windows), _WINDOWS_AT_ONCE):
         block = slice(start, start + _WINDOWS_AT_ONCE)

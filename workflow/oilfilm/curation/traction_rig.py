@@ -14,11 +14,24 @@ import pandas as pd
 
 from oilfilm.base.ties import exceeds
 from oilfilm.base.units import M_PER_UM, PA_PER_GPA, FloatArray
-from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, traction_hypotheses
+from oilfilm.curation.hypotheses import (
+    LONGEST_HOLD_S,
+    Hypothesis,
+    setting_hypotheses,
+    traction_hypotheses,
+)
 from oilfilm.curation.measure import find_steps, measure, settled_parts
 from oilfilm.curation.rig_kind import TRACTION as NAME
 from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, unknown
-from oilfilm.curation.zero import force_left, part_of_curve, phases_at_standstill, turns_steadily
+from oilfilm.curation.zero import (
+    DIRECTION,
+    force_left,
+    part_of_curve,
+    phases_at_standstill,
+    raw_signal,
+    turns_steadily,
+    zero_of_readings,
+)
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.traction_log import TRACTION
@@ -151,6 +164,10 @@ class TractionRig(RigKind):
         if len(steps):
             # the beginning of the opening phase gives the zero; the rest is a plateau without slip
             zero_rows = round(self.zero.duration_s / interval_s)
+            # a slow log takes more time: the mean of fewer readings has no standard error. No rig
+            # rolls for so long that a wrong unit of time would look like a slow log
+            if exceeds(LONGEST_HOLD_S, stops[0] * interval_s):
+                zero_rows = max(zero_rows, self.gates.readings_min)
             rolling["opening"] = slice(0, min(zero_rows, int(stops[0])))
             rolling["closing"] = slice(int(starts[-1]), int(stops[-1]))
         return Division(
@@ -173,9 +190,20 @@ class TractionRig(RigKind):
         share, errors = self.zero.max_traction_share, self.gates.significant_errors
         return run.flaw or part_of_curve(parts, run.plateaus, share, errors)
 
+    def settled_fault(self, run: Run) -> Refusal | None:
+        """Rows that are no settled readings, or whose zero the rig has not removed."""
+        return raw_signal(run.signals, self.plateaus) or zero_of_readings(run, self.zero)
+
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
-        force_n = averages["traction_force_n"] - zero
+        slip = averages["slide_roll_ratio"]
+        direction = np.ones(len(slip))
+        backwards = slip < self.gates.slide_roll_ratio_min
+        # traction is odd in slip: the other direction gives points of the same curve. A few may be
+        # mishaps
+        if backwards.sum() >= self.gates.faulty_plateaus_min:
+            direction[backwards] = -1.0
+        force_n = direction * (averages["traction_force_n"] - zero)
         load_n = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
         mu = force_n / load_n
         force_se_n = np.hypot(averages["traction_force_n_se"], zero_se)
@@ -184,16 +212,18 @@ class TractionRig(RigKind):
         kept = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
         return {
             **{name: averages[name] for name in (*kept, *self.means)},
+            DIRECTION: direction,
+            "slide_roll_ratio": direction * slip,
             "force_asymmetry": _asymmetry(averages),
             "measured_film_thickness_um": film_um,
             "slide_roll_ratio_se": averages["slide_roll_ratio_se"],
-            "slip_change": averages["slide_roll_ratio_change"],
-            "slip_transient": averages["slide_roll_ratio_transient"],
+            "slip_change": direction * averages["slide_roll_ratio_change"],
+            "slip_transient": direction * averages["slide_roll_ratio_transient"],
             "traction_force_n": force_n,
             "traction_coefficient": mu,
             "traction_coefficient_se": mu_se,
-            "traction_change": averages["traction_force_n_change"] / load_n,
-            "traction_transient": averages["traction_force_n_transient"] / load_n,
+            "traction_change": direction * averages["traction_force_n_change"] / load_n,
+            "traction_transient": direction * averages["traction_force_n_transient"] / load_n,
             "load_change": averages["load_n_change"] / load_n,
             "temperature_change_c": averages["inlet_temperature_c_change"],
         }
@@ -204,7 +234,8 @@ class TractionRig(RigKind):
 
     def hypotheses(self, rig: str) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
-        yield from traction_hypotheses(self.settings.rigs[rig])
+        direction = self.settings.campaign.semantics_for(rig).direction
+        yield from traction_hypotheses(self.settings.rigs[rig], direction)
         yield from setting_hypotheses("curation", self.plateaus, "min_step")
 
 

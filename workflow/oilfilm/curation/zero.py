@@ -11,17 +11,27 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
-from oilfilm.base.ties import reaches
+from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.gate import fault
 from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
-from oilfilm.curation.statistics import Stretches, mean_with_error
+from oilfilm.curation.statistics import Stretches, mean_with_error, median
 from oilfilm.logs.base import Columns, Refusal
-from oilfilm.settings.config import CurationSettings, SignalGateSettings
+from oilfilm.settings.config import (
+    CurationSettings,
+    PlateauSettings,
+    SignalGateSettings,
+    ZeroReferenceSettings,
+)
 
 # These say how speed and slope of a run are estimated. The limits that judge them are in the
 # configuration.
+# Column of plateaus: -1 where slip and force were negative, which `derive` turns round; else 1.
+DIRECTION = "direction"
+# Rows whose slips differ by less than a step belong to a signal, where they are so many.
+_FEWEST_ROWS_OF_SIGNAL = 100
 # Quantile of the speeds that stands for the speed of a run, without wild readings.
 _FASTEST_QUANTILE = 0.9
 # Largest ratio of slips that belong to one level, on the way up and down.
@@ -245,8 +255,12 @@ def part_of_curve(
     mu = plateaus["traction_coefficient"]
     largest = float(np.nanmax(np.abs(mu), initial=0.0))
     for name, phase in parts.phases.items():
-        slip, error = mean_with_error(parts.at_rest["slide_roll_ratio"][phase])
-        if abs(slip) <= significant_errors * error:
+        phase_slips = parts.at_rest["slide_roll_ratio"][phase]
+        slip, error = mean_with_error(phase_slips)
+        # Student's distribution: the error of the mean of few readings is itself uncertain
+        chance = scipy.stats.norm.sf(significant_errors)
+        errors = float(scipy.stats.t.isf(chance, max(len(phase_slips) - 1, 1)))
+        if abs(slip) <= errors * error:
             continue
         slope = initial_slope(slips, mu, slip)
         removed_mu = abs(slope * slip)
@@ -294,6 +308,119 @@ def force_left(run: Run, curation: CurationSettings, significant_errors: float) 
         return None
     first = int(np.argmax(beyond))
     return fault("zero_left", force=force_n[first], place=conditions[first], allowed=allowed_n)
+
+
+def raw_signal(signals: Signals, settings: PlateauSettings) -> Refusal | None:
+    """Rows that are no settled readings, because they follow each other too closely.
+
+    Args:
+        signals: The run.
+        settings: `min_duration_s`, the shortest settled part of a level, and `min_step` of slip.
+    """
+    # NaN where the log has no time
+    interval_s = median(np.diff(signals.time_s))
+    step = median(np.abs(np.diff(signals["slide_roll_ratio"])))
+    numbers = dict(rows=len(signals), interval=interval_s, step=step)
+    numbers |= dict(least_s=settings.min_duration_s, least=settings.min_step)
+    if interval_s > 0 and exceeds(settings.min_duration_s, interval_s):
+        return fault("no_settled_readings", "fast_rows", **numbers)
+    many = len(signals) >= _FEWEST_ROWS_OF_SIGNAL
+    if not interval_s > 0 and many and step < settings.min_step / 2:
+        return fault("no_settled_readings", "close_rows", **numbers)
+    return None
+
+
+def _forces_reversed(signals: Signals) -> bool:
+    """Whether the rig reverses the slip: half the difference of both forces has no zero."""
+    one_direction = signals.columns.get("traction_force_1_n", np.empty(0))
+    return bool(np.isfinite(one_direction).any())
+
+
+def _largest_zero_n(plateaus: Columns, settings: ZeroReferenceSettings) -> FloatArray:
+    """Largest force without slip: `max_drift_n`, or a share of the largest traction."""
+    largest_mu = float(np.nanmax(np.abs(plateaus["traction_coefficient"]), initial=0.0))
+    share_n = settings.max_traction_share * largest_mu * plateaus["load_n"]
+    return np.asarray(np.fmax(settings.max_drift_n, share_n))
+
+
+def _without_slip(plateaus: Columns, allowed_n: FloatArray) -> BoolArray:
+    """Settled readings so near pure rolling that their own traction is less than a force."""
+    slip = plateaus["slide_roll_ratio"]
+    mu = plateaus["traction_coefficient"]
+    slope = initial_slope(slip[slip != 0], mu[slip != 0], 0.0)
+    return np.asarray(slope * np.abs(slip) * plateaus["load_n"] <= allowed_n)
+
+
+def is_tested(run: Run, settings: ZeroReferenceSettings) -> bool:
+    """Whether settled readings show their zero: without slip, or in both directions of it."""
+    rolls = _without_slip(run.plateaus, _largest_zero_n(run.plateaus, settings))
+    in_both_directions, _ = differences_of_directions(run.plateaus)
+    return bool(rolls.any() or len(in_both_directions) or _forces_reversed(run.signals))
+
+
+def zero_of_readings(run: Run, settings: ZeroReferenceSettings) -> Refusal | None:
+    """A zero that is left in settled readings, by those without slip or of both directions.
+
+    Args:
+        run: The run, of which each row is a plateau.
+        settings: Largest zero, and largest share of the largest traction.
+    """
+    if _forces_reversed(run.signals):
+        return None
+    slip = run.plateaus["slide_roll_ratio"]
+    mu = run.plateaus["traction_coefficient"]
+    load_n = run.plateaus["load_n"]
+    largest_n = _largest_zero_n(run.plateaus, settings)
+    rolls = _without_slip(run.plateaus, largest_n)
+    # a reading with some slip may have as much traction of its own
+    allowed_n = largest_n * np.where(slip == 0, 1, 2)
+    beyond = np.flatnonzero(rolls & (np.abs(mu * load_n) > allowed_n))
+    if len(beyond):
+        first = beyond[0]
+        return fault(
+            "zero_left",
+            "zero_left_without_slip",
+            force=mu[first] * load_n[first],
+            mu=mu[first],
+            slip=slip[first],
+            allowed=allowed_n[first],
+        )
+    offset_mu = zero_of_directions(run.plateaus)
+    allowed_mu = median(largest_n / load_n)
+    if abs(offset_mu) > allowed_mu:
+        return fault("zero_left", "zero_left_in_directions", mu=offset_mu, allowed=allowed_mu)
+    return None
+
+
+def zero_of_directions(plateaus: Columns) -> float:
+    """Traction coefficient that both directions of slip have in common; NaN without shared slips.
+
+    It is half the difference of the sizes of mu at equal slips, in the median.
+    """
+    differences, _ = differences_of_directions(plateaus)
+    return median(differences) / 2
+
+
+def differences_of_directions(plateaus: Columns) -> tuple[FloatArray, FloatArray]:
+    """Size of mu at positive slips less that at negative ones, and that at negative ones.
+
+    Only slips that both directions reach are compared. Positive slips are interpolated.
+
+    Returns:
+        Both of shape (negative slips,).
+    """
+    slip = plateaus["slide_roll_ratio"]
+    mu = plateaus["traction_coefficient"]
+    known = np.isfinite(slip) & np.isfinite(mu)
+    negative = known & (plateaus[DIRECTION] < 0)
+    positive = known & (plateaus[DIRECTION] > 0)
+    if not negative.any() or not positive.any():
+        return np.empty(0), np.empty(0)
+    by_slip = np.argsort(slip[positive], kind="stable")
+    rising = slip[positive][by_slip]
+    shared = negative & (slip >= rising[0]) & (slip <= rising[-1])
+    other = np.interp(slip[shared], rising, mu[positive][by_slip])
+    return other - mu[shared], mu[shared]
 
 
 def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
