@@ -11,7 +11,7 @@ from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.tables import failed_gates
 
-# Wrong fringe orders are planted in test_curation.py, the others in test_directions_and_readings.py.
+# test_curation.py plants wrong fringe orders, test_directions_and_readings.py the other faults.
 PLANTED_ELSEWHERE = {"film_off_trend", "directions_differ", "slip_ramps", "two_conditions"}
 
 
