@@ -112,6 +112,26 @@ def same_channel(run: Run, rig: RigKind) -> Faults:
 
 
 @gate
+def slip_ramps(run: Run, rig: TractionRig) -> Faults:
+    """A run without a zero has no held slips: in most of its time the slip changes."""
+    if run.flaw is None or run.flaw.rule != "zero_missing":
+        return
+    duration_s = run.plateaus["duration_s"]
+    moves = np.abs(run.plateaus["slip_change"]) > rig.gates.slip_change_max
+    # the halves of a ramp up and down have the same mean
+    moves |= np.abs(run.plateaus["slip_transient"]) > rig.gates.slip_transient_max
+    moving_s = duration_s[moves].sum()
+    if moving_s > duration_s.sum() / 2:
+        slip = run.working["slide_roll_ratio"]
+        yield {
+            "share": moving_s / duration_s.sum(),
+            "least": slip.min(initial=np.inf),
+            "most": slip.max(initial=-np.inf),
+            "flaw": run.flaw.reason,
+        }
+
+
+@gate
 def never_turns(run: Run, rig: RigKind) -> Faults:
     """The bearing is at standstill from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
