@@ -24,7 +24,8 @@ rule points:
             remarks=int(wildcards.shard) == SHARDS[0],
         ),
         config=part(
-            *("rigs", "oils", "logged_twice", "same_set_point", "film", "curation", "gates"),
+            *("rigs", "oils", "logged_twice", "same_set_point", "same_condition"),
+            *("film", "curation", "gates"),
             campaign=(
                 *("columns", "header", "oil_aliases", "film_unjudged"),
                 *("semantics", "semantics_of_rig", "set_points"),
