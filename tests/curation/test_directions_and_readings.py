@@ -171,7 +171,8 @@ def test_largest_slip_names_the_limit_that_lets_it_pass() -> None:
     assert "gates.slide_roll_ratio_max of 0.43" in sentence_of(slip_gate, beyond, rig)
 
 
-@pytest.mark.parametrize(("name", "factor"), [("load", 1.6), ("speed", 1.8)])
+# the reader parts changes of 8 % and more (`set_point_changes.py`)
+@pytest.mark.parametrize(("name", "factor"), [("load", 1.075), ("speed", 1.06)])
 def test_two_conditions_in_one_log_are_named(name: str, factor: float) -> None:
     values = good((0.0, *SLIPS, 0.0, *SLIPS, 0.0))
     later = np.s_[(len(SLIPS) + 2) * HELD :]

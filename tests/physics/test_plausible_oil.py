@@ -126,7 +126,20 @@ def vogel_cst(a_cst: float, b_k: float, pole_k: float, temperature_k: float) -> 
 
 # Viscosity at 100 degC in cSt, and b and T_0 of Vogel's formula, in K: oils of a viscosity index
 # of about -50 (3 cSt, 750 K, 185 K) to 250. Oils beyond are not usual.
-true_oils = st.tuples(st.floats(3.0, 30.0), st.floats(750.0, 1200.0), st.floats(140.0, 185.0))
+vogel_oils = st.tuples(st.floats(3.0, 30.0), st.floats(750.0, 1200.0), st.floats(140.0, 185.0))
+
+
+def has_usual_slope(true: tuple[float, float, float]) -> bool:
+    """Whether Walther's line between 40 and 100 degC has a slope that is well within usual ones."""
+    at_100_cst, b_k, pole_k = true
+    at_40_cst = at_100_cst * vogel_cst(1.0, b_k, pole_k, KELVIN_40)
+    at_40_cst /= vogel_cst(1.0, b_k, pole_k, KELVIN_100)
+    ends = [np.log10(np.log10(each + 0.7)) for each in (at_40_cst, at_100_cst)]
+    slope = (ends[0] - ends[1]) / np.log10(KELVIN_100 / KELVIN_40)
+    return bool(1.6 < slope < 4.9)
+
+
+true_oils = vogel_oils.filter(has_usual_slope)
 
 
 def rows_of(true: tuple[float, float, float], temperatures_k: list[float]) -> list[list[float]]:

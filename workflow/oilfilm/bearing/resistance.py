@@ -357,7 +357,7 @@ def replenishment_factor(
 
         >>> factor = replenishment_factor(3e-8, 20e-6, 10000 * np.pi / 30, 0.040, 0.080)
         >>> print(f"{factor:.4f}")
-        0.8447
+        0.8446
     """
     bore, outside = bore_m * MM_PER_M, outside_diameter_m * MM_PER_M
     viscosity = np.multiply(kinematic_viscosity_m2_s, _CST_PER_M2_S)

@@ -54,7 +54,7 @@ CAUSES = {
     "momentum_share": Cause(
         "share of the flow with the ring's speed", "%", 100.0, "torque over flow at one speed"
     ),
-    "replenishment_constant": Cause("starvation, K_rs", "1e-8", 1e8, "torque over flow"),
+    "replenishment_constant": Cause("starvation, K_rs", "times 1e-8", 1e8, "torque over flow"),
     "ellipse_factor": Cause("traction of ellipse over circle", "", 1.0, "traction of an ellipse"),
     "shaft_bore_ratio": Cause("bore of the shaft over groove", "", 1.0, "the bore of the shaft"),
     "shaft_interference_m": Cause(
@@ -310,7 +310,7 @@ def range_words(row: "pd.Series[float]") -> str:
     if np.isfinite(row["range_low"]):
         return f"{row['range_low']:.3g} to {row['range_high']:.3g} {cause.unit}".rstrip()
     if np.isfinite(row["standard_uncertainty"]):
-        return f"{row['standard_uncertainty']:.2g} of it, one standard deviation"
+        return f"{100 * row['standard_uncertainty']:.2g} % of it, one standard deviation"
     return "as stated in the rig's file"
 
 

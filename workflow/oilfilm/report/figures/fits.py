@@ -276,7 +276,8 @@ _TESTED_FRAME: style.Look = {
 # The farthest test that `without_heat` uses: this share of the lowest tested speed, and the largest
 # tested slip over this share.
 _EXTRAPOLATED = 0.7
-# mu/S of a film without heat does not rise with S. It may rise by this share, as readings scatter.
+# mu/S of a film without heat does not rise with S. It may rise by this share: the correction takes
+# its heat from readings, which scatter.
 _SCATTER_OF_SLOPE = 0.02
 # Iterations until a colder inlet and the heat of its film agree.
 _ITERATIONS = 30
@@ -659,7 +660,9 @@ def without_heat(
     )
     viscosity_ratio = film_viscosity_ratio(oil, pressure, temperature, measured_rise_k)
     is_possible = np.abs(cold_mu) <= viscosity_ratio * np.abs(mu)
-    is_possible &= ~_beyond_rising_slope(slip, cold_mu)
+    # the law in place of the readings, whose scatter at low slip says nothing of the correction
+    with np.errstate(divide="ignore", invalid="ignore"):
+        is_possible &= ~_beyond_rising_slope(slip, law_mu * cold_mu / mu)
     # inlet and heat do not agree where the heating of the film grows without end
     is_steady = rise_k - previous_rise_k <= 0.01 * rise_k
     is_known = is_steady & (temperature - rise_k >= coldest) & (cold_speed > slowest)
