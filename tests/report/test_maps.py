@@ -11,6 +11,7 @@ from scipy.integrate import quad
 
 from campaigns import HEATED_FILM, oil_of, printed
 from fit_points import matrix
+from oilfilm.base.units import FloatArray
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
 from oilfilm.physics.thermal_traction import ThermalEhl, film_stress, thermal_ehl_traction
@@ -84,18 +85,21 @@ def isothermal_truth(pressure_gpa: float, speed: float, inlet_c: float, slip: fl
     return 3 * quad(lambda s: of_ring(s) * s**2, 0, 1)[0]
 
 
+def curve_of(conditions: FloatArray, slip: Any, mu: Any) -> pd.DataFrame:
+    """Points of a curve of the oil 4050; 142 N give 1.5 GPa (docs/physics.md)."""
+    load_n = conditions[:, 0] ** 3 * 142 / 1.5**3
+    return pd.DataFrame(conditions, columns=list(CONDITIONS)).assign(
+        oil="4050", load_n=load_n, slide_roll_ratio=slip, traction_coefficient=mu
+    )
+
+
 @pytest.mark.parametrize(("pressure", "slip"), [(1.0, 0.05), (1.0, 0.2), (1.5, 0.05), (1.5, 0.1)])
 def test_correction_recovers_most_of_heat(config: Settings, pressure: float, slip: float) -> None:
     speed, inlet = 30.0, 100.0
     truth = HeatedTruth()
     at = np.array([[pressure, speed, inlet]])
     measured = truth.predict(at, np.array([slip])).traction_coefficient.item()
-    curve = pd.DataFrame(at, columns=list(CONDITIONS)).assign(
-        oil="4050",
-        load_n=pressure**3 * 142 / 1.5**3,
-        slide_roll_ratio=slip,
-        traction_coefficient=measured,
-    )
+    curve = curve_of(at, slip, measured)
     (rig,) = config.rigs.values()
     contact = present(rig.contact(), "contact", "the rig")
     corrected = without_heat(curve, truth, contact, config)  # type: ignore[arg-type]
@@ -125,12 +129,7 @@ def test_impossible_correction_is_refused(config: Settings) -> None:
     law = LawWithoutHeat()
     at = np.tile([pressure, speed, inlet], (len(slip), 1))
     measured = law.predict(at, slip).traction_coefficient
-    curve = pd.DataFrame(at, columns=list(CONDITIONS)).assign(
-        oil="4050",
-        load_n=pressure**3 * 142 / 1.5**3,
-        slide_roll_ratio=slip,
-        traction_coefficient=measured,
-    )
+    curve = curve_of(at, slip, measured)
     (rig,) = config.rigs.values()
     contact = present(rig.contact(), "contact", "the rig")
     corrected = without_heat(curve, law, contact, config)  # type: ignore[arg-type]
