@@ -139,6 +139,13 @@ def has_usual_slope(true: tuple[float, float, float]) -> bool:
     return bool(1.6 < slope < 4.9)
 
 
+def has_usual_rows(rows: list[list[float]]) -> bool:
+    """Whether Walther's line through two viscosities has the slope of a usual oil."""
+    (first_k, first_cst), (last_k, last_cst) = rows
+    ends = [np.log10(np.log10(each + 0.7)) for each in (first_cst, last_cst)]
+    return bool(1.5 <= (ends[0] - ends[1]) / np.log10(last_k / first_k) <= 5.0)
+
+
 true_oils = vogel_oils.filter(has_usual_slope)
 
 
@@ -187,7 +194,8 @@ def test_decimal_point_in_the_wrong_place_is_refused_or_said(
     rows = rows_of(true, MODELS[model])
     rows[row % len(rows)][1] *= factor
     mistake, doubts = judged(model, rows, true[0])
-    assert mistake or doubts
+    # two wrong viscosities may be those of another usual oil: nothing can tell
+    assert mistake or doubts or (model != "vogel" and has_usual_rows(rows))
 
 
 @given(true_oils, st.sampled_from([1 / 1.5, 1 / 1.3, 1.3, 1.5, 2.0, 2.8]))

@@ -46,6 +46,8 @@ ShortText = Annotated[str, Field(max_length=200)]
 _RECORDS_MAX = Field(max_length=100_000)
 # Keys of one object; the packages of an environment are a few hundred.
 _MOST_KEYS = 10_000
+# Keys of all objects: three of each record, of three lists.
+_MOST_KEYS_TOGETHER = 1_000_000
 
 
 class FileRecord(Group):
@@ -214,6 +216,8 @@ def _parse(path: Path) -> Manifest:
         raise OilfilmError(f"{path}: is larger than {MOST_BYTES} bytes, so it is not a manifest.")
     try:
         text = path.read_bytes().decode("utf-8")
+        if text.count('":') > _MOST_KEYS_TOGETHER:
+            raise ValueError(f"more than {_MOST_KEYS_TOGETHER} keys")
         # pydantic notes every unknown key: their number is limited before
         content = json.loads(text, object_pairs_hook=_object_of_few_keys)
     except (OSError, ValueError, RecursionError) as error:

@@ -429,6 +429,8 @@ class BearingFile(Group):
 
 
 _CST_PER_M2_S = 1e6
+# Kinematic viscosity of the thinnest oil, at any temperature of use, in cSt.
+_THINNEST_CST = 0.5
 # Range of the pressure-viscosity coefficient of all liquid lubricants at 40 degC.
 _PRESSURE_VISCOSITY_1_GPA = (5, 50)
 # Largest relative difference of the viscosity from the nominal one.
@@ -595,7 +597,9 @@ class OilKeys(Group):
     name: q.Text = key("Full name.")
     display_name: q.Text = key("Full name, in quotes. Figures and tables show the id.")
     aliases: list[q.Text] = key("Other names that logs give the oil.", default=[])
-    nominal_kinematic_viscosity_100c_cst: float = key("At 100 degC.", unit="cSt", gt=0.5, le=2000)
+    nominal_kinematic_viscosity_100c_cst: float = key(
+        "At 100 degC.", unit="cSt", gt=_THINNEST_CST, le=2000
+    )
     stand_in: bool = key("The properties are another oil's, because its own are not known.")
     note: q.Text = key("What the reader must know of the properties' origin.")
     source: q.Text = key("Source of the numbers.")
@@ -741,6 +745,12 @@ class MeasuredOil(OilKeys):
                 f"found {len(rows)} viscosities; model: {self.model} needs {needed}.",
             )
         temperature_k, viscosity_cst = rows.T
+        if viscosity_cst.min() <= _THINNEST_CST:
+            raise contradiction(
+                ("coefficients", "kinematic_viscosity_cst"),
+                f"found {viscosity_cst.min():g} cSt; expected more than {_THINNEST_CST:g}, as oils "
+                "have it. Check the decimal mark and the units.",
+            )
         if self.model == "walther":
             return oils.walther_coefficients(temperature_k, viscosity_cst)
         density = _curve(self.density_kg_m3).at(temperature_k)
