@@ -193,3 +193,90 @@ def test_one_wrong_sign_is_named_and_left_out() -> None:
     assert len(read.points) == len(TRUTH) - 1
     assert (read.points[MU] > 0).all()
     assert any(f"{table.loc[4, MU]:g}" in note for note in read.notes)
+
+
+def test_mu_of_both_signs_is_refused() -> None:
+    table = TRUTH.copy()
+    table.loc[::2, SLIP] *= -1
+    table.loc[::4, MU] *= -1
+    with pytest.raises(oilfilm.OilfilmError, match="negative mu"):
+        read_mu_table(table.rename(columns=PLAIN))
+
+
+def test_what_the_user_leaves_out_is_what_the_name_says() -> None:
+    """The definition of the name counts, not that of the project."""
+    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE])
+    table["mean pressure"] = TRUTH[PRESSURE] / 1.5
+    stated = Stated(stated_columns("max_hertz_pressure=mean pressure [GPa]"))
+    points = read_mu_table(table, stated).points
+    np.testing.assert_allclose(points[PRESSURE], TRUTH[PRESSURE])
+
+
+def test_name_is_stated_as_the_table_has_it() -> None:
+    """`mu_k` has no unit: nothing of the name is cut off."""
+    table = TRUTH.rename(columns={**PLAIN, MU: "mu_k"})
+    stated = Stated(stated_columns("traction_coefficient=mu_k"))
+    np.testing.assert_allclose(read_mu_table(table, stated).points[MU], TRUTH[MU])
+
+
+def test_all_candidates_of_an_open_meaning_are_named() -> None:
+    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[SPEED])
+    table["Speed 1 [m/s]"] = TRUTH[SPEED]
+    table["Speed 2 [m/s]"] = TRUTH[SPEED]
+    with pytest.raises(oilfilm.OilfilmError, match="Speed 1") as asked:
+        read_mu_table(table)
+    assert "Speed 2" in str(asked.value)
+
+
+def test_open_column_that_is_not_needed_is_not_asked_about() -> None:
+    """A force may be load or traction; beside pressure and mu it is neither."""
+    table = TRUTH.rename(columns=PLAIN).assign(**{"Force [N]": 3.0})
+    read = read_mu_table(table)
+    assert "load_n" not in read.points
+    assert any("'Force [N]'" in note for note in read.notes)
+
+
+def test_column_that_is_nothing_is_left_out() -> None:
+    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE])
+    table["Load [N]"] = 50.0
+    table["Pressure [MPa]"] = 0.3
+    with pytest.raises(oilfilm.OilfilmError, match="nothing=Pressure"):
+        read_mu_table(table)
+    points = read_mu_table(table, Stated(stated_columns("nothing=Pressure [MPa]"))).points
+    assert PRESSURE not in points
+
+
+@pytest.mark.parametrize("unit", ["", " [-]", " [%]"])
+def test_ratio_that_the_speeds_contradict_is_refused(unit: str) -> None:
+    table = TRUTH.rename(columns=PLAIN).drop(columns=[PLAIN[SLIP], PLAIN[SPEED]])
+    table["ball speed [m/s]"] = TRUTH[SPEED] * (1 - TRUTH[SLIP] / 2)
+    table["disc speed [m/s]"] = TRUTH[SPEED] * (1 + TRUTH[SLIP] / 2)
+    table[f"SRR{unit}"] = TRUTH[SLIP] / 2 * (100 if "%" in unit else 1)
+    with pytest.raises(oilfilm.OilfilmError, match="contradicts the speeds"):
+        read_mu_table(table)
+
+
+def test_digits_of_speeds_contradict_no_ratio() -> None:
+    """Speeds of three digits in a sweep to 2 %: their difference is hardly a digit."""
+    slip = TRUTH[SLIP] * 0.08
+    table = TRUTH.assign(**{SLIP: slip}).rename(columns=PLAIN).drop(columns=PLAIN[SPEED])
+    table["ball speed [m/s]"] = (TRUTH[SPEED] * (1 - slip / 2)).round(1)
+    table["disc speed [m/s]"] = (TRUTH[SPEED] * (1 + slip / 2)).round(1)
+    np.testing.assert_allclose(read_mu_table(table).points[SLIP], slip)
+
+
+@pytest.mark.parametrize(
+    "name", ["Sliding velocity", "Schlupf [%]", "Hertz pressure [GPa]", "Temp"]
+)
+def test_line_to_paste_answers_the_question(name: str) -> None:
+    """A table with this column in place of the plain one is read with the line of its message."""
+    quantity = {"S": SLIP, "H": PRESSURE, "T": TEMPERATURE}[name[0]]
+    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[quantity])
+    table[name] = TRUTH[quantity] * {"[%]": 100}.get(name[-3:], 1)
+    if name == "Sliding velocity":
+        table[name] *= TRUTH[SPEED]
+    with pytest.raises(oilfilm.OilfilmError) as asked:
+        read_mu_table(table)
+    line = str(asked.value).partition('--columns "')[2].partition('"')[0]
+    points = read_mu_table(table, Stated(stated_columns(line))).points
+    np.testing.assert_allclose(points[quantity], TRUTH[quantity])

@@ -14,10 +14,10 @@ import numpy as np
 
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.units import FloatArray, possible_conversion
+from oilfilm.logs.header import split_unit
 from oilfilm.logs.meaning import (
     DEFINITION_WORDS,
     DEFINITIONS,
-    RANK_OF_OPEN,
     UNIT_OF,
     Meaning,
     meaning_of,
@@ -29,12 +29,20 @@ from oilfilm.logs.meaning import (
 _LARGEST_RATIO = 2.0
 # A sweep to a larger ratio is rare. Without a unit it may as well be one in %.
 _USUAL_RATIO = 0.5
-# Largest difference of two columns that say the same, relative to the largest value.
-_SAME = 0.02
+# A ratio that the speeds of both bodies confirm is within this of theirs, relative.
+_CONFIRMED = 0.02
 # Another definition is so many times as far from what the speeds say.
 _CLEARLY_FARTHER = 3.0
+# Two columns that say the same differ by less: digits and moduli of one material make 2 %.
+_CONTRADICTS = 0.05
+# Speeds of three digits leave so much of the ratio open, as `logged_twice` of logs has it.
+_OPEN_BY_DIGITS = 0.005
 # Maximum over mean pressure of a circular contact (Hertz 1881).
 _MAXIMUM_OVER_MEAN = 1.5
+# Steel of bearings is indented by more than this.
+_LARGEST_PRESSURE_GPA = 5.0
+# What the user may say of a column that is none of the quantities.
+NOTHING = "nothing"
 
 
 @dataclass(frozen=True)
@@ -86,10 +94,12 @@ def stated_columns(text: str | Mapping[str, str]) -> dict[str, Meaning]:
 
     Args:
         text: `quantity=name [unit], definition`, several separated by semicolons; or the same as a
-            dictionary of quantities. Unit and definition may be left out where the table has them.
+            dictionary of quantities. Unit and definition may be left out: then they are those that
+            the table says, else the definition of the project. The quantity `nothing` is for a
+            column that is none of them.
 
     Raises:
-        OilfilmError: A quantity, a unit or a definition is not known.
+        OilfilmError: A quantity is not known.
 
     Examples:
         >>> stated_columns("slide_roll_ratio=Schlupf [%], over_sum")["Schlupf"].definition
@@ -106,15 +116,14 @@ def stated_columns(text: str | Mapping[str, str]) -> dict[str, Meaning]:
         entries = [(str(quantity), str(column)) for quantity, column in text.items()]
     stated: dict[str, Meaning] = {}
     for quantity, column in entries:
-        if quantity not in UNIT_OF:
-            expected = ", ".join(UNIT_OF)
+        if quantity not in (*UNIT_OF, NOTHING):
+            expected = ", ".join((*UNIT_OF, NOTHING))
             raise OilfilmError(f"--columns: found {quantity!r}; expected one of {expected}.")
         definitions = DEFINITIONS.get(quantity, ())
         before, found, last = column.rpartition(",")
         definition = last.strip() if found and last.strip() in definitions else ""
-        name, unit = stated_unit(before.strip() if definition else column)
-        if not definition and len(definitions) > 0:
-            definition = definitions[0]
+        # only a unit in brackets: the user types the name as the table has it
+        name, unit = split_unit(before.strip() if definition else column)
         stated[name] = Meaning(quantity, definition, unit)
     return stated
 
@@ -145,15 +154,17 @@ def columns_of(
     candidates: dict[str, list[TableColumn]] = {}
     left = dict(stated)
     for index, name in enumerate(names):
-        bare, _ = stated_unit(name)
-        said_by_user = left.pop(name, None) or left.pop(bare, None)
-        meaning = said_by_user or meaning_of(name, units[index])
-        if said_by_user is not None and not said_by_user.unit:
-            unit_in_table = units[index] or stated_unit(name)[1]
-            meaning = replace(said_by_user, unit=unit_in_table)
-        if meaning is None or index not in numbers:
+        key = key_of_stated(name, left)
+        if key is None:
+            meaning = meaning_of(name, units[index])
+        else:
+            meaning = _completed(left[key], name, units[index])
+        is_nothing = meaning is None or meaning.quantity == NOTHING
+        if key is not None and (index in numbers or is_nothing):
+            del left[key]
+        if meaning is None or is_nothing or index not in numbers:
             continue
-        column = TableColumn(name, meaning, numbers[index], said_by_user is not None)
+        column = TableColumn(name, meaning, numbers[index], by_user=key is not None)
         candidates.setdefault(meaning.quantity, []).append(column)
     if left:
         missing = next(iter(left))
@@ -168,7 +179,7 @@ def columns_of(
         ranks = [_rank(column) for column in columns]
         best = min(ranks)
         at_best = [column for column, rank in zip(columns, ranks, strict=True) if rank == best]
-        if len(at_best) > 1 and best < RANK_OF_OPEN:
+        if len(at_best) > 1:
             both = " and ".join(repr(column.name) for column in at_best)
             raise AskedError(
                 f"the columns {both} could both be the {quantity.replace('_', ' ')}.",
@@ -182,6 +193,27 @@ def columns_of(
     return chosen, notes
 
 
+def key_of_stated(name: str, stated: Mapping[str, Meaning]) -> str | None:
+    """The name under which the user states a column: with its unit or without; None if not."""
+    for key in (name, split_unit(name)[0], stated_unit(name)[0]):
+        if key in stated:
+            return key
+    return None
+
+
+def _completed(stated: Meaning, name: str, unit_beside: str) -> Meaning:
+    """What the user says of a column, with unit and definition of its name where none is said."""
+    unit = stated.unit or unit_beside or stated_unit(name)[1]
+    definition = stated.definition
+    definitions = DEFINITIONS.get(stated.quantity, ())
+    if not definition and definitions:
+        by_name = meaning_of(name, unit_beside)
+        is_same_quantity = by_name is not None and by_name.quantity == stated.quantity
+        of_name = by_name.definition if by_name is not None and is_same_quantity else ""
+        definition = of_name or definitions[0]
+    return replace(stated, unit=unit, definition=definition)
+
+
 def _rank(column: TableColumn) -> int:
     """The smaller, the sooner a column is taken; what the user says comes first."""
     return 0 if column.by_user else rank_of(column.meaning)
@@ -191,14 +223,21 @@ def _line_to_paste(column: TableColumn) -> str:
     """The line that states what a column is."""
     meaning = column.meaning
     bare, unit_of_name = stated_unit(column.name)
-    unit = meaning.unit or unit_of_name or UNIT_OF[meaning.quantity]
+    usual_unit = "m/s" if meaning.definition == "sliding_speed" else UNIT_OF[meaning.quantity]
+    unit = meaning.unit or unit_of_name or usual_unit
     in_brackets = "" if unit == "1" else f" [{unit}]"
     definitions = DEFINITIONS.get(meaning.quantity, ())
     definition = f", {meaning.definition or definitions[0]}" if definitions else ""
     line = f'--columns "{meaning.quantity}={bare}{in_brackets}{definition}"'
     if len(definitions) > 1 and not meaning.definition:
-        return f"State which: {line}; {' or '.join(definitions[1:])} in place of {definitions[0]}."
-    return f"State it: {line}."
+        others = " or ".join(definitions[1:])
+        return f"State which: {line}; {others} in place of {definitions[0]}; {_elsewise(bare)}."
+    return f"State it: {line}; {_elsewise(bare)}."
+
+
+def _elsewise(name: str) -> str:
+    """How to say that a column is none of the quantities."""
+    return f'--columns "{NOTHING}={name}" if it is something else'
 
 
 # ---------------------------------------------------------------- what the numbers say
@@ -246,7 +285,7 @@ def reading_of(
     _refuse_contradictions(values, names)
     pressure = values.get("max_hertz_pressure")
     if pressure is not None and pressure_of_load is not None:
-        if not _same(pressure, pressure_of_load):
+        if _distance(pressure, pressure_of_load) > _CONTRADICTS:
             raise AskedError(
                 f"the column {names['max_hertz_pressure']!r} is not the maximum Hertz pressure of "
                 f"{names['load']!r} with this ball radius and these materials: it is "
@@ -300,11 +339,6 @@ def _asked(column: TableColumn) -> AskedError:
     )
 
 
-def _same(one: FloatArray, other: FloatArray) -> bool:
-    """Whether two columns say the same in the median row."""
-    return _distance(one, other) <= _SAME
-
-
 def _distance(one: FloatArray, other: FloatArray) -> float:
     """Median difference of two columns over the largest value of the second; else infinite."""
     both = np.isfinite(one) & np.isfinite(other)
@@ -322,7 +356,7 @@ def _maximum_pressure(
     if meaning.question and pressure_of_load is not None:
         numbers = in_unit(replace(column, meaning=replace(meaning, question="")))
         for definition, factor in (("maximum", 1.0), ("mean", _MAXIMUM_OVER_MEAN)):
-            if _same(factor * numbers, pressure_of_load):
+            if _distance(factor * numbers, pressure_of_load) <= _CONTRADICTS:
                 return factor * numbers, f", the {definition}: load and ball radius give it"
     numbers = in_unit(column)
     if meaning.definition == "mean":
@@ -366,11 +400,7 @@ def _slide_roll_ratio(
         found = _definition_by_speeds(column, by_speeds)
         if found is not None:
             return found
-        if not meaning.question and meaning.unit:
-            raise AskedError(
-                f"the column {column.name!r} contradicts the speeds of ball and disc.",
-                "Correct the column that is wrong, or leave it out.",
-            )
+        _refuse_other_ratio(column, by_speeds)
     if meaning.question:
         raise _asked(column)
     largest = float(np.nanmax(np.abs(column.numbers), initial=0))
@@ -429,17 +459,53 @@ def _definition_by_speeds(
             to_unit = possible_conversion(unit, ("1",))
             if to_unit is not None:
                 ratio = over_mean(to_unit.convert(column.numbers), definition)
-                distance = _distance(np.abs(ratio), np.abs(by_speeds))
-                found.append((distance, definition, unit, ratio))
+                found.append((_misfit(ratio, by_speeds), definition, unit, ratio))
     if not found:
         return None
     nearest, *others = sorted(found, key=lambda entry: entry[0])
     distance, definition, unit, ratio = nearest
     is_clear = all(other[0] > _CLEARLY_FARTHER * distance for other in others)
-    if distance > _SAME or not is_clear:
+    if distance > _CONFIRMED or not is_clear:
         return None
     in_percent = ", in %" if unit == "%" and not meaning.unit else ""
     return ratio, f"{in_percent}, {DEFINITION_WORDS[definition]}: both speeds confirm it"
+
+
+def _misfit(ratio: FloatArray, by_speeds: FloatArray) -> float:
+    """How far a ratio is from that of the speeds, as the factor between them less 1.
+
+    The factor is that of least squares, with the error in the speeds: their digits, which at a low
+    slip are as large as the slip, hardly move it. The sign of the slip is a matter of convention.
+    """
+    known = np.isfinite(ratio) & np.isfinite(by_speeds)
+    squares = float(np.sum(ratio[known] ** 2))
+    if squares == 0:
+        return np.inf
+    factor = float(np.sum(np.abs(ratio[known] * by_speeds[known]))) / squares
+    return abs(factor - 1)
+
+
+def _refuse_other_ratio(column: TableColumn, by_speeds: FloatArray) -> None:
+    """Refuse a stated ratio that the speeds contradict in every unit that it may have.
+
+    Raises:
+        AskedError: They contradict it.
+    """
+    meaning = column.meaning
+    if meaning.question:
+        return
+    for unit in [meaning.unit] if meaning.unit else ["1", "%"]:
+        to_unit = possible_conversion(unit, ("1",))
+        if to_unit is None:
+            return
+        ratio = over_mean(to_unit.convert(column.numbers), meaning.definition)
+        difference = float(np.nanmedian(np.abs(np.abs(ratio) - np.abs(by_speeds))))
+        if _misfit(ratio, by_speeds) <= _CONTRADICTS or difference <= _OPEN_BY_DIGITS:
+            return
+    raise AskedError(
+        f"the column {column.name!r} contradicts the speeds of ball and disc.",
+        "Correct the column that is wrong, or leave it out.",
+    )
 
 
 def _refuse_contradictions(values: Mapping[str, FloatArray], names: Mapping[str, str]) -> None:
@@ -450,7 +516,7 @@ def _refuse_contradictions(values: Mapping[str, FloatArray], names: Mapping[str,
     """
     if {"ball_speed", "disc_speed", "entrainment_speed"} <= values.keys():
         mean = (values["ball_speed"] + values["disc_speed"]) / 2
-        if not _same(values["entrainment_speed"], mean):
+        if _distance(values["entrainment_speed"], mean) > _CONTRADICTS:
             raise AskedError(
                 f"the column {names['entrainment_speed']!r} is not the mean of "
                 f"{names['ball_speed']!r} and {names['disc_speed']!r}.",
@@ -468,7 +534,3 @@ def _refuse_contradictions(values: Mapping[str, FloatArray], names: Mapping[str,
                 "be swapped.",
                 "Correct the names.",
             )
-
-
-# Steel of bearings is indented by more than this.
-_LARGEST_PRESSURE_GPA = 5.0

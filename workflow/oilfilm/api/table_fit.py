@@ -24,6 +24,7 @@ from oilfilm.api.mu_columns import (
     TableColumn,
     columns_of,
     in_unit,
+    key_of_stated,
     reading_of,
     stated_columns,
 )
@@ -34,7 +35,7 @@ from oilfilm.logs import delimited_text, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.meaning import Meaning, NamesInWords, label_of, meaning_of, stated_unit
+from oilfilm.logs.meaning import Meaning, NamesInWords, label_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.traction import LAWS, PAPER_LAW
@@ -69,6 +70,8 @@ _COLUMN_OF = {
     "slide_roll_ratio": SLIP,
     "traction_coefficient": MU,
 }
+# Of the points at negative slip so many may have the other sign of mu; more is no slip of the pen.
+_MOST_ODD_SIGNS = 0.2
 _DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 # First bytes of a file.
 _PARQUET_SIGNATURE = b"PAR1"
@@ -409,7 +412,7 @@ def _add_points(mu_table: MuTable, logged: LoggedTable, stated: Stated) -> dict[
     may_count = [
         index
         for index, name in enumerate(logged.names)
-        if by_name[index] is not None or _is_stated(name, stated.columns)
+        if by_name[index] is not None or key_of_stated(name, stated.columns) is not None
     ]
     values = zip(may_count, logged.values(may_count), strict=True)
     numbers = {
@@ -420,7 +423,8 @@ def _add_points(mu_table: MuTable, logged: LoggedTable, stated: Stated) -> dict[
     try:
         chosen, notes = columns_of(logged.names, logged.units, numbers, stated.columns)
         chosen = {quantity: column for quantity, column in chosen.items() if quantity in _COLUMN_OF}
-        _refuse_incomplete(mu_table, logged.names, chosen, stated)
+        notes += _without_needless(chosen)
+        _refuse_incomplete(mu_table, logged.names, chosen)
         pressure_of_load = None
         if "load" in chosen and stated.pressure_of_load is not None:
             pressure_of_load = stated.pressure_of_load(in_unit(chosen["load"]))
@@ -441,12 +445,24 @@ def _add_points(mu_table: MuTable, logged: LoggedTable, stated: Stated) -> dict[
     return dict(reading.names)
 
 
-def _is_stated(name: str, stated: Mapping[str, Meaning]) -> bool:
-    return name in stated or stated_unit(name)[0] in stated
+def _without_needless(chosen: dict[str, TableColumn]) -> list[str]:
+    """Take out columns that may be a quantity that the table has in another way; notes on them.
+
+    A force that may be the load is not asked about beside a pressure, nor a speed beside those of
+    both bodies.
+    """
+    given_by = {"load": {"max_hertz_pressure"}, "entrainment_speed": {"ball_speed", "disc_speed"}}
+    notes: list[str] = []
+    for quantity, others in given_by.items():
+        column = chosen.get(quantity)
+        if column is not None and column.meaning.question and others <= chosen.keys():
+            del chosen[quantity]
+            notes.append(f"not read: {column.name!r}: {column.meaning.question}")
+    return notes
 
 
 def _refuse_incomplete(
-    mu_table: MuTable, names: Sequence[str], chosen: Mapping[str, TableColumn], stated: Stated
+    mu_table: MuTable, names: Sequence[str], chosen: Mapping[str, TableColumn]
 ) -> None:
     """Refuse a table without mu or without a slide-roll ratio.
 
@@ -492,22 +508,29 @@ def _forwards(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
 
     A table has mu with the sign of the slip, or without it. Most of its points at negative slip
     tell which. The sign of the others contradicts them.
+
+    Raises:
+        OilfilmError: Both signs are frequent.
     """
     is_backwards = points[SLIP] < 0
-    if not is_backwards.any():
-        return points
     is_negative = points[MU] < 0
-    slides = points[SLIP] != 0
-    signed = int((is_negative & is_backwards).sum()) > int((~is_negative & is_backwards).sum())
-    expected = is_backwards if signed else pd.Series(False, index=points.index)
-    is_odd = slides & (is_negative != expected) & (points[MU] != 0)
-    # forward points of negative mu are a matter of the rig's sign convention, not of one row
-    is_odd &= is_backwards
-    if is_odd.any():
+    n_backwards = int(is_backwards.sum())
+    n_negative = int((is_backwards & is_negative).sum())
+    if n_backwards == 0:
+        return points
+    signed = 2 * n_negative > n_backwards
+    is_odd = is_backwards & (is_negative != signed) & (points[MU] != 0)
+    n_odd = int(is_odd.sum())
+    if n_odd > _MOST_ODD_SIGNS * n_backwards:
+        raise mu_table.error(
+            f"of {n_backwards} rows at negative slip {n_negative} have a negative mu.",
+            "Give mu the sign of the slip in all rows, or in none.",
+        )
+    if n_odd:
         row = points.loc[is_odd].iloc[0]
         convention = "has the sign of the slip" if signed else "has no sign"
         mu_table.notes.append(
-            f"{int(is_odd.sum())} of {len(points)} rows are left out: at negative slip mu "
+            f"{n_odd} of {len(points)} rows are left out: at negative slip mu "
             f"{convention} in the other rows, and here it is {row[MU]:g} at S = {row[SLIP]:g}"
         )
     forwards = points.assign(**{SLIP: points[SLIP].abs()})

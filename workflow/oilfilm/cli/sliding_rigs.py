@@ -8,6 +8,7 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 
 from oilfilm.logs.likely_names import likely_names
+from oilfilm.logs.meaning import sayings
 from oilfilm.logs.sniff import VOCABULARY, Sniffed
 
 # Kind of rig -> words in the names of its columns, in small letters. A word of up to four letters
@@ -23,10 +24,6 @@ _WORDS = {
         "cof rotary"
     ),
 }
-# A name with one of these is no slide-roll ratio: it is a speed or a distance of sliding.
-_OF_SLIDING = (
-    "velocity speed distance geschwind gleitweg vitesse velocidad velocità скорость 速度 距离"
-)
 _LONGEST_WHOLE_WORD = 4
 _WORD = re.compile(r"[^\W\d_]+")
 _MOST_NAMES_SHOWN = 4
@@ -61,17 +58,15 @@ def does_not_roll(log: Sniffed, content: bytes) -> str:
 
 
 def _rolls(log: Sniffed, names: Iterable[str]) -> bool:
-    """Whether names of columns show a rolling speed, or the speeds of two bodies."""
-    quantities = set()
-    for quantity, candidates in log.guesses.items():
-        names_of_quantity = [name for name, _ in candidates]
-        if quantity == "slide_roll_ratio":
-            names_of_quantity = [
-                name for name in names_of_quantity if not _has_any(name, _OF_SLIDING)
-            ]
-        if names_of_quantity:
-            quantities.add(quantity)
+    """Whether format or names of columns show a rolling speed, or the speeds of two bodies."""
+    if log.format == "pcs":
+        # an export of a traction rig, whatever its columns
+        return True
+    quantities = set(log.guesses)
     for name in names:
+        said = sayings(name)
+        if said & {"entrainment", "srr"} or {"rolling", "speed"} <= said:
+            return True
         meaning = VOCABULARY.meaning(name)
         if meaning:
             quantities.add(meaning[0])

@@ -257,7 +257,6 @@ _UNITS_IN_KEYS = {
     "kn": "kN",
     "n": "N",
     "c": "degC",
-    "k": "K",
 }
 
 
@@ -292,7 +291,10 @@ def meaning_of(
     """
     bare, unit_of_name = stated_unit(name)
     unit = unit_beside or unit_of_name
-    symbol = _SYMBOLS.get(bare.strip())
+    # `F_n` is a symbol, not F in newtons
+    symbol = _SYMBOLS.get(name.strip()) or _SYMBOLS.get(bare.strip())
+    if name.strip() in _SYMBOLS:
+        unit = unit_beside
     if symbol is not None:
         return _of_symbol(symbol, unit)
     said = sayings(bare)
@@ -510,8 +512,9 @@ class NamesInWords(Vocabulary):
         known = super().meaning(name)
         if known is not None:
             return known
-        bare, _ = stated_unit(name)
-        meaning = self.stated.get(name) or self.stated.get(bare) or meaning_of(name)
+        meaning = meaning_of(name)
+        for key in (name, split_unit(name)[0], stated_unit(name)[0]):
+            meaning = self.stated.get(key, meaning)
         if meaning is None:
             return None
         quantity = quantity_of_logs(meaning.quantity)
