@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import standstill
-from bad_logs import UNITS, good
+from bad_logs import UNITS, good, pcs
 from formats import csv
 from oilfilm.cli import main
 from oilfilm.cli.dialogue import check_project, open_lines
@@ -205,6 +205,13 @@ def test_rolling_rig_with_a_column_of_wear_is_no_sliding_rig(tmp_path: Path) -> 
     (tmp_path / "log.csv").write_bytes(csv({**values, **extra}, units, {"oil": "B-12"}))
     made = make_project(tmp_path / "p", [tmp_path / "log.csv"])
     assert made.found.named
+
+
+def test_export_of_a_traction_rig_rolls_whatever_its_columns(tmp_path: Path) -> None:
+    """Exports of PCS rigs have a column of the sliding speed, as pin-on-disc rigs have."""
+    (tmp_path / "export.txt").write_bytes(pcs())
+    made = make_project(tmp_path / "p", [tmp_path / "export.txt"])
+    assert made.found.logs[0].format == "pcs"
 
 
 def test_meaning_that_a_name_leaves_open_is_confirmed_never_taken(tmp_path: Path) -> None:
