@@ -1,7 +1,7 @@
 """The columns of a table of mu: which is taken for what, how that is known, and what is asked.
 
 A meaning comes from the name of a column, from the user, or from the numbers of other columns.
-What none of them says is asked, with the line that answers it.
+A meaning that none of them gives is asked, with the line that answers it.
 
 Decides: which of several columns is taken, which numbers decide a definition or a unit, and when
 two columns contradict each other.

@@ -498,8 +498,8 @@ def quantity_of_logs(quantity: str) -> str:
 class NamesInWords(Vocabulary):
     """A vocabulary that understands names by their words, too.
 
-    Readers find the line of names and the row of units with it. What a column is taken for, and
-    what is asked, is not decided here.
+    Readers find the line of names and the row of units with it. It does not decide which column is
+    taken.
 
     Attributes:
         stated: What the user says, by name.
