@@ -77,7 +77,7 @@ def test_columns_and_set_points_are_shown(
     # Hertz, steel ball of 10 mm on steel: 1.25 GPa (docs/physics.md gives the rig's 82 N)
     assert points["load_n"]["source"] == "by Hertz"
     lacking = {each["gate"]: each["reason"] for each in run["gates_not_applied"]}
-    assert lacking["speed_off_nominal"] == "no set point of the entrainment speed is given"
+    assert "entrainment speed" in lacking["speed_off_nominal"]
     assert "set_points: slide_roll_ratio" in lacking["slip_off_set_point"]
     assert not {"load_off_nominal", "temperature_off_nominal"} & set(lacking)
 
@@ -133,9 +133,9 @@ def test_folder_says_the_campaign_of_logs(
     seen = FirstSeen("june", folder=tmp_path / "data/first_seen")
     seen.check_and_add(dict.fromkeys(["data/raw/june/a.csv", "data/raw/june/b.csv"], "0" * 64), [])
     assert main(["check", str(logs["june"]), *where]) == 1
-    assert "earlier run has read are gone: data/raw/june/b.csv." in capsys.readouterr().err
+    assert "data/raw/june/b.csv" in capsys.readouterr().err
     assert main(["check", str(logs["june"]), str(logs["july"]), *where]) == 2
-    assert "the logs are of the campaigns july and june" in capsys.readouterr().err
+    assert "july and june" in capsys.readouterr().err
 
 
 def test_page_shows_what_is_printed(
@@ -198,7 +198,7 @@ def test_stranger_is_told_of_init_and_where_the_names_seem_to_be(
     assert main(["check", "strange.txt"]) == 1
     shown = capsys.readouterr()
     lines = " ".join(shown.out.split())
-    assert "names seem to be in line 3" in lines
+    assert "line 3" in lines
     assert "Drehung" in lines
     assert "oilfilm init" in shown.err
 
@@ -282,4 +282,4 @@ def test_too_little_memory_ends_in_a_sentence(
 
     monkeypatch.setattr("oilfilm.cli.check.ingest_logs", no_memory)
     assert main(["check", str(path), *CONFIG]) == 2
-    assert "memory does not suffice" in capsys.readouterr().err
+    assert "memory" in capsys.readouterr().err

@@ -121,7 +121,7 @@ def test_reader_of_the_output_may_go_away_or_know_ascii_only(tmp_path: Path) -> 
     environment = {**os.environ, **ascii_only, "PYTHONPATH": str(ROOT / "workflow")}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 1
-    assert r"the header says oil '\u6cb9'" in done.stdout
+    assert r"'\u6cb9'" in done.stdout
     read, write = os.pipe()
     os.close(read)
     gone = subprocess.run(

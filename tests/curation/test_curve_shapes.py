@@ -137,7 +137,7 @@ def test_first_log_alone_is_warned_about_what_no_oil_does(
 ):
     curated = judged(ALONE, slips, {0: damage})
     assert sentence in told(curated)["00.csv"]
-    assert "Too few other curves" in told(curated)["00.csv"]
+    assert "few other curves" in told(curated)["00.csv"]
     assert (curated.runs["verdict"] == "accepted").all()
 
 

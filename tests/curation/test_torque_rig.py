@@ -61,7 +61,8 @@ def test_a_level_too_short_to_settle_is_listed_and_costs_no_other(config, rows):
     assert runs.loc[runs["accepted"], "inner_speed_rpm"].round(-1).tolist() == [3000, 9000]
     (refusal,) = refused.to_dict("records")
     assert refusal["rule"] == "too_short"
-    assert re.search(r"the speed of about 6000 rpm was held for 2\.[123] s", refusal["reason"])
+    assert "6000 rpm" in refusal["reason"]
+    assert re.search(r"2\.[123] s", refusal["reason"])
 
 
 @pytest.mark.parametrize("acceleration_rpm_s", [100, 1000])

@@ -80,7 +80,7 @@ def test_footer_that_counts_other_rows_than_the_pages_have_loses_none(read, said
         kept = sum(map(len, reading.runs))
         assert kept == 1000 or [each.rule for each in reading.refusals] == ["damaged_file"]
         reasons |= {each.reason for each in reading.refusals}
-    assert any("and the pages have 1000" in reason for reason in reasons)
+    assert any("1000" in reason for reason in reasons)
 
 
 def test_frame_of_pandas_with_attributes_and_own_names_is_a_log(read) -> None:

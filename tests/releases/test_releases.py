@@ -218,7 +218,7 @@ def test_every_file_that_differs_is_missing_or_extra_is_named(
         "code/workflow/oilfilm/.planted.pyc",
         *("config.yaml", "exports/4102/law.h", "figures/fig99.png", "summary.txt"),
     ]
-    assert printed[2].endswith("is not a plain file.")
+    assert "plain file" in printed[2]
 
 
 @pytest.mark.parametrize("kept", [None, 0, -1], ids=["deleted", "empty", "a line short"])

@@ -110,7 +110,6 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
     )
     text = page.text
     assert "Nothing could be fitted" in text
-    assert "No fit can be explored" in text
 
 
 def test_explorer_without_surface_and_speed(results: CampaignTables, config: Settings) -> None:

@@ -60,7 +60,7 @@ def test_film_and_too_few_runs_are_trouble(results: CampaignTables, config: Sett
     changed = results.replace(points=results.points.assign(film_judgement=film), runs=runs)
     brief = [fact.text for fact in by_anchor(changed, config)["data"].facts if fact.is_trouble]
     assert any(line.startswith("NOT ENOUGH: oil 4010: 0 of 1 runs accepted") for line in brief)
-    assert any("FILM NOT JUDGED for" in line and "of 4050." in line for line in brief)
+    assert any(line.startswith("FILM NOT JUDGED") and "4050" in line for line in brief)
 
 
 def test_bearing_errors_leave_out_skidding_cages(results: CampaignTables, config: Settings) -> None:
@@ -100,7 +100,8 @@ def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
     ]
     balance = rows("heat_balance", *points)
     section = by_anchor(results.replace(heat_balance=balance), config)["bearing"]
-    assert "the best oil at 1 of 2 operating points. It is not known at 2 more" in told(section)
+    assert "1 of 2 operating points" in told(section)
+    assert "at 2 more" in told(section)
 
 
 def test_lists_of_tables_are_joined_where_they_are_shown() -> None:
@@ -118,7 +119,7 @@ def test_remarks_on_the_sheet_are_no_refusals(results: CampaignTables, config: S
     changed = results.replace(quarantine=listed, gate_counts=counts)
     section = by_anchor(changed, config)["refused"]
     assert [row[0] for row in section.tables[0].rows] == ["thin film"]
-    assert "no row for a log" not in told(section)
+    assert remark["reason"] not in told(section)
 
 
 def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:

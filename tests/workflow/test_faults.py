@@ -85,7 +85,7 @@ def test_code_that_changes_during_a_run_is_not_released(undisturbed: Path, tmp_p
             module.write("# changed\n")
         output, _ = running.communicate()
     assert running.returncode != 0
-    assert "The code has changed while it ran" in output
+    assert "code has changed" in output
 
 
 # A file system of its own for results, as large as is said; it ends with the process.
@@ -112,8 +112,8 @@ def test_read_only_and_full_disk_are_told_and_the_run_goes_on(undisturbed: Path,
     read_only, full = ((new / f"{name}.txt").read_text() for name in ("read-only", "full"))
     assert done.returncode == 0, read_only + full
     assert "Traceback" not in read_only + full
-    assert "The disk can only be read" in read_only
-    assert "The disk is full. Make room on it" in full
+    assert "can only be read" in read_only
+    assert "disk is full" in full
     assert (undisturbed / POINTS).read_bytes() == (new / "points.parquet").read_bytes()
 
 
@@ -141,7 +141,7 @@ def test_second_run_is_refused_unless_killed(released_project: Path, tmp_path: P
     with start(new, *again, stdout=subprocess.DEVNULL, new_session=True) as first:
         wait_for(lambda: bool(unfinished(new)))
         os.killpg(first.pid, signal.SIGSTOP)  # it must not end while the second one starts
-        assert "Another run is active in" in fail(new, *again)
+        assert "Another run" in fail(new, *again)
         # the run alone, so that its job lives on
         first.kill()
         os.killpg(first.pid, signal.SIGCONT)
