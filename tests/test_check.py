@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 
 import torque_logs
+from allocations import peak_bytes
 from bad_logs import csv, good
 from campaigns import LABORATORY, ROOT, laboratory_campaign, write_campaign
 from command_line import printed_objects
@@ -264,11 +264,9 @@ def test_every_cause_and_consequence_is_a_rule() -> None:
 def test_small_log_takes_no_memory_for_the_largest_one(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_bytes(csv())
-    tracemalloc.start()
-    assert read_bytes(path) == csv()
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert peak < 8e6
+    with peak_bytes() as peak:
+        assert read_bytes(path) == csv()
+    assert peak() < 8e6
 
 
 def test_too_little_memory_ends_in_a_sentence(

@@ -32,12 +32,15 @@ from oilfilm.logs.sheet_file import read_run_sheet
 from oilfilm.logs.torque_log import TORQUE
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
+from opendocument_files import document, row, rows_of, spreadsheet
 
 NO_KEYS: Mapping[str, Any] = {}
 BARE = csv(oil=None, max_hertz_pressure_gpa=None, entrainment_speed_m_s=None,
     inlet_temperature_c=None)  # fmt: skip
 HEAD = "file,oil,max_hertz_pressure_gpa,entrainment_speed_m_s,inlet_temperature_c\n"
 SET_POINTS = "1.25,30,70"
+NAMES_OF_SHEET = HEAD.strip().split(",")
+ROW_OF_SHEET = ["a.csv", 4102, 1.25, 30.0, 70]
 
 
 def sheet(
@@ -84,8 +87,8 @@ def bomb() -> bytes:
 
 def workbook(*rows: Sequence[Any]) -> bytes:
     book = openpyxl.Workbook()
-    for row in rows:
-        book.active.append(row)
+    for values in rows:
+        book.active.append(values)
     buffer = io.BytesIO()
     book.save(buffer)
     return buffer.getvalue()
@@ -126,7 +129,8 @@ ROW = f"a.csv,4102,{SET_POINTS}\n"
         (CHINESE.encode("utf-16"), "试验.csv"),
         ((HEAD + ROW).replace("\n", "\r").encode(), "a.csv"),
         (f"# runs of June\n\n{HEAD}\n{ROW}".encode(), "a.csv"),
-        (workbook([*HEAD.strip().split(",")], ["a.csv", 4102, 1.25, 30.0, 70]), "a.csv"),
+        (workbook(NAMES_OF_SHEET, ROW_OF_SHEET), "a.csv"),
+        (spreadsheet(document(Runs=row() + rows_of([NAMES_OF_SHEET, ROW_OF_SHEET]))), "a.csv"),
     ],
 )
 def test_sheet_is_read_in_every_language_and_encoding(content: bytes, file: str) -> None:

@@ -1,11 +1,10 @@
 """Posteriors beside the plain formulas of normal distributions over all points."""
 
-import tracemalloc
-
 import numpy as np
 import pytest
 import scipy.linalg
 
+from allocations import peak_bytes
 from lawless_truths import DENG_CONSTANTS, TRUTHS
 from oilfilm.surface import posterior as posterior_module
 from oilfilm.surface.effects import effect_design
@@ -239,16 +238,14 @@ def peak_memory(runs):
     random = np.random.default_rng(13)
     conditions = random_conditions(runs, random)
     measured = simulated(TRUTHS["jt"], conditions, random, slips=FEW_SLIPS)
-    tracemalloc.start()
-    covariance = covariance_of(measured)
-    inducing = np.flatnonzero(np.isin(covariance.curves.curve, np.arange(12)))
-    posterior = NystromPosterior(covariance, inducing)
-    posterior.mean(at_points(LAW, covariance.box, NEW, NEW_SLIP))
-    for _ in posterior.left_out(np.arange(runs)):
-        pass
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    return peak
+    with peak_bytes() as peak:
+        covariance = covariance_of(measured)
+        inducing = np.flatnonzero(np.isin(covariance.curves.curve, np.arange(12)))
+        posterior = NystromPosterior(covariance, inducing)
+        posterior.mean(at_points(LAW, covariance.box, NEW, NEW_SLIP))
+        for _ in posterior.left_out(np.arange(runs)):
+            pass
+    return peak()
 
 
 def test_rounding_does_not_choose_the_inducing_conditions():

@@ -31,7 +31,7 @@ from oilfilm.api.mu_columns import (
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import PA_PER_GPA, FloatArray
-from oilfilm.logs import delimited_text, workbook
+from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
@@ -105,7 +105,7 @@ def fit_table(
     columns: str | Mapping[str, str] = "",
     **settings: Any,
 ) -> ArrayFit:
-    """Fit a traction law to a table of mu: csv, tsv, xlsx, Parquet or a data frame.
+    """Fit a traction law to a table of mu: csv, tsv, xlsx, ods, Parquet or a data frame.
 
     Columns are found by name and unit, in the languages that logs may have: slide-roll ratio (as
     fraction or %), mean speed or speeds of ball and disc, mu, load or maximum Hertz pressure,
@@ -257,7 +257,7 @@ class Stated:
 
 
 def read_mu_table(table: Path | str | pd.DataFrame, stated: Stated | None = None) -> MuTable:
-    """Read csv, tsv, xlsx or Parquet, or a data frame.
+    """Read csv, tsv, xlsx, ods or Parquet, or a data frame.
 
     Args:
         table: The table.
@@ -386,7 +386,9 @@ def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
         if content.startswith(_PARQUET_SIGNATURE):
             return [("", _tab_separated(pd.read_parquet(io.BytesIO(content))))]
         if content.startswith(workbook.SIGNATURE):
-            sheets = workbook.sheet_texts(content)
+            is_opendocument = opendocument.recognises(content)
+            reader = opendocument if is_opendocument else workbook
+            sheets = reader.sheet_texts(content)
             if not sheets:
                 raise ValueError("no sheet has a cell")
             return sheets

@@ -127,7 +127,7 @@ def watch(command: Command) -> None:
 def fit(command: Command) -> None:
     """Fit a traction law to a table of traction coefficients.
 
-    The table (csv, tsv, xlsx, Parquet) has slide-roll ratio, mean speed, load or maximum Hertz
+    The table (csv, tsv, xlsx, ods, Parquet) has slide-roll ratio, mean speed, load or maximum Hertz
     pressure, temperature and mu. Its columns are found by name and unit.
 
     Example: oilfilm fit mu.csv --ball-radius 9.525mm --save mu-results

@@ -19,7 +19,17 @@ import pyarrow as arrow
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.logs import base, delimited_text, lvm, matlab, parquet, pcs, tdms, workbook
+from oilfilm.logs import (
+    base,
+    delimited_text,
+    lvm,
+    matlab,
+    opendocument,
+    parquet,
+    pcs,
+    tdms,
+    workbook,
+)
 from oilfilm.logs.columns import ROWS_ADVICE, read_tables
 from oilfilm.logs.log_kind import LogKind, Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
@@ -56,27 +66,27 @@ READERS: dict[str, Reader] = {
     "lvm": lvm,
     "pcs": pcs,
     "xlsx": workbook,
+    "ods": opendocument,
     "mat": matlab,
     "csv": delimited_text,
 }
 # First bytes of files that are no logs -> what they are.
 FOREIGN = {
     b"PK\x03\x04": "a zip archive: unpack it",
-    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls): save it as xlsx or csv",
+    b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls): save it as xlsx, ods or csv",
     b"\x89HDF": "an HDF5 file: export the channels as csv, or save a MATLAB file with -v7",
     b"TDSh": "the index of a tdms log without its data: take the file .tdms beside it",
     b"\x1f\x8b": "a log that was packed twice: unpack it once",
 }
-# It is near the beginning of an OpenDocument spreadsheet, which is a zip archive.
-_OPEN_DOCUMENT = b"application/vnd.oasis.opendocument.spreadsheet"
 # Formats that a library reads. Any error that it raises shows a damaged file.
-BINARY = frozenset({"tdms", "parquet", "xlsx", "mat"})
+BINARY = frozenset({"tdms", "parquet", "xlsx", "ods", "mat"})
 
 
 def recognised_format(content: bytes) -> str | None:
     """The name of the format of a file's bytes; None where no reader recognises them."""
     head = content[:4096]
-    if head.startswith(tuple(FOREIGN)) and not workbook.recognises(head):
+    is_spreadsheet = workbook.recognises(head) or opendocument.recognises(head)
+    if head.startswith(tuple(FOREIGN)) and not is_spreadsheet:
         return None
     return next((name for name, reader in READERS.items() if reader.recognises(head)), None)
 
@@ -318,8 +328,6 @@ def _unknown_format(content: bytes) -> base.UnreadableLogError:
         for first_bytes, foreign in FOREIGN.items():
             if content.startswith(first_bytes):
                 description = foreign
-        if _OPEN_DOCUMENT in content[:100]:
-            description = "an OpenDocument spreadsheet (.ods): save it as xlsx or csv"
         reason = f"the format is not known: the file is {description}"
     else:
         reason = "the file is empty"

@@ -14,7 +14,7 @@ from typing import BinaryIO
 from oilfilm.base.errors import OilfilmError
 
 # Names of the run sheet, in small letters or capitals. It is in the campaign's folder itself.
-_SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx")
+_SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx", "runs.ods")
 # Largest log in bytes, packed or unpacked. A larger one was made to fill the memory.
 LARGEST_LOG = 1 << 28
 TOO_LITTLE_MEMORY = (

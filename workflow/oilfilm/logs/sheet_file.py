@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs import base, run_sheet
+from oilfilm.logs import base, opendocument, run_sheet
 from oilfilm.logs.header import listed_names, meaning, split_unit
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, listed, named_logs
@@ -313,7 +313,7 @@ def _texts(content: bytes) -> list[Cells]:
 
 
 def _workbook(content: bytes, sheet: _Sheet) -> Cells:
-    """The cells of the first sheet of an Excel workbook, as a text sheet would hold them.
+    """The cells of the first sheet of a workbook, as a text sheet would hold them.
 
     Raises:
         OilfilmError: The workbook cannot be read.
@@ -337,6 +337,10 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
         return str(value).strip()
 
     try:
+        if opendocument.recognises(content):
+            # each cell holds its value, also where a formula gave it
+            _, lines = opendocument.sheet_lines(content)[0]
+            return [line.split("\t") for line in lines]
         with_values = openpyxl.load_workbook(
             checked_workbook(content), read_only=True, data_only=True
         ).worksheets[0]

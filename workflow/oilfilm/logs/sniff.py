@@ -247,7 +247,7 @@ def _to_ask(missing: Sequence[str], format_name: str) -> list[str]:
     if format_name == "pcs":
         # the names in these exports are fixed
         return []
-    if format_name in ("csv", "xlsx", "mat"):
+    if format_name in ("csv", "xlsx", "ods", "mat"):
         return list(missing)
     # the time of LabVIEW's logs need not be a column
     return [quantity for quantity in missing if quantity != "time"]

@@ -1,4 +1,4 @@
-"""Excel workbooks: a sheet is read as the text log that it would be, and is a run.
+"""Excel workbooks, and what all spreadsheets share: a sheet is read as a text log, and is a run.
 
 A small archive may hold very many cells, or one cell very far away: both are found before a cell is
 read.
@@ -9,9 +9,9 @@ Decides: how large a workbook may be, and how its cells are read.
 import datetime
 import io
 import zipfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, suppress
-from typing import Any
+from typing import IO, Any
 from xml.parsers import expat
 
 from oilfilm.logs import base, delimited_text
@@ -23,11 +23,11 @@ from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 SIGNATURE = b"PK\x03\x04"
 _MEMBERS_OF_WORKBOOK = (b"[Content_Types].xml", b"_rels/.rels", b"xl/", b"docProps/")
 _MIB = 1 << 20
-_LARGEST_UNPACKED = 64 * _MIB
+LARGEST_UNPACKED = 64 * _MIB
 # Excel's own limit.
-_LAST_ROW = 1_048_576
+LAST_ROW = 1_048_576
 # Cells with the empty ones in front of the last of each row: all of them are made.
-_MOST_CELLS = 10_000_000
+MOST_CELLS = 10_000_000
 _CHUNK_BYTES = 1 << 20
 
 
@@ -38,11 +38,24 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
+    return tables_of_sheets(sheet_texts(content), vocabulary)
+
+
+def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary) -> TablesOfFile:
+    """The tables of the sheets of a workbook; a sheet without a table is named in a note.
+
+    Args:
+        sheets: Title and tab-separated text of each sheet.
+        vocabulary: The words of the kind of log.
+
+    Raises:
+        UnreadableLogError: No sheet has a table.
+    """
     logged: list[LoggedTable] = []
     titles: list[str] = []
     not_read: list[str] = []
     first_error: UnreadableLogError | None = None
-    for title, text in sheet_texts(content):
+    for title, text in sheets:
         try:
             _, tables_of_sheet = delimited_text.tables(text, vocabulary)
         except UnreadableLogError as error:
@@ -87,43 +100,55 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
             lines: list[str] = []
             columns_in_percent: set[int] = set()
             for row in sheet.iter_rows():
-                cells = _cells(row, columns_in_percent)
-                if cells:
-                    lines.append("\t".join(cells))
-                    letters += len(lines[-1])
+                cells = [(cell.value, "%" in (cell.number_format or "")) for cell in row]
+                line = line_of_cells(cells, columns_in_percent)
+                if line:
+                    lines.append(line)
+                    letters += len(line)
                 # many cells may share one long text
-                if letters > _LARGEST_UNPACKED:
-                    raise ValueError(f"its cells hold more than {_LARGEST_UNPACKED // _MIB} MiB")
-            most_tabs = max((line.count("\t") for line in lines), default=0)
-            filled = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
-            if filled:
-                texts.append((sheet.title, ("\n".join(filled) + "\n").encode()))
+                check_letters(letters)
+            if lines:
+                texts.append((sheet.title, text_of_lines(lines)))
     return texts
 
 
-def _cells(row: Sequence[Any], columns_in_percent: set[int]) -> list[str]:
-    """The texts of a row up to its last filled cell.
+def check_letters(letters: int) -> None:
+    """Refuse a workbook whose cells have too many letters.
+
+    Raises:
+        ValueError: They have more than 64 MiB.
+    """
+    if letters > LARGEST_UNPACKED:
+        raise ValueError(f"its cells hold more than {LARGEST_UNPACKED // _MIB} MiB")
+
+
+def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: set[int]) -> str:
+    """The texts of a row up to its last filled cell, with tabs between them.
 
     A number that the sheet shows as 5 % is 0.05 in its cell. It becomes 5 in a column whose
     name or unit has a percent sign.
 
     Args:
-        row: The cells.
+        cells: The value of each cell, and whether the sheet shows it in percent.
         columns_in_percent: Columns with a percent sign above; those of this row are added.
     """
     texts: list[str] = []
-    for index, cell in enumerate(row):
-        value = cell.value
+    for index, (value, is_in_percent) in enumerate(cells):
         if isinstance(value, str) and "%" in value:
             columns_in_percent.add(index)
-        if isinstance(value, (int, float)) and "%" in (cell.number_format or ""):
+        if isinstance(value, (int, float)) and is_in_percent:
             shown = 100 * value if index in columns_in_percent else value
             texts.append(f"{shown:.12g}")
         else:
             texts.append(_text(value))
-    while texts and not texts[-1]:
-        texts.pop()
-    return texts
+    return "\t".join(texts).rstrip("\t")
+
+
+def text_of_lines(lines: Sequence[str]) -> bytes:
+    """Lines of cells as a text: each line is filled to the same number of cells."""
+    most_tabs = max(line.count("\t") for line in lines)
+    filled = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
+    return ("\n".join(filled) + "\n").encode()
 
 
 def _text(value: Any) -> str:
@@ -150,15 +175,15 @@ def checked_workbook(content: bytes) -> io.BytesIO:
     """
     archive = zipfile.ZipFile(io.BytesIO(content))
     size = sum(member.file_size for member in archive.infolist())
-    if size > _LARGEST_UNPACKED:
+    if size > LARGEST_UNPACKED:
         raise ValueError(
-            f"unpacked it has {size // _MIB} MiB; expected at most {_LARGEST_UNPACKED // _MIB}"
+            f"unpacked it has {size // _MIB} MiB; expected at most {LARGEST_UNPACKED // _MIB}"
         )
     cells = 0
     for member in archive.infolist():
         # any part may be a sheet; what is no XML, as a picture, ends at its first bytes
         with suppress(expat.ExpatError):
-            cells += _count_cells(archive, member, _MOST_CELLS - cells)
+            cells += _count_cells(archive, member, MOST_CELLS - cells)
     return io.BytesIO(content)
 
 
@@ -176,15 +201,15 @@ def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -
         if tag == "row":
             row = int(attributes.get("r", row + 1))
             column = 0
-            if row > _LAST_ROW:
-                raise ValueError(f"it has a row {row}; expected at most {_LAST_ROW}")
+            if row > LAST_ROW:
+                raise ValueError(f"it has a row {row}; expected at most {LAST_ROW}")
         elif tag == "c":
             letters = attributes.get("r", "").rstrip("0123456789")
             last_column = _number_of_column(letters) if letters else column + 1
             cells += max(last_column - column, 0)
             column = max(last_column, column)
             if cells > most:
-                raise ValueError(f"it has more than {_MOST_CELLS} cells, with empty ones between")
+                raise ValueError(f"it has more than {MOST_CELLS} cells, with empty ones between")
 
     def refuse_entity(*_: object) -> None:
         raise ValueError("a sheet declares entities, which no spreadsheet program writes")
@@ -193,13 +218,14 @@ def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -
     parser.StartElementHandler = start
     parser.EntityDeclHandler = refuse_entity
     with archive.open(member) as sheet:
-        for chunk in _chunks(sheet):
+        for chunk in chunks_of(sheet):
             parser.Parse(chunk, False)
         parser.Parse(b"", True)
     return cells
 
 
-def _chunks(sheet: Any) -> Iterator[bytes]:
+def chunks_of(sheet: IO[bytes]) -> Iterator[bytes]:
+    """The bytes of a part of an archive, a mebibyte at a time."""
     chunk = sheet.read(_CHUNK_BYTES)
     while chunk:
         yield chunk
