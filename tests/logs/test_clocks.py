@@ -54,14 +54,24 @@ def tdms(clocks: dict[str, Clock], *, by_offset: bool = False) -> bytes:
     return buffer.getvalue()
 
 
-def lvm(clocks: dict[str, Clock], *, by_columns: bool = False) -> bytes:
-    """An LVM log, with X0 and Delta_X or with a column of time for each channel."""
+def lvm(
+    clocks: dict[str, Clock], *, by_columns: bool = False, by_start_time: bool = False
+) -> bytes:
+    """An LVM log, with X0 and Delta_X or with a column of time for each channel.
+
+    The start of a channel is in these, or in its date and time.
+    """
     count = len(TRUTH)
     all_clocks = [clocks.get(name, (0.0, INTERVAL_S, ROWS)) for name in TRUTH]
+    shifts_s = [start if by_start_time else 0.0 for start, _, _ in all_clocks]
+    instants = [str(START + np.timedelta64(round(1e6 * shift), "us")) for shift in shifts_s]
     lines = ["LabVIEW Measurement\t", "Separator\tTab", "Decimal_Separator\t."]
     lines += [f"X_Columns\t{'Multi' if by_columns else 'No'}", "Description\toil: 4102"]
     lines += ["***End_of_Header***\t", f"Channels\t{count}", "X_Dimension" + "\tTime" * count]
-    lines += ["X0\t" + "\t".join(str(start) for start, _, _ in all_clocks)]
+    lines += ["Date\t" + "\t".join(text[:10].replace("-", "/") for text in instants)]
+    lines += ["Time\t" + "\t".join(text[11:] for text in instants)]
+    logged_starts = [0.0 if by_start_time else start for start, _, _ in all_clocks]
+    lines += ["X0\t" + "\t".join(map(str, logged_starts))]
     lines += ["Delta_X\t" + "\t".join(str(interval) for _, interval, _ in all_clocks)]
     lines += ["***End_of_Header***\t"]
     names = [f"{name} [{UNITS[name]}]" for name in TRUTH]
@@ -69,10 +79,13 @@ def lvm(clocks: dict[str, Clock], *, by_columns: bool = False) -> bytes:
     lines.append("X_Value\t" + between.join(names))
     for row in range(max(readings for _, _, readings in all_clocks)):
         cells = [] if by_columns else [""]
-        for truth, (start, interval, readings) in zip(TRUTH.values(), all_clocks, strict=True):
-            time = start + interval * row
-            reading = f"{float(truth(np.array(time))):.9g}" if row < readings else ""
-            cells += [f"{time:.6f}" if row < readings else "", reading] if by_columns else [reading]
+        for truth, (start, interval, readings), logged_start in zip(
+            TRUTH.values(), all_clocks, logged_starts, strict=True
+        ):
+            reading = f"{float(truth(np.array(start + interval * row))):.9g}"
+            time = f"{logged_start + interval * row:.6f}"
+            both = [time, reading] if row < readings else ["", ""]
+            cells += both if by_columns else both[1:]
         lines.append("\t".join(cells))
     return ("\n".join(lines) + "\n").encode()
 
@@ -82,6 +95,10 @@ WRITERS: dict[str, Callable[[dict[str, Clock]], bytes]] = {
     "tdms by offset": lambda clocks: tdms(clocks, by_offset=True),
     "lvm by X0": lvm,
     "lvm by columns": lambda clocks: lvm(clocks, by_columns=True),
+    "lvm by start time": lambda clocks: lvm(clocks, by_start_time=True),
+    "lvm by start time and columns": lambda clocks: lvm(
+        clocks, by_columns=True, by_start_time=True
+    ),
 }
 
 

@@ -36,8 +36,8 @@ def with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     clocked = [index for index in meanings if index in table.clocks or index in table.time_of]
     if has_time or not clocked or table.columns:
         return table
-    if not table.time_of and _is_one_clock([table.clocks[index] for index in clocked], table.rows):
-        start, increment, unit = table.clocks[clocked[0]]
+    if not table.time_of and _is_one_clock([_clock(table, index) for index in clocked], table.rows):
+        start, increment, unit = _clock(table, clocked[0])
         return _with_column(
             table, start + increment * np.arange(table.rows, dtype=np.float64), unit, {}
         )
@@ -103,12 +103,18 @@ def _aligned(table: LoggedTable, indices: Sequence[int]) -> LoggedTable:
     return _with_column(table, grid, units.pop(), aligned).with_note(note)
 
 
+def _clock(table: LoggedTable, index: int) -> tuple[float, float, str]:
+    """Start, increment and unit of the time of a channel."""
+    start, increment, unit = table.clocks[index]
+    return start + table.started_s.get(index, 0.0), increment, unit
+
+
 def _times(table: LoggedTable, index: int) -> FloatArray:
     """Time of each reading of a channel, shape (rows,)."""
     if index in table.time_of:
         (times,) = table.values([table.time_of[index]])
-        return times.astype(np.float64)
-    start, increment, _ = table.clocks[index]
+        return times.astype(np.float64) + table.started_s.get(index, 0.0)
+    start, increment, _ = _clock(table, index)
     return start + increment * np.arange(table.rows, dtype=np.float64)
 
 

@@ -34,6 +34,7 @@ class LoggedTable:
         clocks: Start, increment and unit of the time of evenly sampled columns, by their index.
         time_of: Index of the column with the time of another column, by the index of the latter,
             where several columns have times of their own.
+        started_s: Seconds to be added to the times of a column, by its index.
         cut_row_cells: Number of cells of the last row where it has no line end; else 0.
         show: Gives a row as the file has it. Without it the numbers are shown.
         texts: Gives the text of a column with an index; None where the format has numbers only.
@@ -54,6 +55,7 @@ class LoggedTable:
     problem: base.Refusal | None = None
     clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
     time_of: Mapping[int, int] = field(default_factory=dict)
+    started_s: Mapping[int, float] = field(default_factory=dict)
     cut_row_cells: int = 0
     show: Callable[[int], str] | None = None
     texts: Callable[[int], Texts] | None = None

@@ -20,6 +20,7 @@ from oilfilm.logs.text_rows import TextTable, encoding_of, normalise
 _TITLE = b"LabVIEW Measurement"
 # Name of the column that is the time of the channels behind it.
 _X = "X_Value"
+_COMMENT = "Comment"
 _END_OF_HEADER = "***End_of_Header***"
 _SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
 # The line `Separator` is near the top.
@@ -114,7 +115,7 @@ def _table(
     cut_row_cells = 0
     if is_cut:
         cut_row_cells = rows[-1].count(separator) + 1
-        if names and names[-1] == "Comment":
+        if names and names[-1] == _COMMENT:
             # this column need not be there
             cut_row_cells += 1
     text = "\n".join(_row(row, len(names), separator) for row in rows)
@@ -123,14 +124,16 @@ def _table(
     table = TextTable(text.encode(), len(names), separator, marks.decimal)
     clocks: dict[int, tuple[float, float, str]] = {}
     time_of: dict[int, int] = {}
-    if _first_cell(header, "x_dimension", "Time") == "Time":
+    started_s: dict[int, float] = {}
+    if names and _first_cell(header, "x_dimension", "Time") == "Time":
         time_unit = _first_cell(header, "x_unit_label", "s")
+        started_s = _start_times_s(header, names) if time_unit == "s" else {}
         if _first_cell(header, "x_columns", "One") == "No":
             clocks = _clocks(header, len(names), marks.decimal, time_unit)
-        elif names and _one_time(table, names):
+        elif not any(started_s.values()) and _one_time(table, names):
             names = ["time", *names[1:]]
             units = [time_unit, *units[1:]]
-        elif names and time_unit == "s":
+        elif time_unit == "s":
             time_of = _times_of_channels(names)
     problem = None
     if not names:
@@ -147,6 +150,7 @@ def _table(
         problem=problem,
         clocks=clocks,
         time_of=time_of,
+        started_s=started_s,
         cut_row_cells=cut_row_cells,
         texts=table.texts,
     )
@@ -219,6 +223,37 @@ def _clocks(
         if np.isfinite(increment):
             clocks[index] = start, increment, unit
     return clocks
+
+
+def _start_times_s(header: Header, names: Sequence[str]) -> dict[int, float]:
+    """Seconds from the start of the first channel to that of each channel, by its column.
+
+    Times are relative to the date and time of their channel, unless the header says that they are
+    absolute. A header with fewer dates and times than channels has one start for all.
+
+    Source: NI, Specification for the LabVIEW Measurement File, tags Date, Time and Time_Pref.
+
+    Args:
+        header: Header of the segment and the file.
+        names: Names of the columns.
+    """
+    columns = [index for index, name in enumerate(names) if name not in (_X, _COMMENT)]
+    dates = header.get("date", [])[: len(columns)]
+    clock_times = header.get("time", [])[: len(columns)]
+    is_absolute = _first_cell(header, "time_pref", "Relative").lower() == "absolute"
+    if is_absolute or not len(dates) == len(clock_times) == len(columns):
+        return {}
+    try:
+        starts = [
+            np.datetime64(f"{date.replace('/', '-')}T{clock_time.replace(',', '.')}", "ns")
+            for date, clock_time in zip(dates, clock_times, strict=True)
+        ]
+    except ValueError:
+        return {}
+    return {
+        index: float((start - starts[0]) / np.timedelta64(1, "s"))
+        for index, start in zip(columns, starts, strict=True)
+    }
 
 
 def _keys(header: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, str]]:
