@@ -122,6 +122,14 @@ def test_unit_of_a_load_is_offered_where_only_the_traction_shows_it() -> None:
     assert "kgf" in reason(curated)
 
 
+@pytest.mark.parametrize(("zero", "is_seen"), [("opening_phase", False), ("rolling_phases", True)])
+def test_zero_of_one_phase_is_named_as_blind_to_drift(zero: str, is_seen: bool) -> None:
+    curated = judged(log((0.0, *LEVELS[1:], 0.0), still_s=(0, 0), ramp_s=0), zero)
+    assert curated.runs["verdict"].tolist() == ["accepted"]
+    (warnings,) = curated.runs["warning"]
+    assert any(text.startswith("drift_not_seen") for text in warnings) != is_seen
+
+
 @given(
     offset_n=st.floats(-2, 2),
     slope=st.floats(1, 20),

@@ -44,7 +44,7 @@ def measure(signals: Signals, rig: RigKind, name: str, settled: bool = False) ->
         output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
         flaw = moved_zero(zero, parts, rig.sensor, rig.zero_drift_max, rig.gates)
     plateaus, working = rig.derive(averages, output, output_se), usable.at(parts.working)
-    run = Run(rig, signals, working, plateaus, flaw, parts.too_short)
+    run = Run(rig, signals, working, plateaus, flaw, parts.too_short, tuple(parts.phases))
     return replace(run, flaw=rig.zero_fault(run, parts, name))
 
 

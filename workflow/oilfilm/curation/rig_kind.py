@@ -88,6 +88,7 @@ class Run:
             table costs as much as a large one.
         flaw: Why the run gives no zero; None where it gives one.
         too_short: Levels that give no plateau.
+        zero_phases: Names of the phases that gave the zero, in the order of time.
     """
 
     rig: "RigKind"
@@ -96,6 +97,7 @@ class Run:
     plateaus: Columns
     flaw: Refusal | None = None
     too_short: Sequence[Refusal] = ()
+    zero_phases: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

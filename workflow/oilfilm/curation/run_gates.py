@@ -482,6 +482,16 @@ def zero_on_trust(run: Run, rig: TractionRig) -> Faults:
 
 
 @WARNINGS.gate
+def drift_not_seen(run: Run, rig: TractionRig) -> Faults:
+    """The zero was taken on one side of the run alone, so that nothing shows its drift."""
+    if len(run.zero_phases) == 1:
+        allowed_n = rig.zero.max_drift_n
+        largest_n = np.nanmax(np.abs(run.plateaus["traction_force_n"]), initial=0.0)
+        if largest_n > 0:
+            yield {"allowed": allowed_n, "share": allowed_n / largest_n}
+
+
+@WARNINGS.gate
 def branches_apart(run: Run, rig: TractionRig) -> Faults:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
     differences, mu = _branches(run, rig)
