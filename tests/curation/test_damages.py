@@ -12,7 +12,7 @@ from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.tables import failed_gates
 
 # test_curation.py plants wrong fringe orders, test_directions_and_readings.py the other faults.
-PLANTED_ELSEWHERE = {"film_off_trend", "directions_differ", "slip_ramps", "two_conditions"}
+PLANTED_ELSEWHERE = {"film_off_trend", "directions_differ", "two_conditions"}
 
 
 def judged(name: str, damage: Damage, rig: str) -> Curated:

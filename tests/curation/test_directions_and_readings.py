@@ -194,12 +194,3 @@ def test_speed_that_is_off_at_all_slips_is_no_control_of_one_body() -> None:
         values[name] = 1.03 * values[name]
     curated = judged(values)
     assert curated.points["accepted"].sum() == 0
-
-
-@pytest.mark.parametrize(("shape", "rule"), [("triangle", "slip_ramps"), ("up", "not_steady")])
-def test_continuous_ramp_is_refused_for_its_slip(shape: str, rule: str) -> None:
-    up = tuple(np.linspace(0.0, 0.26, 1200))
-    slips = (*up, *up[::-1]) if shape == "triangle" else up
-    rolling = (0.0,) * 100
-    curated = judged(good((*rolling, *slips, *rolling), seconds=1 / RATE_HZ))
-    assert rules(curated) == [rule]

@@ -46,7 +46,7 @@ class Hypothesis:
 
 _BY_TIME = frozenset(
     "too_short not_steady transient_not_ended no_point_left many_plateaus_fail zero_missing "
-    "no_plateau slip_ramps zero_drift zero_noisy zero_not_settled".split()
+    "no_plateau zero_drift zero_noisy zero_not_settled".split()
 )
 _BY_FORCE = _BY_TIME | {"traction_unphysical", "impossible_traction"}
 _BY_SLIP = _BY_TIME | {

@@ -45,7 +45,9 @@ def measure(signals: Signals, rig: RigKind, name: str, settled: bool = False) ->
         flaw = moved_zero(zero, parts, rig.sensor, rig.zero_drift_max, rig.gates)
     plateaus, working = rig.derive(averages, output, output_se), usable.at(parts.working)
     run = Run(rig, signals, working, plateaus, flaw, parts.too_short, tuple(parts.phases))
-    return replace(run, flaw=rig.zero_fault(run, parts, name))
+    return rig.measured_ramp(run, parts, name) or replace(
+        run, flaw=rig.zero_fault(run, parts, name)
+    )
 
 
 def _settled_readings(signals: Signals, rig: RigKind) -> Columns:

@@ -77,6 +77,23 @@ class Channel(NamedTuple):
 
 
 @dataclass(frozen=True)
+class ForceLag:
+    """Time by which the traction force of a ramp is logged behind the slip.
+
+    Attributes:
+        lag_s: The lag.
+        lag_se_s: Its standard error.
+        is_seen: Whether rising and falling slip show it. Else it is anywhere in the range.
+        range_s: Smallest and largest lag that were tried.
+    """
+
+    lag_s: float
+    lag_se_s: float
+    is_seen: bool
+    range_s: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class Run:
     """One measured run, which the gates of runs judge.
 
@@ -89,6 +106,7 @@ class Run:
         flaw: Why the run gives no zero; None where it gives one.
         too_short: Levels that give no plateau.
         zero_phases: Names of the phases that gave the zero, in the order of time.
+        force_lag: Lag of the force, where the slip is a continuous ramp; else None.
     """
 
     rig: "RigKind"
@@ -98,6 +116,7 @@ class Run:
     flaw: Refusal | None = None
     too_short: Sequence[Refusal] = ()
     zero_phases: tuple[str, ...] = ()
+    force_lag: ForceLag | None = None
 
 
 @dataclass(frozen=True)
@@ -200,6 +219,16 @@ class RigKind(Protocol):
             rig: Name of the rig's file.
         """
         return run.flaw
+
+    def measured_ramp(self, run: Run, parts: Division, rig: str) -> Run | None:
+        """The run measured as a continuous ramp; None where it is none.
+
+        Args:
+            run: The run, measured by its levels.
+            parts: Its phases and levels.
+            rig: Name of the rig's file.
+        """
+        return None
 
     def settled_fault(self, run: Run) -> Refusal | None:
         """The fault of readings that the rig is said to have settled; None without one.

@@ -112,26 +112,6 @@ def same_channel(run: Run, rig: RigKind) -> Faults:
 
 
 @gate
-def slip_ramps(run: Run, rig: TractionRig) -> Faults:
-    """A run without a zero has no held slips: in most of its time the slip changes."""
-    if run.flaw is None or run.flaw.rule != "zero_missing":
-        return
-    duration_s = run.plateaus["duration_s"]
-    moves = np.abs(run.plateaus["slip_change"]) > rig.gates.slip_change_max
-    # the halves of a ramp up and down have the same mean
-    moves |= np.abs(run.plateaus["slip_transient"]) > rig.gates.slip_transient_max
-    moving_s = duration_s[moves].sum()
-    if moving_s > duration_s.sum() / 2:
-        slip = run.working["slide_roll_ratio"]
-        yield {
-            "share": moving_s / duration_s.sum(),
-            "least": slip.min(initial=np.inf),
-            "most": slip.max(initial=-np.inf),
-            "flaw": run.flaw.reason,
-        }
-
-
-@gate
 def never_turns(run: Run, rig: RigKind) -> Faults:
     """The bearing is at standstill from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
@@ -492,6 +472,24 @@ def drift_not_seen(run: Run, rig: TractionRig) -> Faults:
 
 
 @WARNINGS.gate
+def slip_ramp(run: Run, rig: TractionRig) -> Faults:
+    """The slip is a continuous ramp, and the lag of the force was taken off."""
+    if run.force_lag is not None:
+        lag = run.force_lag
+        low_s, high_s = lag.range_s
+        if lag.is_seen:
+            how = f"{lag.lag_s:.2f} +- {lag.lag_se_s:.2f} s, by rising against falling slip"
+        elif high_s > low_s:
+            how = (
+                f"not known: nothing in this run shows it. It is taken from {low_s:g} to "
+                f"{high_s:g} s, which widens the errors of mu"
+            )
+        else:
+            how = f"{low_s:g} s, as the rig file says"
+        yield {"how": how}
+
+
+@WARNINGS.gate
 def branches_apart(run: Run, rig: TractionRig) -> Faults:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
     differences, mu = _branches(run, rig)
@@ -503,7 +501,7 @@ def branches_apart(run: Run, rig: TractionRig) -> Faults:
 
 def _is_settled(run: Run) -> bool:
     """Whether each row is a settled reading."""
-    return bool(np.isnan(run.plateaus["duration_s"]).all())
+    return run.force_lag is None and bool(np.isnan(run.plateaus["duration_s"]).all())
 
 
 def _noise(run: Run) -> FloatArray:

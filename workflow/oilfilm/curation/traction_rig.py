@@ -8,21 +8,31 @@ point; the error of calibration that the points of a run share.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from oilfilm.base.ties import exceeds
-from oilfilm.base.units import M_PER_UM, PA_PER_GPA, FloatArray
+from oilfilm.base.units import M_PER_UM, PA_PER_GPA, BoolArray, FloatArray
+from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import (
     LONGEST_HOLD_S,
     Hypothesis,
     setting_hypotheses,
     traction_hypotheses,
 )
-from oilfilm.curation.measure import find_steps, measure, settled_parts
+from oilfilm.curation.measure import average, find_steps, measure, settled_parts
+from oilfilm.curation.ramps import (
+    LARGEST_SHARE_OF_RANGE,
+    RampReadings,
+    is_ramp,
+    ramp_readings,
+    rolling_zero,
+)
 from oilfilm.curation.rig_kind import TRACTION as NAME
 from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, unknown
+from oilfilm.curation.statistics import median
 from oilfilm.curation.zero import (
     DIRECTION,
     force_left,
@@ -31,6 +41,7 @@ from oilfilm.curation.zero import (
     raw_signal,
     turns_steadily,
     zero_of_readings,
+    zero_reference,
 )
 from oilfilm.logs.base import Columns, Refusal
 from oilfilm.logs.log_kind import LogKind
@@ -180,6 +191,76 @@ class TractionRig(RigKind):
             in_levels=True,
         )
 
+    def measured_ramp(self, run: Run, parts: Division, rig: str) -> Run | None:
+        """The run measured as a continuous ramp of slip; None where it is none."""
+        if not is_ramp(run, self.plateaus, self.zero.max_slide_roll_ratio, self._is_held(run)):
+            return None
+        source = self.settings.campaign.semantics_for(rig).zero
+        signals = parts.signals
+        zero = rolling_zero(signals, source, self.plateaus.window_s, self.zero)
+        if zero.flaw is not None:
+            slip = signals["slide_roll_ratio"]
+            numbers = dict(least=slip.min(), most=slip.max(), flaw=zero.flaw.reason)
+            return replace(run, flaw=fault("zero_missing", "ramp_without_zero", **numbers))
+        removed, removed_se = np.zeros(len(signals)), np.zeros(len(signals))
+        if source == "standstill":
+            if run.flaw is not None:
+                return run
+            threshold = self.settings.curation.spikes.threshold
+            at_rest = zero_reference(parts.at_rest, self.sensor.column, parts.phases, threshold)
+            removed = at_rest.at(signals.time_s)
+            removed_se = at_rest.standard_error_at(signals.time_s)
+        file = self.settings.rigs.get(rig)
+        stated = None if file is None else file.force_lag_s_range
+        lag_range_s = stated or self.settings.curation.ramps.force_lag_s_range
+        columns = {**signals.columns, self.sensor.column: signals[self.sensor.column] - removed}
+        readings = ramp_readings(
+            replace(signals, columns=columns),
+            lag_range_s,
+            zero.terms,
+            self.zero.max_slide_roll_ratio,
+            self.settings.curation.spikes.threshold,
+        )
+        averages = average(signals, readings.starts, readings.stops, self)
+        averages |= _at_slips(averages, readings)
+        no_zero = np.zeros(len(readings.slip))
+        plateaus = self.derive(averages, no_zero, removed_se[readings.starts])
+        measured = replace(
+            run,
+            plateaus=plateaus,
+            flaw=self._fault_of_ramp(readings),
+            too_short=(),
+            zero_phases=zero.phases or tuple(parts.phases),
+            force_lag=readings.lag,
+        )
+        if source == "already_removed" and measured.flaw is None:
+            errors = self.gates.significant_errors
+            return replace(measured, flaw=force_left(measured, self.settings.curation, errors))
+        return measured
+
+    def _is_held(self, run: Run) -> BoolArray:
+        """Plateaus whose slip does not change, shape (plateaus,)."""
+        changes = np.abs(run.plateaus["slip_change"]) > self.gates.slip_change_max
+        has_transient = np.abs(run.plateaus["slip_transient"]) > self.gates.slip_transient_max
+        return np.asarray(~(changes | has_transient))
+
+    def _fault_of_ramp(self, readings: RampReadings) -> Refusal | None:
+        """The fault of a ramp: its zero moves, its lag is too long, or its mu is not certain."""
+        lag = readings.lag
+        _, longest_s = lag.range_s
+        if lag.is_seen and lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_RANGE * longest_s:
+            return fault("slip_ramps", "lag_out_of_range", lag=lag.lag_s, allowed=longest_s)
+        if abs(readings.drift_n) > self.zero.max_drift_n:
+            drift = dict(drift=readings.drift_n, allowed=self.zero.max_drift_n)
+            return fault("zero_drift", sensor=self.sensor, **drift)
+        slides = np.abs(readings.slip) > self.gates.sign_slip_min
+        error = median(np.abs(readings.mu_se / readings.mu)[slides])
+        allowed = self.settings.curation.ramps.largest_error
+        if error > allowed:
+            why = "" if lag.is_seen else ". Nothing shows the lag of the force behind the slip"
+            return fault("slip_ramps", "lag_matters", error=error, allowed=allowed, why=why)
+        return None
+
     def zero_fault(self, run: Run, parts: Division, rig: str) -> Refusal | None:
         """A phase that is part of the curve, or a force that should be zero."""
         source = self.settings.campaign.semantics_for(rig).zero
@@ -237,6 +318,25 @@ class TractionRig(RigKind):
         direction = self.settings.campaign.semantics_for(rig).direction
         yield from traction_hypotheses(self.settings.rigs[rig], direction)
         yield from setting_hypotheses("curation", self.plateaus, "min_step")
+
+
+def _at_slips(averages: Columns, readings: RampReadings) -> Columns:
+    """The columns of plateaus for points on a ramp: no slip is held, so nothing is to be steady."""
+    unheld = unknown(len(readings.slip))
+    return {
+        "duration_s": unheld,
+        "n_spikes": readings.spikes,
+        "n_samples": readings.stops - readings.starts - readings.spikes,
+        "slide_roll_ratio_change": unheld,
+        "slide_roll_ratio_transient": unheld,
+        "traction_force_n_change": unheld,
+        "traction_force_n_transient": unheld,
+        "slide_roll_ratio": readings.slip,
+        # a point is at its slip by definition
+        "slide_roll_ratio_se": np.zeros(len(readings.slip)),
+        "traction_force_n": readings.mu * averages["load_n"],
+        "traction_force_n_se": readings.mu_se * averages["load_n"],
+    }
 
 
 def _asymmetry(averages: Columns) -> FloatArray:

@@ -61,6 +61,17 @@ class PlateauSettings(StepSettings):
     transient_share: q.Tolerance = key("Share of a settled part that counts as its beginning.")
 
 
+class RampSettings(Group):
+    """Logs whose slip is a continuous ramp, in place of steps."""
+
+    force_lag_s_range: q.Band[q.DurationOrZeroS] = key(
+        "Time by which the traction force may be logged behind the slip; a rig file has its own."
+    )
+    largest_error: q.Tolerance = key(
+        "Standard error of mu, relative, in the median; more and the run is refused."
+    )
+
+
 class SpikeSettings(Group):
     """Isolated wild readings."""
 
@@ -80,6 +91,7 @@ class CurationSettings(Group):
 
     zero_reference: ZeroReferenceSettings = key("Zero of the traction force.")
     plateaus: PlateauSettings = key("Steady plateaus.")
+    ramps: RampSettings = key("Continuous ramps of slip.")
     spikes: SpikeSettings = key("Isolated wild readings.")
     stuck: StuckSettings = key("A force signal that does not change.")
 

@@ -27,6 +27,12 @@ def _rising(values: list[Any]) -> list[Any]:
     return values
 
 
+def _not_falling(values: list[Any]) -> list[Any]:
+    if any(low > high for low, high in pairwise(values)):
+        raise unexpected("the smaller value first")
+    return values
+
+
 def _different(values: list[Any]) -> list[Any]:
     if any(value in values[:index] for index, value in enumerate(values)):
         raise unexpected("each value once")
@@ -57,6 +63,8 @@ Rows = Annotated[Levels[T], Field(max_length=5)]  # of panels
 Unique = Annotated[list[T], AfterValidator(_different)]
 Rising = Annotated[Filled[T], AfterValidator(_rising)]
 Band = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_rising)]
+# Both ends may be equal, where the value is known.
+Span = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_not_falling)]
 
 # ---------------------------------------------------------------- numbers without unit
 

@@ -109,6 +109,10 @@ class Rig(Group):
     torque_arm_m: q.TrackRadiusM | None = optional(
         "Lever arm of a logged traction torque: the force is torque over arm."
     )
+    force_lag_s_range: q.Span[q.DurationOrZeroS] | None = optional(
+        "Time by which the traction force is logged behind the slip, for ramps; two equal numbers "
+        "where it is known."
+    )
     ball: Elasticity | None = optional("Elastic constants of the ball.")
     disc: Elasticity | None = optional("Elastic constants of the disc.")
     ball_roughness_ra_um: q.RoughnessUm | None = optional("Ra of the ball.")

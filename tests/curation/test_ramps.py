@@ -1,0 +1,224 @@
+"""Continuous ramps of slip give the planted curve and the planted lag, or are refused."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import scipy
+
+from bad_logs import CONFIG, csv
+from campaigns import rig_contact
+from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.physics.contact import load_for_max_hertz_pressure
+from oilfilm.settings.resolved import Settings
+
+SPEED_M_S = 30.0
+LARGEST_SLIP = 0.26
+Slip = Callable[[np.ndarray], np.ndarray]
+
+
+def mu(slip: np.ndarray) -> np.ndarray:
+    """A planted curve: it rises, has one peak and falls by heat. No law of the library has it."""
+    size = np.abs(slip)
+    rise = 90 * size / (1 + (90 * size) ** 1.7) ** (1 / 1.7)
+    return np.sign(slip) * 0.055 * rise / (1 + 1.5 * size)
+
+
+def line(*corners: tuple[float, float]) -> Slip:
+    times, slips = zip(*corners, strict=True)
+    return lambda time: np.interp(time, times, slips)
+
+
+def sine(time: np.ndarray) -> np.ndarray:
+    moving = (time > 5) & (time < 125)
+    return np.where(moving, LARGEST_SLIP / 2 * (1 - np.cos(2 * np.pi * (time - 5) / 120)), 0.0)
+
+
+def by_equal_factors(time: np.ndarray) -> np.ndarray:
+    """From 0.002 to the largest slip and back, in 120 s."""
+    share = np.clip(1 - np.abs(time - 65) / 60, 0.0, 1.0)
+    return np.where(share > 0, 0.002 * (LARGEST_SLIP / 0.002) ** share, 0.0)
+
+
+ROLLING = (0.0, 0.0), (5.0, 0.0)
+TRIANGLE = line(*ROLLING, (65, LARGEST_SLIP), (125, 0), (130, 0))
+TWO_TRIANGLES = line(*ROLLING, (35, 0.26), (65, 0), (95, 0.26), (125, 0), (130, 0))
+BOTH_DIRECTIONS = line(*ROLLING, (35, 0.1), (95, -0.1), (125, 0), (130, 0))
+ONE_WAY = line(*ROLLING, (125, LARGEST_SLIP))
+FALL_TO_ROLLING = line(*ROLLING, (125, LARGEST_SLIP), (125.05, 0), (135, 0))
+SWEEPS: dict[str, Slip] = {
+    "triangle": TRIANGLE,
+    "two triangles": TWO_TRIANGLES,
+    "sine": sine,
+    "by equal factors": by_equal_factors,
+    "both directions": BOTH_DIRECTIONS,
+    "one way and a fall": FALL_TO_ROLLING,
+}
+
+
+def ramp(
+    slip: Slip,
+    lag_s: float = 0.6,
+    rate_hz: float = 20.0,
+    noise_n: float = 0.02,
+    seconds: float = 130.0,
+    drift_n: float = 0.0,
+    delay_s: float = 0.0,
+    seed: int = 3,
+) -> bytes:
+    """A log of a ramp; the force is late by a filter of first order and a delay."""
+    random = np.random.default_rng(seed)
+    # the filter works between the rows
+    steps_per_row = max(int(np.ceil(200 / rate_hz)), 1)
+    step_s = 1 / (rate_hz * steps_per_row)
+    time = np.arange(round(seconds / step_s)) * step_s
+    contact = rig_contact()
+    load_n = load_for_max_hertz_pressure(1.25e9, contact.radius_m, contact.reduced_modulus_pa)
+    late = slip(np.maximum(time - delay_s, 0.0))
+    force_n = mu(late) * load_n
+    if lag_s:
+        kept = np.exp(-step_s / lag_s)
+        force_n = scipy.signal.lfilter([1 - kept], [1, -kept], force_n)
+    rows = slice(None, None, steps_per_row)
+    time, force_n = time[rows], force_n[rows]
+    rig = CONFIG.rigs["ball-on-disc-20mm"]
+    per_rpm = 2 * np.pi / 60
+
+    def noise(size: float) -> np.ndarray:
+        return size * random.standard_normal(len(time))
+
+    half = slip(time) / 2
+    ball = SPEED_M_S * (1 - half) + noise(0.005)
+    disc = SPEED_M_S * (1 + half) + noise(0.005)
+    return csv(
+        {
+            "time": time,
+            "load": load_n + noise(0.1),
+            "traction_force": 0.3 + drift_n * time / seconds + force_n + noise(noise_n),
+            "ball_speed": ball / (per_rpm * rig.ball_track_radius_m),
+            "disc_speed": disc / (per_rpm * rig.disc_track_radius_m),
+            "inlet_temperature": 70 + noise(0.05),
+        }
+    )
+
+
+def curated(log: bytes, settings: Settings = CONFIG) -> Curated:
+    return check_logs([("ramp.csv", log)], settings)
+
+
+def with_zero(source: str) -> Settings:
+    return CONFIG.with_changes({"campaign": {"semantics": {"zero": source}}})
+
+
+def verdict(judged: Curated) -> tuple[str, str]:
+    (run,) = judged.runs.to_dict("records")
+    return str(run["verdict"]), str(run["rule"])
+
+
+def warning_of_lag(judged: Curated) -> str:
+    (warnings,) = judged.runs["warning"]
+    (text,) = [text for text in warnings if text.startswith("slip_ramp")]
+    return str(text)
+
+
+def check_curve(judged: Curated, relative: float) -> None:
+    """Compare the accepted points with the planted curve."""
+    points = judged.points[judged.points["accepted"]]
+    assert len(points) >= 8
+    true = mu(points["slide_roll_ratio"].to_numpy())
+    error = points["traction_coefficient"].to_numpy() - true
+    standard_error = points["traction_coefficient_se"].to_numpy()
+    assert np.sqrt(np.mean((error / true) ** 2)) < relative
+    # points of one run share the errors of zero and lag: three standard errors of these
+    assert np.median(np.abs(error / standard_error)) < 3
+    assert np.abs(error).max() < 6 * standard_error.max()
+
+
+@pytest.mark.parametrize("slip", SWEEPS.values(), ids=SWEEPS)
+@pytest.mark.parametrize("lag_s", [0.05, 0.6, 1.5])
+def test_ramp_gives_the_planted_curve_whatever_the_lag_is(slip: Slip, lag_s: float) -> None:
+    judged = curated(ramp(slip, lag_s, seconds=135))
+    assert verdict(judged) == ("accepted", "")
+    check_curve(judged, 0.015)
+    lag = float(warning_of_lag(judged).partition("which is ")[2].partition(" +-")[0])
+    assert lag == pytest.approx(lag_s, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("rate_hz", "noise_n", "relative"),
+    # 0.2 N is 3 % of the largest force, and 10 % of the smallest one that is read
+    [(5, 0.02, 0.015), (20, 0.2, 0.03), (100, 0.2, 0.015), (1000, 0.2, 0.015)],
+)
+def test_ramps_of_all_rates_are_read(rate_hz: float, noise_n: float, relative: float) -> None:
+    check_curve(curated(ramp(TRIANGLE, rate_hz=rate_hz, noise_n=noise_n)), relative)
+
+
+def test_slow_ramp_of_a_slow_log() -> None:
+    slow = line((0, 0), (20, 0), (620, 0.26), (1220, 0), (1240, 0))
+    check_curve(curated(ramp(slow, rate_hz=1, seconds=1240)), 0.01)
+
+
+def test_delay_is_found_as_a_filter_is() -> None:
+    judged = curated(ramp(TRIANGLE, lag_s=0.2, delay_s=0.5))
+    check_curve(judged, 0.01)
+    assert "0.7" in warning_of_lag(judged)
+
+
+def test_lag_that_nothing_shows_widens_the_errors_and_is_named() -> None:
+    judged = curated(ramp(ONE_WAY, 0.6, seconds=125), with_zero("opening_phase"))
+    assert verdict(judged) == ("accepted", "")
+    assert "0 to 2 s" in warning_of_lag(judged)
+    check_curve(judged, 0.05)
+    # a rig file that states the lag takes the doubt away
+    settings = with_zero("opening_phase")
+    stated = settings.with_changes(
+        {"rigs": {"ball-on-disc-20mm": {"force_lag_s_range": [0.6, 0.6]}}}
+    )
+    known = curated(ramp(ONE_WAY, 0.6, seconds=125), stated)
+    check_curve(known, 0.02)
+    error = "traction_coefficient_se"
+    low = judged.points["slide_roll_ratio"].idxmin()
+    assert known.points[error].iloc[low] < judged.points[error].iloc[low] / 2
+
+
+def test_lag_beyond_its_range_is_refused_for_it() -> None:
+    judged = curated(ramp(TRIANGLE, 3.5))
+    assert verdict(judged) == ("refused", "slip_ramps")
+
+
+def test_zero_is_found_by_both_directions_or_refused() -> None:
+    without_rolling = line((0, -0.1), (60, 0.1), (120, -0.1))
+    judged = curated(ramp(without_rolling, 0.3, seconds=120))
+    assert verdict(judged) == ("accepted", "")
+    check_curve(judged, 0.02)
+    assert verdict(curated(ramp(ONE_WAY, seconds=125))) == ("refused", "zero_missing")
+
+
+@pytest.mark.parametrize(("drift_n", "rule"), [(0.1, ""), (0.5, "zero_drift")])
+def test_zero_that_drifts_is_followed_or_refused(drift_n: float, rule: str) -> None:
+    judged = curated(ramp(TRIANGLE, drift_n=drift_n))
+    assert verdict(judged)[1] == rule
+    if not rule:
+        check_curve(judged, 0.01)
+
+
+def test_spikes_of_the_force_are_left_out() -> None:
+    lines = ramp(TRIANGLE).decode().splitlines()
+    first_row = 1 + next(row for row, text in enumerate(lines) if text.startswith("time"))
+    for row in range(first_row + 200, len(lines), 300):
+        cells = lines[row].split(",")
+        cells[2] = str(float(cells[2]) + 5)
+        lines[row] = ",".join(cells)
+    judged = curated(("\n".join(lines) + "\n").encode())
+    assert judged.points["n_spikes"].sum() >= 5
+    check_curve(judged, 0.01)
+
+
+def test_steps_that_are_held_briefly_are_no_ramp() -> None:
+    edges = np.arange(5, 5 + 0.9 * 15, 0.9)
+    levels = np.array([0.0, *np.linspace(0.01, 0.26, 14), 0.0])
+    stairs = lambda time: levels[np.searchsorted(edges, time, side="right")]  # noqa: E731
+    judged = curated(ramp(stairs, 0.05, seconds=25))
+    assert verdict(judged)[0] == "refused"
+    (warnings,) = judged.runs["warning"]
+    assert not any(text.startswith("slip_ramp") for text in warnings)

@@ -1,0 +1,698 @@
+"""Continuous ramps of slip: the traction coefficient at chosen slips, less the lag of the force.
+
+On a ramp no slip is held. The force is logged behind the slip, because the sensor, its filter and
+the film answer late. So the force in a row is not that of the slip in this row. The curve of mu,
+the zero of the sensor and the lag are found together, by least squares on all rows:
+
+    F(t) = zero + drift t + L_lag [W(t) m(|S(t)|) sign(S(t))]
+
+m is a cubic spline with m(0) = 0. L_lag is a filter of first order, a delay, or both. Where rising
+and falling slip meet the same slips, the lag is that with which both agree. Where they do not,
+nothing in the run shows the lag. Then it is anywhere in a range, and the error of mu holds what
+that means.
+
+Decides: what a ramp is; the slips at which a ramp gives points; the lag of the force behind the
+slip and its error; when a run shows its lag.
+
+Sources: G. Golub, V. Pereyra, Inverse Problems 19 (2003) R1 (a curve is fitted anew to each lag);
+S. Julier, J. Uhlmann, Proc. IEEE 92 (2004) 401 (points that stand for a covariance); G. Schwarz,
+Ann. Statist. 6 (1978) 461 (weights of two spacings of knots).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import scipy
+
+from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
+from oilfilm.curation.rig_kind import ForceLag, Run, Signals
+from oilfilm.curation.statistics import Stretches, mean_with_error, median
+from oilfilm.curation.zero import phase_too_short
+from oilfilm.logs.base import Refusal
+from oilfilm.settings.config import PlateauSettings, ZeroReferenceSettings
+
+# --- what a ramp is
+
+# Held levels in a larger share of the sliding time show a log of steps.
+_LARGEST_HELD_SHARE = 1 / 4
+# Most of the way of the slip, and the smallest share of the time in which a ramp covers so much of
+# it: 0.8 for a straight ramp, 0.59 for a sine. Steps cover it in less than 0.3.
+_MOST_OF_THE_WAY = 0.8
+_LEAST_SHARE_OF_TIME = 0.4
+# The same of squared changes over a short time: 0.4 for noise, 0.5 for a sine. Steps that are
+# smaller than those which are looked for have less than 0.15.
+_SHORT_S = 0.2
+_LEAST_SHARE_OF_SQUARES = 0.25
+_LEFT_OUT = 0.02
+# Windows in which the way is counted.
+_WINDOWS = 200
+# A ramp by equal factors is straight in asinh(S/0.01).
+_SLIP_SCALE = 0.01
+_FEWEST_ROWS = 60
+
+# --- how a ramp is measured
+
+# More rows are averaged to so many, which is enough for a curve.
+_MOST_ROWS = 1000
+# The slip is smoothed by parabolas over this time, and so many rows at least.
+_SMOOTHED_S = 0.8
+_FEWEST_SMOOTHED = 5
+# Fewer rows between half a slip and the slip do not resolve it.
+_FEWEST_TO_RESOLVE = 7
+_CORNER_ERRORS = 4.0
+# The slip turns back where it returns by so much of the largest slip.
+_TURN_SHARE = 0.1
+# Ratios of neighbouring knots of the spline. The curve must not depend on them: both are tried.
+_KNOT_RATIOS = (1.4, 1.7)
+_FIRST_KNOT = 0.0015
+# Rows between two knots.
+_ROWS_PER_KNOT = 4
+_CUBIC = 3
+# Relative size below which a column counts as empty.
+_EMPTY_COLUMN = 1e-10
+# A filter with a time constant below this share of a row changes nothing.
+_NO_FILTER = 1e-3
+# Where the lag is not seen: lags that stand for its range, and shares of a filter in them.
+_LAGS_TRIED = 9
+_FILTER_SHARES = (0.0, 0.5, 1.0)
+_MOST_STEPS = 30
+# Sensors of one row may be read so many rows apart.
+_APART_IN_A_ROW = 0.5
+# A spike is beside the median of so many readings.
+_NEIGHBOURS = 9
+# Rising and falling slip show the lag where both cover so much of the slips.
+_COVERED_SHARE = 1 / 2
+# A lag that is found beyond this share of its range may be longer.
+LARGEST_SHARE_OF_RANGE = 0.95
+
+
+@dataclass(frozen=True)
+class RampReadings:
+    """Traction coefficients at slips that a ramp passes.
+
+    Attributes:
+        slip: Slide-roll ratio with its sign, shape (readings,).
+        mu: Traction coefficient with the sign of the slip, less the zero, shape (readings,).
+        mu_se: Its standard error, shape (readings,).
+        starts: Index of the first sample that is nearest to this slip, shape (readings,).
+        stops: Index after the last one, shape (readings,).
+        spikes: Number of spikes of the force between them, shape (readings,).
+        lag: The lag of the force.
+        drift_n: Change of the zero from the first row to the last; 0 where none was asked for.
+    """
+
+    slip: FloatArray
+    mu: FloatArray
+    mu_se: FloatArray
+    starts: IndexArray
+    stops: IndexArray
+    spikes: IndexArray
+    lag: ForceLag
+    drift_n: float
+
+
+@dataclass(frozen=True)
+class _Ramp:
+    """The rows of a ramp, averaged where there are many, each array of shape (rows,).
+
+    Attributes:
+        time: Time from 0 to 1.
+        interval_s: Time between rows.
+        slip: Slide-roll ratio, smoothed.
+        slip_noise: Standard deviation of its noise.
+        force_n: Traction force.
+        load_n: Load.
+        weight: Weight of a row in sums of residuals: one over its standard deviation.
+        way: Number of the way on which the size of the slip rises or falls.
+        samples_per_row: Samples that are averaged to a row.
+    """
+
+    time: FloatArray
+    interval_s: float
+    slip: FloatArray
+    slip_noise: float
+    force_n: FloatArray
+    load_n: FloatArray
+    weight: FloatArray
+    way: IndexArray
+    samples_per_row: int
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """A lag with which the curve is read, beside others.
+
+    Attributes:
+        knots: Slips between which the spline is one polynomial, shape (knots,).
+        filter_s: Time constant of the filter.
+        delay_s: The delay.
+        weight: Its share in the answer.
+    """
+
+    knots: FloatArray
+    filter_s: float
+    delay_s: float
+    weight: float
+
+    @property
+    def lag_s(self) -> float:
+        """Time by which a straight ramp is late."""
+        return self.filter_s + self.delay_s
+
+
+def is_ramp(run: Run, plateaus: PlateauSettings, rolling_slip: float, held: BoolArray) -> bool:
+    """Whether the slip of a run moves all the time, in place of steps.
+
+    Args:
+        run: The run, divided into levels.
+        plateaus: `min_duration_s`, the shortest level.
+        rolling_slip: Slip below which the rig rolls.
+        held: Plateaus whose slip is steady, shape (plateaus,).
+    """
+    slip = run.working["slide_roll_ratio"]
+    sliding = np.flatnonzero(np.abs(slip) > rolling_slip)
+    if len(sliding) < _FEWEST_ROWS:
+        return False
+    sliding_s = len(sliding) * run.signals.interval_s
+    is_level = held & (np.abs(run.plateaus["slide_roll_ratio"]) > rolling_slip)
+    is_level &= run.plateaus["duration_s"] >= plateaus.min_duration_s
+    if run.plateaus["duration_s"][is_level].sum() > _LARGEST_HELD_SHARE * sliding_s:
+        return False
+    moving = slip[sliding[0] : sliding[-1] + 1]
+    scales = (moving, np.arcsinh(moving / _SLIP_SCALE))
+    if max(_share_of_time(scale) for scale in scales) < _LEAST_SHARE_OF_TIME:
+        return False
+    rows = max(round(_SHORT_S / run.signals.interval_s), 1)
+    return max(_share_of_squares(scale, rows) for scale in scales) >= _LEAST_SHARE_OF_SQUARES
+
+
+def _share_of_time(level: FloatArray) -> float:
+    """Smallest share of the time in which a signal covers most of its way."""
+    means = _block_means(level, max(len(level) // _WINDOWS, 1))
+    return _smallest_share(np.abs(np.diff(means)))
+
+
+def _share_of_squares(level: FloatArray, rows: int) -> float:
+    """Smallest share of the time that has most of the squared changes over so many rows.
+
+    Small steps have them at their edges, a ramp all the time. A single fall to rolling is left out.
+    """
+    squares = np.sort(np.diff(_block_means(level, rows)) ** 2)
+    return _smallest_share(squares[: round((1 - _LEFT_OUT) * len(squares))])
+
+
+def _smallest_share(changes: FloatArray) -> float:
+    """Smallest share of changes that add up to most of their sum."""
+    added = np.cumsum(np.sort(changes)[::-1])
+    if len(added) == 0 or added[-1] == 0:
+        return 0.0
+    return float((1 + np.searchsorted(added, _MOST_OF_THE_WAY * added[-1])) / len(added))
+
+
+@dataclass(frozen=True)
+class RampZero:
+    """How the zero of the force of a ramp is found.
+
+    Attributes:
+        terms: 0 where the force has no zero left, 1 for a zero, 2 for a zero with a drift.
+        phases: What shows the zero, in words.
+        flaw: Why nothing shows it; None where something does.
+    """
+
+    terms: int
+    phases: tuple[str, ...] = ()
+    flaw: Refusal | None = None
+
+
+def rolling_zero(
+    signals: Signals, source: str, window_s: float, settings: ZeroReferenceSettings
+) -> RampZero:
+    """How the zero is found: by rolling at the ends of a ramp, or by both directions of slip.
+
+    Args:
+        signals: The rows of the ramp, rolling included.
+        source: `semantics: zero` of the campaign.
+        window_s: Time over which the slip is averaged to find rolling.
+        settings: Shortest phase of rolling, and its largest slip.
+    """
+    if source in ("standstill", "already_removed"):
+        return RampZero(terms=0)
+    slip = signals["slide_roll_ratio"]
+    rows = max(round(window_s / signals.interval_s), 1)
+    mean_slip = scipy.ndimage.uniform_filter1d(slip, rows, mode="nearest")
+    sliding = np.flatnonzero(np.abs(mean_slip) > settings.max_slide_roll_ratio)
+    phases = {
+        "opening": slice(0, int(sliding[0])),
+        "closing": slice(int(sliding[-1]) + 1, len(slip)),
+    }
+    if source == "opening_phase":
+        del phases["closing"]
+    for name, phase in phases.items():
+        words = f"{name} phase of pure rolling"
+        flaw = phase_too_short(signals, phase, words, settings.min_duration_s)
+        if flaw is not None:
+            if _slides_both_ways(slip):
+                # a drift looks like a part of the curve
+                return RampZero(terms=1, phases=("both directions",))
+            return RampZero(terms=0, flaw=flaw)
+    return RampZero(terms=len(phases), phases=tuple(phases))
+
+
+def _slides_both_ways(slip: FloatArray) -> bool:
+    """Whether a run slides in both directions, so that what they have in common is the zero."""
+    reach = min(slip.max(initial=0.0), -slip.min(initial=0.0))
+    return bool(reach >= _COVERED_SHARE * np.abs(slip).max(initial=0.0) > 0)
+
+
+def ramp_readings(
+    signals: Signals, lag_range_s: Sequence[float], zero_terms: int, least_slip: float, spike: float
+) -> RampReadings:
+    """Traction coefficients on a ramp.
+
+    Args:
+        signals: Its rows, rolling included, one after the other.
+        lag_range_s: Smallest and largest lag of the force behind the slip.
+        zero_terms: 0 where the force has no zero left, 1 for a zero, 2 for a zero with a drift.
+        least_slip: Smallest slip at which a point is given.
+        spike: Threshold of a spike of the force, in robust standard deviations.
+    """
+    force_n, is_spike = _without_spikes(signals["traction_force_n"], spike)
+    ramp = _averaged(signals, force_n)
+    low_s, high_s = lag_range_s
+    is_seen = high_s > low_s and _shows_its_lag(ramp)
+    ramp = _weighted(ramp, high_s, zero_terms)
+    trials, variance, is_seen = _trials(ramp, low_s, high_s, zero_terms, is_seen)
+    slips, ways = _slips_of_ways(ramp, trials[0].knots, least_slip)
+    values, errors, drifts = [], [], []
+    for trial in trials:
+        value, error, drift = _curve_of_trial(ramp, trial, zero_terms, variance, slips, ways)
+        values.append(value)
+        errors.append(error)
+        drifts.append(drift)
+    weights = np.array([trial.weight for trial in trials])
+    mu, mu_se = _mean_of_trials(np.array(values), np.array(errors), weights)
+    lags_s = np.array([trial.lag_s for trial in trials])
+    lag_s, lag_se_s = _mean_of_trials(lags_s, np.zeros(len(lags_s)), weights)
+    starts, stops = _rows_of_readings(ramp, slips, ways)
+    signs = np.array([np.sign(median(ramp.slip[ramp.way == way])) for way in ways])
+    passed = stops > starts
+    starts = starts[passed] * ramp.samples_per_row
+    stops = stops[passed] * ramp.samples_per_row
+    return RampReadings(
+        slip=(signs * slips)[passed],
+        mu=(signs * mu)[passed],
+        mu_se=mu_se[passed],
+        starts=starts,
+        stops=stops,
+        spikes=Stretches(starts, stops).counts(_cut(is_spike, starts, stops)),
+        lag=ForceLag(float(lag_s), float(lag_se_s), is_seen, (low_s, high_s)),
+        drift_n=float(weights @ np.array(drifts)),
+    )
+
+
+def _mean_of_trials(
+    values: FloatArray, errors: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean over trials, and its standard error: their own errors and how far they are apart.
+
+    Args:
+        values: Values of each trial, shape (trials, ...).
+        errors: Their standard errors, of the same shape.
+        weights: Weights of sum 1, shape (trials,).
+    """
+    mean = weights @ values
+    return mean, np.sqrt(weights @ errors**2 + weights @ (values - mean) ** 2)
+
+
+def _without_spikes(force_n: FloatArray, threshold: float) -> tuple[FloatArray, BoolArray]:
+    """The force with the median of its neighbours in place of spikes, and the mask of spikes."""
+    smooth = scipy.ndimage.median_filter(force_n, _NEIGHBOURS, mode="nearest")
+    # a force without noise has no spikes
+    limit_n = threshold * _noise(force_n) or np.inf
+    is_spike = np.abs(force_n - smooth) > limit_n
+    return np.where(is_spike, smooth, force_n), is_spike
+
+
+def _cut(mask: BoolArray, starts: IndexArray, stops: IndexArray) -> BoolArray:
+    return Stretches(starts, stops).cut(mask.astype(float)) > 0
+
+
+def _block_means(signal: FloatArray, length: int) -> FloatArray:
+    """Means of blocks of so many samples; what is left at the end is dropped."""
+    count = len(signal) // length
+    return signal[: count * length].reshape(count, length).mean(axis=1)
+
+
+def _averaged(signals: Signals, force_n: FloatArray) -> _Ramp:
+    """The rows of a ramp, averaged over blocks where there are many."""
+    samples_per_row = -(-len(signals) // _MOST_ROWS)
+    slip = _block_means(signals["slide_roll_ratio"], samples_per_row)
+    interval_s = signals.interval_s * samples_per_row
+    # at low slip the noise of the slip is a large force
+    window = max(2 * round(_SMOOTHED_S / interval_s / 2) + 1, _FEWEST_SMOOTHED)
+    parabola = scipy.signal.savgol_coeffs(window, polyorder=2)
+    smooth = scipy.ndimage.convolve1d(slip, parabola, mode="nearest")
+    noise = _noise(slip)
+    # a corner is no noise
+    smooth = np.where(np.abs(slip - smooth) > _CORNER_ERRORS * noise, slip, smooth)
+    return _Ramp(
+        time=np.linspace(0.0, 1.0, len(slip)),
+        interval_s=interval_s,
+        slip=smooth,
+        slip_noise=noise * float(np.sqrt(np.sum(parabola**2))),
+        force_n=_block_means(force_n, samples_per_row),
+        load_n=_block_means(signals["load_n"], samples_per_row),
+        weight=np.ones(len(slip)),
+        way=_ways(np.abs(smooth)),
+        samples_per_row=samples_per_row,
+    )
+
+
+def _noise(values: FloatArray) -> float:
+    """Standard deviation of the noise of a signal, by its second differences."""
+    return MAD_TO_SIGMA * median(np.abs(np.diff(values, 2))) / np.sqrt(6)
+
+
+def _weighted(ramp: _Ramp, high_s: float, zero_terms: int) -> _Ramp:
+    """The ramp with weights: a row counts less where the noise of the slip moves its force.
+
+    The variance of a row is that of the force and that of the slip times the squared slope of the
+    force (J. Orear, Am. J. Phys. 50 (1982) 912).
+    """
+    force_noise_n = _noise(ramp.force_n)
+    if force_noise_n == 0:
+        return ramp
+    knots = _knots(ramp, _KNOT_RATIOS[-1])
+    best = _best_lag(ramp, knots, high_s, zero_terms)
+    curve, zero = _design(ramp, knots, zero_terms)
+    late = _late(curve, best.x[0], best.x[1], ramp.interval_s)
+    fitted, _ = _least_squares(np.hstack([late, zero]), ramp.force_n)
+    size = np.abs(ramp.slip)
+    apart = knots[0] / 10
+    rise = _basis(size + apart, knots) - _basis(np.maximum(size - apart, 0.0), knots)
+    slope_n = ramp.load_n * (rise @ fitted[: curve.shape[1]]) / (2 * apart)
+    return replace(ramp, weight=1 / np.hypot(1.0, slope_n * ramp.slip_noise / force_noise_n))
+
+
+def _turns(size: FloatArray) -> list[int]:
+    """Rows at which the size of the slip turns back, in the order of time."""
+    turn = _TURN_SHARE * size.max()
+    turns: list[int] = []
+    rises: bool | None = None
+    extreme = 0
+    for row, value in enumerate(size.tolist()):
+        change = value - float(size[extreme])
+        if rises is None:
+            if abs(change) > turn:
+                rises = change > 0
+                extreme = row
+        elif (change > 0) == rises:
+            extreme = row
+        elif abs(change) > turn:
+            turns.append(extreme)
+            rises = not rises
+            extreme = row
+    return turns
+
+
+def _ways(size: FloatArray) -> IndexArray:
+    """The number of the way, up or down, that each row belongs to.
+
+    A way with too few rows for a curve counts as part of the one before it.
+    """
+    way = np.zeros(len(size), dtype=np.int64)
+    number = 0
+    turns = _turns(size)
+    for start, stop in pairwise([*turns, len(size)]):
+        if stop - start >= _FEWEST_ROWS / 2:
+            number += 1
+        way[start:] = number
+    return way
+
+
+def _shows_its_lag(ramp: _Ramp) -> bool:
+    """Whether rising and falling slip both cover half of the slips."""
+    size = np.abs(ramp.slip)
+    levels = np.linspace(0.0, size.max(), _WINDOWS)
+    is_covered = {True: np.zeros(_WINDOWS, dtype=bool), False: np.zeros(_WINDOWS, dtype=bool)}
+    for start, stop in pairwise([0, *_turns(size), len(size) - 1]):
+        low, high = sorted((size[start], size[stop]))
+        is_covered[bool(size[stop] > size[start])] |= (levels >= low) & (levels <= high)
+    return bool(np.mean(is_covered[True] & is_covered[False]) >= _COVERED_SHARE)
+
+
+def _knots(ramp: _Ramp, ratio: float) -> FloatArray:
+    """Knots of the spline: by a ratio, and so far apart that each has some rows."""
+    size = np.abs(ramp.slip)
+    largest = float(size.max())
+    steps = np.abs(np.diff(size))[size[1:] > _FIRST_KNOT]
+    apart = _ROWS_PER_KNOT * max(median(steps), largest / _MOST_ROWS)
+    knots = [max(_FIRST_KNOT, apart)]
+    while knots[-1] < largest:
+        knots.append(max(knots[-1] * ratio, knots[-1] + apart))
+    knots = knots[:-1]
+    # the last one is the largest slip, and not too near to the one before it
+    if len(knots) > 1 and largest - knots[-1] < (knots[-1] - knots[-2]) / 2:
+        knots.pop()
+    return np.array([*knots, largest])
+
+
+def _basis(size: FloatArray, knots: FloatArray) -> FloatArray:
+    """Cubic B-splines in the size of the slip that are 0 at no slip, shape (n, splines)."""
+    ends = np.full(_CUBIC + 1, knots[-1])
+    padded = np.concatenate([np.zeros(_CUBIC + 1), knots[:-1], ends])
+    inside = np.clip(size, 0.0, knots[-1])
+    splines = scipy.interpolate.BSpline.design_matrix(inside, padded, _CUBIC).toarray()
+    # at no slip only the first one is not 0
+    return np.asarray(splines[:, 1:])
+
+
+def _late(columns: FloatArray, filter_s: float, delay_s: float, interval_s: float) -> FloatArray:
+    """Columns of signals as a sensor logs them, shape (rows, columns).
+
+    Signals between rows are straight lines; beyond the first and the last row they do not change.
+
+    Args:
+        columns: The signals.
+        filter_s: Time constant of a filter of first order.
+        delay_s: Delay; where it is negative the signals are early.
+        interval_s: Time between rows.
+    """
+    whole, part = divmod(delay_s / interval_s, 1.0)
+    rows = np.arange(len(columns)) - int(whole)
+    last = len(columns) - 1
+    delayed = (1 - part) * columns[np.clip(rows, 0, last)]
+    delayed += part * columns[np.clip(rows - 1, 0, last)]
+    if filter_s < _NO_FILTER * interval_s:
+        return np.asarray(delayed)
+    kept = np.exp(-interval_s / filter_s)
+    mean_age = (1 - kept) * filter_s / interval_s
+    filtered, _ = scipy.signal.lfilter(
+        [1 - mean_age, mean_age - kept], [1.0, -kept], delayed, axis=0, zi=mean_age * delayed[:1]
+    )
+    return np.asarray(filtered)
+
+
+def _design(ramp: _Ramp, knots: FloatArray, zero_terms: int) -> tuple[FloatArray, FloatArray]:
+    """Columns of the curve without lag, shape (rows, splines), and of the zero, (rows, terms)."""
+    pull_n = np.sign(ramp.slip) * ramp.load_n
+    curve = pull_n[:, np.newaxis] * _basis(np.abs(ramp.slip), knots)
+    zero = np.vander(ramp.time, zero_terms, increasing=True)
+    return curve, zero
+
+
+def _trials(
+    ramp: _Ramp, low_s: float, high_s: float, zero_terms: int, is_seen: bool
+) -> tuple[list[_Trial], float, bool]:
+    """Lags with their weights, the variance of a row that counts for means, and what is seen."""
+    by_knots: list[list[_Trial]] = []
+    deviances: list[float] = []
+    variances: list[float] = []
+    for ratio in _KNOT_RATIOS:
+        knots = _knots(ramp, ratio)
+        best = _best_lag(ramp, knots, high_s, zero_terms)
+        variance = _variance(best.fun, len(knots))
+        variances.append(variance)
+        penalty = len(knots) * np.log(len(ramp.slip))
+        deviances.append(float(np.sum(best.fun**2)) / min(variances) + penalty)
+        by_knots.append(_around(best, variance, knots))
+    if not (is_seen and all(_is_narrow(trials, low_s, high_s) for trials in by_knots)):
+        is_seen = False
+        spacings = [trials[0].knots for trials in by_knots]
+        by_knots = [_over_range(low_s, high_s, knots) for knots in spacings]
+    of_knots = np.exp(-(np.array(deviances) - min(deviances)) / 2)
+    of_knots /= of_knots.sum()
+    trials = [
+        replace(trial, weight=trial.weight * weight)
+        for trials_of_knots, weight in zip(by_knots, of_knots, strict=True)
+        for trial in trials_of_knots
+    ]
+    return trials, min(variances), is_seen
+
+
+def _best_lag(
+    ramp: _Ramp, knots: FloatArray, high_s: float, zero_terms: int
+) -> scipy.optimize.OptimizeResult:
+    """Filter and delay with which one curve for all ways leaves the least squares."""
+    curve, zero = _design(ramp, knots, zero_terms)
+    weighted_n = ramp.weight * ramp.force_n
+
+    def residual(lag: FloatArray) -> FloatArray:
+        late = _late(curve, lag[0], lag[1], ramp.interval_s)
+        columns = ramp.weight[:, np.newaxis] * np.hstack([late, zero])
+        fitted, _ = _least_squares(columns, weighted_n)
+        return np.asarray(weighted_n - columns @ fitted)
+
+    early_s = _APART_IN_A_ROW * ramp.interval_s
+    bounds = ([0.0, -early_s], [max(high_s, early_s), max(high_s, early_s)])
+    starts = [(share * high_s / 4, (1 - share) * high_s / 4) for share in _FILTER_SHARES]
+    results = [
+        scipy.optimize.least_squares(
+            residual,
+            start,
+            bounds=bounds,
+            x_scale=ramp.interval_s,
+            diff_step=[1e-3, 1e-3],
+            max_nfev=_MOST_STEPS,
+        )
+        for start in starts
+    ]
+    return min(results, key=lambda result: result.cost)
+
+
+def _variance(residual: FloatArray, splines: int) -> float:
+    """Variance of a row that counts for means of many rows: autocorrelation included."""
+    _, error = mean_with_error(residual)
+    plain = np.sum(residual**2) / max(len(residual) - 2 * splines, 1)
+    return float(max(error**2 * len(residual), plain))
+
+
+def _around(
+    best: scipy.optimize.OptimizeResult, variance: float, knots: FloatArray
+) -> list[_Trial]:
+    """Lags that stand for the best one and its covariance: four of equal weight."""
+    covariance = variance * np.linalg.pinv(best.jac.T @ best.jac)
+    sizes, directions = np.linalg.eigh(covariance)
+    trials: list[_Trial] = []
+    for size, direction in zip(sizes, directions.T, strict=True):
+        for side in (-1.0, 1.0):
+            filter_s, delay_s = best.x + side * np.sqrt(2 * max(size, 0.0)) * direction
+            # how a lag is divided matters little: no part of it is negative
+            lag_s = filter_s + delay_s
+            filter_s = np.clip(filter_s, 0.0, max(lag_s, 0.0))
+            trials.append(_Trial(knots, float(filter_s), float(lag_s - filter_s), 1 / 4))
+    return trials
+
+
+def _is_narrow(trials: list[_Trial], low_s: float, high_s: float) -> bool:
+    """Whether lags are nearer to each other than those of the range are."""
+    lags_s = np.array([trial.lag_s for trial in trials])
+    return float(np.std(lags_s)) < (high_s - low_s) / np.sqrt(12)
+
+
+def _over_range(low_s: float, high_s: float, knots: FloatArray) -> list[_Trial]:
+    """Lags in a range, of equal weight: filters, delays, and half of both."""
+    lags_s = np.linspace(low_s, high_s, _LAGS_TRIED if high_s > low_s else 1)
+    # the ends of the range count half
+    weights = np.ones(len(lags_s))
+    weights[[0, -1]] = 0.5
+    weights /= weights.sum() * len(_FILTER_SHARES)
+    return [
+        _Trial(knots, float(share * lag_s), float((1 - share) * lag_s), float(weight))
+        for share in _FILTER_SHARES
+        for lag_s, weight in zip(lags_s, weights, strict=True)
+    ]
+
+
+def _slips_of_ways(
+    ramp: _Ramp, knots: FloatArray, least_slip: float
+) -> tuple[FloatArray, IndexArray]:
+    """Sizes of slip at which points are given, and the way of each, both of shape (readings,).
+
+    A slip that the ramp reaches from its half within the time of smoothing is not resolved.
+    """
+    fewest = max(_SMOOTHED_S / ramp.interval_s, _FEWEST_TO_RESOLVE)
+    slips: list[float] = []
+    ways: list[int] = []
+    for way in np.unique(ramp.way):
+        size = np.abs(ramp.slip[ramp.way == way])
+        for knot in knots[knots >= least_slip]:
+            is_near = (size > knot / 2) & (size <= knot)
+            if np.count_nonzero(is_near) >= fewest and knot <= size.max():
+                slips.append(float(knot))
+                ways.append(int(way))
+    return np.array(slips), np.array(ways, dtype=np.int64)
+
+
+def _curve_of_trial(
+    ramp: _Ramp,
+    trial: _Trial,
+    zero_terms: int,
+    variance: float,
+    slips: FloatArray,
+    ways: IndexArray,
+) -> tuple[FloatArray, FloatArray, float]:
+    """Sizes of mu, their standard errors, both of shape (readings,), and the drift of the zero.
+
+    All ways together give the zero: one direction of slip could not tell it from its curve. Then
+    each way has a curve of its own, because other gates compare the ways.
+    """
+    curve, zero = _design(ramp, trial.knots, zero_terms)
+    weight = ramp.weight[:, np.newaxis]
+    weighted_n = ramp.weight * ramp.force_n
+    weighted_zero = weight * zero
+    one_curve = weight * _late(curve, trial.filter_s, trial.delay_s, ramp.interval_s)
+    of_all, inverse_of_all = _least_squares(np.hstack([one_curve, weighted_zero]), weighted_n)
+    splines = curve.shape[1]
+    zero_coefficients = of_all[splines:]
+    zero_covariance = variance * inverse_of_all[splines:, splines:]
+
+    numbers = np.unique(ramp.way)
+    of_ways = [np.where((ramp.way == way)[:, np.newaxis], curve, 0.0) for way in numbers]
+    late = _late(np.hstack(of_ways), trial.filter_s, trial.delay_s, ramp.interval_s)
+    columns = weight * late
+    fitted, inverse = _least_squares(columns, weighted_n - weighted_zero @ zero_coefficients)
+    at_slips = np.zeros((len(slips), len(fitted)))
+    basis = _basis(slips, trial.knots)
+    for number, way in enumerate(numbers):
+        of_way = ways == way
+        at_slips[of_way, number * splines : (number + 1) * splines] = basis[of_way]
+    by_zero = at_slips @ inverse @ (columns.T @ weighted_zero)
+    variances = variance * np.einsum("ij,jk,ik->i", at_slips, inverse, at_slips)
+    variances += np.einsum("ij,jk,ik->i", by_zero, zero_covariance, by_zero)
+    drift_n = float(zero_coefficients[-1]) if zero_terms > 1 else 0.0
+    return at_slips @ fitted, np.sqrt(variances), drift_n
+
+
+def _least_squares(columns: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The coefficients and the inverse of the normal matrix; about 0 where a column has no rows."""
+    normal = columns.T @ columns
+    size = np.sqrt(np.diag(normal)) + _EMPTY_COLUMN * np.sqrt(np.trace(normal))
+    scaled = normal / np.outer(size, size)
+    scaled[np.diag_indices_from(scaled)] += _EMPTY_COLUMN
+    inverse = np.linalg.inv(scaled) / np.outer(size, size)
+    return inverse @ (columns.T @ values), inverse
+
+
+def _rows_of_readings(
+    ramp: _Ramp, slips: FloatArray, ways: IndexArray
+) -> tuple[IndexArray, IndexArray]:
+    """First row that is nearest to the slip of each reading, and the row after the last one."""
+    starts = np.zeros(len(slips), dtype=np.int64)
+    stops = np.zeros(len(slips), dtype=np.int64)
+    for way in np.unique(ways):
+        of_way = np.flatnonzero(ways == way)
+        slips_of_way = slips[of_way]
+        middles = (slips_of_way[1:] + slips_of_way[:-1]) / 2
+        size = np.abs(ramp.slip)
+        # rows of rolling belong to no slip
+        rows = np.flatnonzero((ramp.way == way) & (size > slips_of_way[0] / _KNOT_RATIOS[0]))
+        nearest = np.searchsorted(middles, size[rows])
+        for index, reading in enumerate(of_way):
+            own = rows[nearest == index]
+            if len(own):
+                starts[reading] = own[0]
+                stops[reading] = own[-1] + 1
+    return starts, stops
