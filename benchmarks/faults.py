@@ -1,6 +1,6 @@
 """Runs killed at random moments: each must end, when run again, in the bytes of an undisturbed one.
 
-Run by `make bench NAME=faults`; prints a line a kill and the counts. The whole process group gets
+Run by `make bench NAME=faults`; prints a line per kill and the counts. The whole process group gets
 SIGKILL: no program can see it coming. The length of an undisturbed run is cut into as many parts as
 there are kills; each kill falls somewhere into a part of its own, so that every stage is struck.
 
@@ -26,43 +26,44 @@ SEED = 1
 def main(kills: int = 30) -> int:
     """Kill as many runs; 0 where every one came to the same bytes when it was run again."""
     with tempfile.TemporaryDirectory(prefix="oilfilm-faults-") as folder:
-        whole, place = Path(folder, "undisturbed"), Path(folder, "killed")
-        lay_out_small(whole)
-        length_s = timed(whole, *TARGET)
+        undisturbed, struck = Path(folder, "undisturbed"), Path(folder, "killed")
+        lay_out_small(undisturbed)
+        length_s = timed(undisturbed, *TARGET)
         print(f"undisturbed: {length_s:.0f} s", flush=True)
         moments = generator(SEED, "kills").uniform(size=kills)
-        same = 0
+        same_count = 0
         for number, moment in enumerate(moments, start=1):
-            seconds = kill(place, length_s * (number - 1 + moment) / kills)
-            begun = unfinished(place)
-            code, output = run(place, *TARGET)
-            found = compare(whole, place) if code == 0 else output[-2000:]
-            same += not found
+            seconds = kill(struck, length_s * (number - 1 + moment) / kills)
+            unfinished_files = unfinished(struck)
+            code, output = run(struck, *TARGET)
+            difference = compare(undisturbed, struck) if code == 0 else output[-2000:]
+            same_count += not difference
             print(
-                f"{number:3d}: killed after {seconds:4.1f} s with {len(begun):2d} files unfinished "
-                f"{begun[:1]}: {found or 'the same bytes'}",
+                f"{number:3d}: killed after {seconds:4.1f} s with {len(unfinished_files):2d} files "
+                f"unfinished {unfinished_files[:1]}: {difference or 'the same bytes'}",
                 flush=True,
             )
-        print(f"{kills} kills: {same} runs came to the same bytes")
-        return int(same < kills)
+        print(f"{kills} kills: {same_count} runs came to the same bytes")
+        return int(same_count < kills)
 
 
-def kill(place: Path, seconds: float) -> float:
+def kill(project: Path, seconds: float) -> float:
     """A run begun anew and killed after so many seconds; earlier where it would have ended."""
     while True:
-        shutil.rmtree(place, ignore_errors=True)
-        lay_out_small(place)
-        begun = time.perf_counter()
-        if killed(place, seconds, *TARGET):
+        shutil.rmtree(project, ignore_errors=True)
+        lay_out_small(project)
+        start_s = time.perf_counter()
+        if killed(project, seconds, *TARGET):
             return seconds
-        seconds = 0.97 * (time.perf_counter() - begun)
+        # it ended before the kill: the next one comes earlier
+        seconds = 0.97 * (time.perf_counter() - start_s)
 
 
-def timed(place: Path, *arguments: str) -> float:
+def timed(project: Path, *arguments: str) -> float:
     """Seconds that snakemake takes."""
-    begun = time.perf_counter()
-    succeed(place, *arguments)
-    return time.perf_counter() - begun
+    start_s = time.perf_counter()
+    succeed(project, *arguments)
+    return time.perf_counter() - start_s
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""The demonstration on a Slurm of this machine and without one: times, ratio, the same bytes.
+"""The demonstration with Slurm on this machine, and without it: times, ratio, the same bytes.
 
 Every file is compared with the one of a local run, but for Snakemake's log.
 
-Run by `make bench NAME=slurm`, as root: it installs Debian's packages of Slurm where they are
+Run by `make bench NAME=slurm`: it installs Debian's packages of Slurm where they are
 missing.
 
 Takes 25 minutes, as root.
@@ -25,8 +25,8 @@ CORES = os.cpu_count() or 1
 
 def main() -> int:
     """Run all; 0 where the bytes are the same and Slurm takes at most three times as long."""
-    with tempfile.TemporaryDirectory(prefix="oilfilm-bench-") as name:
-        plugin, local, slurm = (Path(name, part) for part in ("plugin", "local", "slurm"))
+    with tempfile.TemporaryDirectory(prefix="oilfilm-bench-") as folder:
+        plugin, local, slurm = (Path(folder, name) for name in ("plugin", "local", "slurm"))
         plugin.mkdir()
         install_plugin(plugin)
         lay_out(local)
@@ -45,9 +45,9 @@ def main() -> int:
 
 def seconds(project: Path, *arguments: str, around: Surroundings) -> float:
     """Seconds of the demonstration with its release."""
-    begun = time.perf_counter()
+    start_s = time.perf_counter()
     succeed(project, "release", *arguments, "--config", "campaign=demo", around=around)
-    return time.perf_counter() - begun
+    return time.perf_counter() - start_s
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from campaigns import LABORATORY, ROOT, laboratory_campaign, write_campaign
 from command_line import printed_objects
 from damages import SOUND
 from oilfilm.cli import main
-from oilfilm.cli.check import CAUSES, WIDTH, verdict_lines
+from oilfilm.cli.check import CONSEQUENCES, WIDTH, verdict_lines
 from oilfilm.curation.gate import RULES
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import read_bytes
@@ -253,12 +253,12 @@ def refusal(rule: str, row: int) -> dict[str, Any]:
 
 
 def test_every_cause_and_consequence_is_a_rule() -> None:
-    consequences = {rule for rules in CAUSES.values() for rule in rules.split()}
+    consequences = frozenset().union(*CONSEQUENCES.values())
     known = {*RULES["gates"], *RULES["warnings"], *RULES["others"], *RULES["mistakes"]}
     known |= {*RULES["traction"], *RULES["torque"]}
     # rules of readers, which no table lists
     readers = {"unreadable_row", "slip_unit"}
-    assert consequences | CAUSES.keys() <= known | readers
+    assert consequences | CONSEQUENCES.keys() <= known | readers
 
 
 def test_small_log_takes_no_memory_for_the_largest_one(tmp_path: Path) -> None:

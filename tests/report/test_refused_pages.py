@@ -18,7 +18,7 @@ from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.report.figures import style
 from oilfilm.report.figures.refused_runs import (
-    Judged,
+    JudgedLogs,
     draw_page,
     draw_pages,
     judged_torque_logs,
@@ -176,7 +176,7 @@ def test_refused_torque_log_has_its_page_with_traction_logs(demo: Campaign, tmp_
     one = curated.runs[curated.runs["rule"] == "swapped_sign"]
     of_it = curated.quarantine["run_id"].isin(one["run_id"])
     tables_of_it = one, curated.points, curated.quarantine[of_it]
-    traction = Judged(TractionRig, *tables_of_it, partial(samples_of, demo))
+    traction = JudgedLogs(TractionRig, *tables_of_it, partial(samples_of, demo))
     pages = draw_pages([traction, torque], demo.config, 7, tmp_path)
     shown = pages[pages["page"] != ""]
     assert len(shown) == 2

@@ -7,13 +7,13 @@ from oilfilm import tables
 from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.run_sheet import RunSheet
-from oilfilm.report.figures.refused_runs import Judged, draw_pages, judged_torque_logs
+from oilfilm.report.figures.refused_runs import JudgedLogs, draw_pages, judged_torque_logs
 from oilfilm.tables.table_file import samples_by_run
 
 with run.job(snakemake) as job:
     inputs = snakemake.input
     samples = samples_by_run([Path(path) for path in inputs.samples])
-    traction = Judged(
+    traction = JudgedLogs(
         TractionRig, job.tables.runs, job.tables.points, job.tables.quarantine, samples
     )
     rigs = [traction]

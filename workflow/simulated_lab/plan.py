@@ -11,7 +11,7 @@ from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Campaign
 
 # Planted defect -> the gate or rule that must catch it.
-GATES = {
+GATE_OF_DEFECT = {
     "truncated": "truncated",
     "swapped_sign": "swapped_sign",
     "stuck_sensor": "stuck_sensor",
@@ -21,7 +21,7 @@ GATES = {
 }
 # Letter of a set point in file names, and its digits before the decimal point. The pressure has 0:
 # it has two decimals or more instead.
-_IN_NAMES = {
+_NAME_FORMATS = {
     "max_hertz_pressure_gpa": ("P", 0),
     "entrainment_speed_m_s": ("U", 2),
     "inlet_temperature_c": ("T", 3),
@@ -48,7 +48,7 @@ class PlannedRun:
 
 def _in_name(set_point: str, level: float) -> str:
     """A level with leading zeros, so that names sort, and with decimals where it has any."""
-    letter, digits = _IN_NAMES[set_point]
+    letter, digits = _NAME_FORMATS[set_point]
     if digits == 0 and level == round(level, 2):
         return f"{letter}{level:.2f}"
     if digits > 0 and level == round(level):
@@ -61,11 +61,11 @@ def planned_runs(campaign: Campaign) -> list[PlannedRun]:
     levels = present(campaign.matrix, "matrix", "the campaign").model_dump()
     twin = present(campaign.twin, "twin", "the campaign")
     # the levels of `condition` are in the order of the matrix: pressure, speed, temperature
-    defects = [
+    defective_runs = [
         PlannedRun(defect.oil, dict(zip(levels, defect.condition, strict=True)), defect.kind)
         for defect in twin.defects
     ]
-    return _planned(campaign.oils, levels, defects)
+    return _planned(campaign.oils, levels, defective_runs)
 
 
 def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
@@ -74,15 +74,15 @@ def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
     matrix = present(torque.matrix, "matrix", "the campaign's `torque`")
     twin = present(torque.twin, "twin", "the campaign's `torque`")
     names = ("axial_load_n", "oil_temperature_c")
-    defects = [
+    defective_runs = [
         PlannedRun(defect.oil, {name: getattr(defect, name) for name in names}, defect.kind)
         for defect in twin.defects
     ]
-    return _planned(campaign.oils, {name: getattr(matrix, name) for name in names}, defects)
+    return _planned(campaign.oils, {name: getattr(matrix, name) for name in names}, defective_runs)
 
 
 def _planned(
-    oils: Sequence[str], levels: Mapping[str, Sequence[float]], defects: Iterable[PlannedRun]
+    oils: Sequence[str], levels: Mapping[str, Sequence[float]], defective_runs: Iterable[PlannedRun]
 ) -> list[PlannedRun]:
     """Runs of every oil at every condition of a matrix.
 
@@ -96,7 +96,7 @@ def _planned(
     ]
     # different conditions have different names, so that a defect replaces the run of its condition
     run_by_name = {run.name: run for run in runs}
-    for run in defects:
+    for run in defective_runs:
         # an oil may be left out of the campaign
         if run.oil in oils:
             run_by_name[run.name] = run

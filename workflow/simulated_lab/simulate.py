@@ -27,7 +27,7 @@ from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from simulated_lab.plan import GATES, PlannedRun, planned_runs
+from simulated_lab.plan import GATE_OF_DEFECT, PlannedRun, planned_runs
 from simulated_lab.truth import Truth, known_contact, true_tractions
 
 _NEWTON_PER_KGF = 9.80665
@@ -78,7 +78,7 @@ def simulate_campaign(
             "run_id": run.name,
             "oil": run.oil,
             "defect": run.defect,
-            "gate": GATES.get(run.defect, ""),
+            "gate": GATE_OF_DEFECT.get(run.defect, ""),
         }
         for set_point in run.set_points:
             truth[set_point] = true[set_point].mean()

@@ -18,8 +18,13 @@ from simulated_lab.simulate import log_content
 from simulated_lab.true_bearing import true_problem
 from simulated_lab.truth import Truth, misfit, true_tractions
 
-# Finer than the grid of the model that the logs are compared with.
+# Points of the contact along and across rolling. The grid is finer than that of the model with
+# which the logs are compared.
 _QUADRATURE = (24, 6)
+# Planted defects: a tare that drifts by more than any limit, and a torque that is higher by this
+# share when a speed begins.
+_PLANTED_DRIFT_N_M = 0.2
+_WARMING = 0.3
 
 
 def simulate_torque(
@@ -27,8 +32,9 @@ def simulate_torque(
 ) -> Iterator[tuple[PlannedRun, bytes, list[dict[str, Any]]]]:
     """Each planned torque log: the plan, its bytes, and its rows of the table of the truth.
 
-    The truth behind an oil is that of its traction logs. Growth, feed oil, drag and rolling
-    resistance are those of bearing and settings: the comparison is about traction.
+    The truth behind an oil is that of its traction logs. Growth of rings and balls, feed oil, drag
+    and rolling resistance are those of bearing and settings. Only the traction differs from the
+    model.
 
     Args:
         settings: The settings.
@@ -40,40 +46,40 @@ def simulate_torque(
     plans = planned_torque_runs(settings.campaign)
     for oil in dict.fromkeys(plan.oil for plan in plans):
         plans_of_oil = [plan for plan in plans if plan.oil == oil]
-        truths = _truth(plans_of_oil, twin, tractions[oil], settings)
-        for plan, truth in zip(plans_of_oil, truths, strict=True):
+        rows_of_logs = _truth_rows(plans_of_oil, twin, tractions[oil], settings)
+        for plan, truth_rows in zip(plans_of_oil, rows_of_logs, strict=True):
             random = generator(settings.seed, "torque twin", plan.name)
-            yield plan, _log(plan, truth, twin, random), truth
+            yield plan, _log(plan, truth_rows, twin, random), truth_rows
 
 
-def _truth(
-    plans: list[PlannedRun], twin: TorqueTwin, traction: Truth, settings: Settings
+def _truth_rows(
+    plans: list[PlannedRun], twin: TorqueTwin, true_traction: Truth, settings: Settings
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
     bearing = settings.tested_bearing()
     torque_logs = present(settings.campaign.torque, "torque", "the campaign")
     speeds = present(torque_logs.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
-    load_of_run, temperature_of_run = _controlled(plans, twin, settings.seed)
+    load_of_run, temperature_of_run = _loads_and_temperatures(plans, twin, settings.seed)
     # operating points: the speeds of the first run, then those of the second, and so on
     speed = np.tile(np.array(speeds, dtype=float), len(plans))
     load = np.repeat(load_of_run, len(speeds))
     temperature = np.repeat(temperature_of_run, len(speeds))
 
     points = (load, speed, temperature)
-    problem = true_problem(settings, plans[0].oil, traction, points, _QUADRATURE)
+    problem = true_problem(settings, plans[0].oil, true_traction, points, _QUADRATURE)
     equilibrium = friction_equilibrium(problem)
     if not equilibrium.solution.converged.all():
         raise OilfilmError(
             f"campaign {settings.campaign.name!r}, torque.matrix: at some of its points the "
             "simulated bearing has no steady motion. Set more load or less speed there."
         )
-    law_misfit = misfit(traction, settings)
+    law_misfit = misfit(true_traction, settings)
     torque = equilibrium.torque_n_m()
     heat = bearing.ball_count * equilibrium.balance.heats_w[HEATS.index("traction")]
-    truths = []
+    rows_of_logs = []
     for number, plan in enumerate(plans):
         first = number * len(speeds)
-        truths.append(
+        rows_of_logs.append(
             [
                 {
                     "run_id": plan.name,
@@ -83,16 +89,17 @@ def _truth(
                     "axial_load_n": load[point],
                     "oil_temperature_c": temperature[point],
                     "torque_n_m": torque[point],
+                    # the power that becomes heat is torque times speed
                     "traction_torque_n_m": heat[point] / (speed[point] * RAD_S_PER_RPM),
                     "law_misfit": law_misfit,
                 }
                 for point in range(first, first + len(speeds))
             ]
         )
-    return truths
+    return rows_of_logs
 
 
-def _controlled(
+def _loads_and_temperatures(
     plans: list[PlannedRun], twin: TorqueTwin, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     """Load in N and temperature in degC of each run, with the errors of their control."""
@@ -106,13 +113,16 @@ def _controlled(
 
 
 def _log(
-    plan: PlannedRun, truth: list[dict[str, Any]], twin: TorqueTwin, random: np.random.Generator
+    plan: PlannedRun,
+    truth_rows: list[dict[str, Any]],
+    twin: TorqueTwin,
+    random: np.random.Generator,
 ) -> bytes:
     """The log of a run as the rig's logger writes it, with the planted defect.
 
     Args:
         plan: The run.
-        truth: Its rows of the truth, one per speed.
+        truth_rows: Its rows of the truth, one per speed.
         twin: Noise, errors and timing of the rig.
         random: The generator of the run.
     """
@@ -122,37 +132,40 @@ def _log(
     step = round(twin.step_s * rate)
 
     def programme(name: str) -> FloatArray:
-        levels = np.repeat([row[name] for row in truth], step)
+        """Set points over time: rest, the levels, rest."""
+        levels = np.repeat([row[name] for row in truth_rows], step)
         return np.concatenate([np.zeros(rest), levels, np.zeros(rest)])
 
-    # first-order answer to each change of the set point
+    # first-order response to each change of the set point
     decay = np.exp(-np.arange(step) / rate / twin.response_s)
 
-    def answer(signal: FloatArray) -> FloatArray:
-        still_to_go = np.convolve(np.diff(signal, prepend=0.0), decay)
-        return signal - still_to_go[: len(signal)]
+    def response(signal: FloatArray) -> FloatArray:
+        """The controlled quantity, which follows its set point."""
+        remaining = np.convolve(np.diff(signal, prepend=0.0), decay)
+        return signal - remaining[: len(signal)]
 
     target = programme("inner_speed_rpm")
     time_s = np.arange(len(target)) / rate
-    speed = answer(target)
-    torque = answer(programme("torque_n_m"))
+    speed = response(target)
+    torque = response(programme("torque_n_m"))
     resting = target == 0
     speed[resting] = np.where(np.abs(speed[resting]) < 1, 0.0, speed[resting])
-    gain, zero, drift = random.standard_normal(3)
-    drift_n_m = twin.tare_drift_n_m * drift
+    gain_draw, tare_draw, drift_draw = random.standard_normal(3)
+    drift_n_m = twin.tare_drift_n_m * drift_draw
     if plan.defect == "tare_drift":
-        drift_n_m = 0.2
+        drift_n_m = _PLANTED_DRIFT_N_M
     if plan.defect == "warming":
         # the torque still falls at the end of each speed, as it does in a bearing that warms up
         sample_in_step = (np.arange(len(torque)) - rest) % step
-        torque = torque * (1 + 0.3 * np.exp(-sample_in_step / (0.5 * step)))
-    torque = torque * (1 + twin.systematic_torque * gain)
-    torque = torque + twin.tare_n_m * zero + drift_n_m * (time_s / time_s[-1])
+        torque = torque * (1 + _WARMING * np.exp(-sample_in_step / (0.5 * step)))
+    torque = torque * (1 + twin.systematic_torque * gain_draw)
+    torque = torque + twin.tare_n_m * tare_draw + drift_n_m * (time_s / time_s[-1])
 
     def noise(spread: float) -> FloatArray:
+        """Noise of a sensor with this standard deviation."""
         return spread * random.standard_normal(len(time_s))
 
-    load, temperature = truth[0]["axial_load_n"], truth[0]["oil_temperature_c"]
+    load, temperature = truth_rows[0]["axial_load_n"], truth_rows[0]["oil_temperature_c"]
     turning = ~resting
     columns = {
         "time_s": time_s,

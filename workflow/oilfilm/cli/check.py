@@ -58,13 +58,17 @@ WIDTH = 100
 _MOST_RUNS_LISTED = 10
 _MOST_LOGS_IN_DETAIL = 10
 _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
+# Stands for the file where problems are listed by run.
+_FILE = ""
 _KINDS: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
-# Rule -> the rules that may only follow from it, with blanks between.
-CAUSES: Mapping[str, str] = RULES["causes"]
+# Rule -> the rules whose faults may only follow from it.
+CONSEQUENCES: Mapping[str, frozenset[str]] = {
+    cause: frozenset(rules.split()) for cause, rules in RULES["causes"].items()
+}
 # A log: its path and its content.
 Log = tuple[str, bytes]
-# What was found in a log, a run or a part of it, by names, as JSON has it.
-Plain = dict[str, Any]
+# What was found in a log, a run or a part of it, as JSON has it.
+JsonObject = dict[str, Any]
 
 
 def run(options: argparse.Namespace) -> int:
@@ -82,28 +86,33 @@ def run(options: argparse.Namespace) -> int:
     # a pattern such as data/raw/own/*.csv names the run sheet too
     logs = [path for path in dict.fromkeys(files) if not is_run_sheet(path, raw)]
     if not logs:
-        raise OilfilmError(f"{_name(files[0])}: is a run sheet. Name logs.")
+        raise OilfilmError(f"{_decodable_path(files[0])}: is a run sheet. Name logs.")
     if campaign:
         for sentence in _removed_logs(settings.campaign.name, raw):
             print(sentence, file=sys.stderr)
-    checked = check_files([(_name(path), read_bytes(path)) for path in logs], settings, raw)
+    checked = check_files(
+        [(_decodable_path(path), read_bytes(path)) for path in logs], settings, raw
+    )
     print("\n".join(map(json_line, checked)) if options.json else report(checked))
     if not campaign:
-        print("\n".join(_wrapped(_stranger(settings.campaign.name), "")), file=sys.stderr)
+        print(
+            "\n".join(_wrapped(_advice_for_logs_of_no_campaign(settings.campaign.name), "")),
+            file=sys.stderr,
+        )
     return int(any(log["verdict"] == "refused" for log in checked))
 
 
-def _config_and_project(typed: Path | None, logs: Sequence[Path]) -> tuple[Path, Path]:
+def _config_and_project(config_option: Path | None, logs: Sequence[Path]) -> tuple[Path, Path]:
     """The configuration folder and the folder of the project by which logs are judged.
 
-    It is the typed one, else that of the project in whose `data/raw` the logs are, else that of the
-    current folder, else oilfilm's own.
+    It is that of the option, else that of the project in whose `data/raw` the logs are, else that
+    of the current folder, else oilfilm's own.
 
     Raises:
         OilfilmError: The logs are of several projects.
     """
-    if typed:
-        return typed, project_folder(typed)
+    if config_option:
+        return config_option, project_folder(config_option)
     projects = sorted({project for project in map(_project_of, logs) if project is not None})
     if len(projects) > 1:
         names = " and ".join(map(str, projects))
@@ -126,7 +135,7 @@ def _project_of(log: Path) -> Path | None:
     return None
 
 
-def _stranger(campaign: str) -> str:
+def _advice_for_logs_of_no_campaign(campaign: str) -> str:
     """What to do about logs that are in no campaign's folder."""
     return (
         f"The logs are in the folder of no campaign: the names of columns, the rig and the limits "
@@ -170,12 +179,12 @@ def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
     return campaigns.pop() if campaigns else None
 
 
-def _name(path: Path) -> str:
+def _decodable_path(path: Path) -> str:
     """A path as text, with escapes for bytes that the encoding of the system cannot decode."""
     return str(path).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Plain]:
+def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[JsonObject]:
     """The reports on logs as plain values, in the order of the logs.
 
     Args:
@@ -186,9 +195,11 @@ def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Plai
     Raises:
         OilfilmError: As in `ingest_logs`.
     """
-    reports: dict[str, Plain] = {}
+    reports: dict[str, JsonObject] = {}
     for kind in _KINDS:
-        logs_of_kind = [(file, log) for file, log in logs if kind_of(file, settings) is kind]
+        logs_of_kind = [
+            (file, content) for file, content in logs if kind_of(file, settings) is kind
+        ]
         if logs_of_kind:
             paths = [Path(file) for file, _ in logs_of_kind]
             sheet = sheet_of_paths(paths, raw, settings, kind.logs)
@@ -221,7 +232,7 @@ def kind_of(file: str, settings: Settings) -> type[RigKind]:
 
 def judged_logs(
     logs: Sequence[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
-) -> Iterator[Plain]:
+) -> Iterator[JsonObject]:
     """The reports on logs of one kind, in the order of the logs; NaN where unknown.
 
     Args:
@@ -235,46 +246,51 @@ def judged_logs(
     """
     ingested = ingest_logs(logs, settings, kind.logs, sheet)
     curated = curate_ingested(ingested, kind(settings))
-    for log in ingested.logs:
-        runs = tables.rows(curated.runs[curated.runs["file"] == log.file])
-        refusals = curated.quarantine[curated.quarantine["file"] == log.file]
+    for read_log in ingested.logs:
+        file = read_log.file
+        runs = tables.rows(curated.runs[curated.runs["file"] == file])
+        refusals = curated.quarantine[curated.quarantine["file"] == file]
         is_accepted = runs and all(run["verdict"] != "refused" for run in runs)
         yield {
-            "file": log.file,
+            "file": file,
             "campaign": settings.campaign.name,
             "verdict": "accepted" if is_accepted else "refused",
             "rig_kind": kind.name,
-            "format": log.format,
+            "format": read_log.format,
             # encoding, delimiter and decimal mark
-            **asdict(log.form),
-            "rows": log.rows,
+            **asdict(read_log.form),
+            "rows": read_log.rows,
             "refused_rows": int(refusals["refused_rows"].sum()),
-            "run_sheet_rows": len(sheet.rows[log.file]) if log.file in sheet.rows else None,
+            "run_sheet_rows": len(sheet.rows[file]) if file in sheet.rows else None,
             "refusals": tables.rows(refusals[_REFUSAL_COLUMNS]),
-            "runs": [_checked_run(run, log, curated, settings, kind) for run in runs],
+            "runs": [_checked_run(run, read_log, curated, settings, kind) for run in runs],
         }
 
 
 def _checked_run(
-    run: Mapping[str, Any], log: ReadLog, curated: Curated, settings: Settings, kind: type[RigKind]
-) -> Plain:
+    run: Mapping[str, Any],
+    read_log: ReadLog,
+    curated: Curated,
+    settings: Settings,
+    kind: type[RigKind],
+) -> JsonObject:
     """One run of a log."""
     points = curated.points[curated.points["run_id"] == run["run_id"]]
-    understood = log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
-    sources = understood.sources
+    reading = read_log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
+    sources = reading.sources
     is_traction = kind.name == TRACTION
     ranges = points[list(MEASURED[kind.name])].agg(["min", "max"])
-    checked: Plain = {name: run[name] for name in _RUN_COLUMNS}
+    checked: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
     warnings = [*run["warning"]]
     if not is_traction:
-        warnings += radial_load_warnings(understood.unused)
+        warnings += radial_load_warnings(reading.unused)
     checked["warning"] = "; ".join(warnings)
     checked["oil_source"] = sources.get("oil", _CAMPAIGN)
     checked["rig_source"] = sources.get("rig" if is_traction else "bearing", _CAMPAIGN)
     checked["rows"] = run["samples"]
     checked["accepted_plateaus"] = run["accepted_points"]
-    checked["columns"] = [asdict(column) for column in understood.columns]
-    checked["unused_columns"] = [name for name in understood.unused if name]
+    checked["columns"] = [asdict(column) for column in reading.columns]
+    checked["unused_columns"] = [name for name in reading.unused if name]
     checked["set_points"] = _set_points(run, sources) if is_traction else {}
     checked["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
     checked["failed_gates"] = list(_failed_gates(points, kind))
@@ -284,11 +300,11 @@ def _checked_run(
     return checked
 
 
-def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> Plain:
+def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> JsonObject:
     """Value and source of each set point; None where there is none."""
     # the load has one set point, as force or as pressure; the other one follows by Hertz
     load_is_given = not LOADS.isdisjoint(sources)
-    set_points: Plain = {}
+    set_points: JsonObject = {}
     for name in SET_POINTS:
         value = run[f"nominal_{name}"]
         other_source = _BY_HERTZ if load_is_given and name in LOADS else _CAMPAIGN
@@ -299,7 +315,7 @@ def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> Plain:
     return set_points
 
 
-def _failed_gates(points: pd.DataFrame, kind: type[RigKind]) -> Iterator[Plain]:
+def _failed_gates(points: pd.DataFrame, kind: type[RigKind]) -> Iterator[JsonObject]:
     """Failed gates with their plateaus, the most frequent first."""
     failures = failed_gates.one_row_per_gate(points)
     first_rows = {
@@ -320,7 +336,7 @@ def _gates_without_data(
     points: pd.DataFrame,
     settings: Settings,
     kind: type[RigKind],
-) -> Iterator[Plain]:
+) -> Iterator[JsonObject]:
     """The gates that lack what they need, where the run has plateaus to be judged.
 
     Args:
@@ -337,8 +353,8 @@ def _gates_without_data(
         if gate.needs and not _has(gate.needs, run, points, kind(settings)):
             yield {"gate": gate.name, "reason": RULES["lacking"][gate.needs]}
     if kind.name == TRACTION and run["verdict"] == "accepted":
-        same = (runs["oil"] == run["oil"]) & (runs["rig"] == run["rig"])
-        if (same & (runs["verdict"] == "accepted")).sum() < FEWEST_CURVES:
+        same_oil_and_rig = (runs["oil"] == run["oil"]) & (runs["rig"] == run["rig"])
+        if (same_oil_and_rig & (runs["verdict"] == "accepted")).sum() < FEWEST_CURVES:
             yield {"gate": "odd_shape", "reason": RULES["lacking"]["other_curves"]}
 
 
@@ -355,14 +371,14 @@ def _has(need: str, run: Mapping[str, Any], points: pd.DataFrame, rig: RigKind) 
 # Below, `log` is the report on a log that `judged_logs` gives.
 
 
-def report(logs: Sequence[Plain]) -> str:
+def report(logs: Sequence[JsonObject]) -> str:
     """The text of the reports on logs; only long names make it wider than `WIDTH` columns."""
     lines: list[str] = []
     is_brief = len(logs) > _MOST_LOGS_IN_DETAIL
     for log in logs:
         lines += verdict_lines(log)
         if not is_brief or log["verdict"] == "refused":
-            lines += _understood(log)
+            lines += _reading_lines(log)
             lines.append("")
     if len(logs) > 1:
         lines.append(f"{len(logs)} logs: {_counted(log['verdict'] for log in logs)}")
@@ -372,7 +388,7 @@ def report(logs: Sequence[Plain]) -> str:
     return "\n".join(lines).rstrip()
 
 
-def verdict_lines(log: Plain) -> Iterator[str]:
+def verdict_lines(log: JsonObject) -> Iterator[str]:
     """The verdict on each run; the reason and the advice are right below it."""
     runs = log["runs"]
     file = printable(log["file"])
@@ -385,15 +401,11 @@ def verdict_lines(log: Plain) -> Iterator[str]:
         runs = [run for run in runs if problems[run["run_id"]]]
     refused_first = sorted(runs, key=lambda run: run["verdict"] != "refused")
     for run in refused_first[:_MOST_RUNS_LISTED]:
-        plateaus = f"{run['accepted_plateaus']} of {run['plateaus']} plateaus"
+        plateau_counts = f"{run['accepted_plateaus']} of {run['plateaus']} plateaus"
         verdict = run["verdict"].upper()
-        yield f"{printable(run['run_id'])}: {verdict}, {plateaus}, {run['rows']} rows"
+        yield f"{printable(run['run_id'])}: {verdict}, {plateau_counts}, {run['rows']} rows"
         yield from problems[run["run_id"]]
     yield from problems[_FILE]
-
-
-# Stands for the file where problems are listed by run.
-_FILE = ""
 
 
 @dataclass(frozen=True)
@@ -411,66 +423,66 @@ class _Problem:
     advice: str = ""
 
 
-def _problems_by_run(log: Plain) -> dict[str, list[str]]:
+def _problems_by_run(log: JsonObject) -> dict[str, list[str]]:
     """Lines on what is wrong or doubtful and what to do, by run and for the file (`_FILE`)."""
     problems: dict[str, list[_Problem]] = {_FILE: []}
     for run in log["runs"]:
         problems[run["run_id"]] = []
-    for problem_run, refusals in _refusals_by_rule(log):
-        of_run = problems.get(problem_run, problems[_FILE])
-        of_run.append(_of_one_rule(refusals))
+    for run_id, refusals in _refusals_by_rule(log):
+        problems_of_run = problems.get(run_id, problems[_FILE])
+        problems_of_run.append(_problem_of_rule(refusals))
     for run in log["runs"]:
-        of_run = problems[run["run_id"]]
-        explained = {problem.rule for problem in of_run}
+        problems_of_run = problems[run["run_id"]]
+        rules_named = {problem.rule for problem in problems_of_run}
         if run["warning"]:
-            of_run.append(_Problem("", f"WARNING: {run['warning']}"))
+            problems_of_run.append(_Problem("", f"WARNING: {run['warning']}"))
         for failure in run["failed_gates"]:
-            if failure["gate"] not in explained:
-                plateaus = "plateau" if failure["plateaus"] == 1 else "plateaus"
+            if failure["gate"] not in rules_named:
+                noun = "plateau" if failure["plateaus"] == 1 else "plateaus"
                 text = (
-                    f"{failure['gate']}: {failure['plateaus']} {plateaus}, first at row "
+                    f"{failure['gate']}: {failure['plateaus']} {noun}, first at row "
                     f"{failure['first_row']}"
                 )
-                of_run.append(_Problem(failure["gate"], text, failure["advice"]))
+                problems_of_run.append(_Problem(failure["gate"], text, failure["advice"]))
     if log["run_sheet_rows"] == 0:
         advice = "Only its header counts. Correct the name in the sheet."
         problems[_FILE].append(_Problem("", "the run sheet has no row for this log", advice))
-    return {run_id: list(_lines(of_run)) for run_id, of_run in problems.items()}
+    return {run_id: list(_lines_by_cause(listed)) for run_id, listed in problems.items()}
 
 
-def _refusals_by_rule(log: Plain) -> Iterator[tuple[str, list[Plain]]]:
+def _refusals_by_rule(log: JsonObject) -> Iterator[tuple[str, list[JsonObject]]]:
     """The refusals of a log by run and rule, in the order in which they are first named."""
-    by_rule: dict[tuple[str, str], list[Plain]] = {}
+    by_rule: dict[tuple[str, str], list[JsonObject]] = {}
     for refusal in log["refusals"]:
         by_rule.setdefault((refusal["run_id"], refusal["rule"]), []).append(refusal)
     for (run_id, _), refusals in by_rule.items():
         yield run_id, refusals
 
 
-def _of_one_rule(refusals: Sequence[Plain]) -> _Problem:
+def _problem_of_rule(refusals: Sequence[JsonObject]) -> _Problem:
     """Refusals of one run by one rule: the first one in words, the others counted."""
     first, *others = refusals
     text = f"{first['rule']}: {first['reason']}"
     if others:
         rows = sum(refusal["refused_rows"] for refusal in others)
-        of_rows = f" ({rows} rows)" if rows else ""
-        text += f"; and {len(others)} more of this kind{of_rows}: --json shows all"
+        row_note = f" ({rows} rows)" if rows else ""
+        text += f"; and {len(others)} more of this kind{row_note}: --json shows all"
     return _Problem(first["rule"], text, first["advice"])
 
 
-def _lines(problems: Sequence[_Problem]) -> Iterator[str]:
+def _lines_by_cause(problems: Sequence[_Problem]) -> Iterator[str]:
     """Problems as lines: causes first, each with what may only follow from it below."""
     rules = {problem.rule for problem in problems}
     consequences: set[str] = set()
-    for rule in rules & CAUSES.keys():
-        consequences.update(CAUSES[rule].split())
-    # of causes that follow from each other none is the first
-    causes = [problem for problem in problems if problem.rule in CAUSES.keys() - consequences]
+    for rule in rules & CONSEQUENCES.keys():
+        consequences |= CONSEQUENCES[rule]
+    # where two causes may follow from each other, neither is shown as the cause
+    causes = [p for p in problems if p.rule in CONSEQUENCES.keys() - consequences]
     shown: set[str] = set()
     for cause in causes:
-        yield from _lines_of(cause)
+        yield from _problem_lines(cause)
         shown.add(cause.rule)
-        following = rules.intersection(CAUSES[cause.rule].split()) - shown
+        following = (rules & CONSEQUENCES[cause.rule]) - shown
         if following:
             yield "    These may only follow from it:"
         for problem in problems:
@@ -479,10 +491,10 @@ def _lines(problems: Sequence[_Problem]) -> Iterator[str]:
         shown |= following
     for problem in problems:
         if problem.rule not in shown:
-            yield from _lines_of(problem)
+            yield from _problem_lines(problem)
 
 
-def _lines_of(problem: _Problem) -> Iterator[str]:
+def _problem_lines(problem: _Problem) -> Iterator[str]:
     yield from _wrapped(printable(problem.text), "  ")
     if problem.advice:
         yield from _wrapped(f"-> {printable(problem.advice)}", "    ")
@@ -504,15 +516,17 @@ def _wrapped(text: str, indent: str) -> list[str]:
     )
 
 
-def _understood(log: Plain) -> Iterator[str]:
+def _reading_lines(log: JsonObject) -> Iterator[str]:
     """How a log was understood: format, columns, conditions, gates that could not be applied."""
-    form = [log["format"]]
+    format_facts = [log["format"]]
     if log["encoding"]:
-        form.append(log["encoding"])
-        form.append(f"delimiter {log['delimiter']}")
-        form.append(f"decimal {log['decimal_mark']}")
+        format_facts.append(log["encoding"])
+        format_facts.append(f"delimiter {log['delimiter']}")
+        format_facts.append(f"decimal {log['decimal_mark']}")
     refused = f" ({log['refused_rows']} refused)" if log["refused_rows"] else ""
-    read_as = f"Read as {log['rig_kind']} log of campaign {log['campaign']}: {', '.join(form)}"
+    read_as = (
+        f"Read as {log['rig_kind']} log of campaign {log['campaign']}: {', '.join(format_facts)}"
+    )
     yield from _wrapped(f"{read_as}, {log['rows']} rows{refused}", "  ")
     runs = log["runs"]
     if not runs:
@@ -527,7 +541,7 @@ def _understood(log: Plain) -> Iterator[str]:
     yield from _gates_not_applied(runs)
 
 
-def _columns(runs: Sequence[Plain]) -> Iterator[str]:
+def _columns(runs: Sequence[JsonObject]) -> Iterator[str]:
     """Each column of a log with its range over all runs."""
     columns = pd.DataFrame(chain.from_iterable(run["columns"] for run in runs))
     if len(columns):
@@ -535,8 +549,10 @@ def _columns(runs: Sequence[Plain]) -> Iterator[str]:
         over_runs = columns.groupby(identity, sort=False, as_index=False).agg(
             {"minimum": "min", "maximum": "max", "count": "sum", "missing": "sum"}
         )
-        for end in ("minimum", "maximum"):
-            over_runs[end] = ["-" if pd.isna(value) else f"{value:.5g}" for value in over_runs[end]]
+        for bound in ("minimum", "maximum"):
+            over_runs[bound] = [
+                "-" if pd.isna(value) else f"{value:.5g}" for value in over_runs[bound]
+            ]
         rows = over_runs.astype(str).to_numpy().tolist()
         yield from text_table([_COLUMN_HEADS, *rows], right=4, indent="  ")
     unused = dict.fromkeys(chain.from_iterable(run["unused_columns"] for run in runs))
@@ -544,7 +560,7 @@ def _columns(runs: Sequence[Plain]) -> Iterator[str]:
         yield from _wrapped(f"Not read: {', '.join(map(printable, unused))}", "  ")
 
 
-def _conditions(log: Plain) -> Iterator[str]:
+def _conditions(log: JsonObject) -> Iterator[str]:
     """Operating conditions and traction over all runs of a log."""
     runs = log["runs"]
     title = "Plateaus" if len(runs) == 1 else f"Plateaus of {len(runs)} runs"
@@ -557,7 +573,7 @@ def _conditions(log: Plain) -> Iterator[str]:
     yield from text_table(rows, right=2, indent="  ")
 
 
-def _set_point_cell(set_points: Sequence[Plain | None]) -> str:
+def _set_point_cell(set_points: Sequence[JsonObject | None]) -> str:
     """Range of one set point over runs, with its sources."""
     stated = [set_point for set_point in set_points if set_point is not None]
     if not stated:
@@ -572,13 +588,13 @@ def _range(values: Sequence[float]) -> str:
     if not rising:
         return "-"
     # z: no minus before a zero
-    form = "z.4f" if max(map(abs, rising)) < 10 else ".4g"
-    lowest = format(rising[0], form)
-    highest = format(rising[-1], form)
+    number_format = "z.4f" if max(map(abs, rising)) < 10 else ".4g"
+    lowest = format(rising[0], number_format)
+    highest = format(rising[-1], number_format)
     return lowest if lowest == highest else f"{lowest}..{highest}"
 
 
-def _gates_not_applied(runs: Sequence[Plain]) -> Iterator[str]:
+def _gates_not_applied(runs: Sequence[JsonObject]) -> Iterator[str]:
     """The gates that could not be applied to some or all runs, by what they lack."""
     lacking = pd.DataFrame(chain.from_iterable(run["gates_not_applied"] for run in runs))
     if len(lacking):

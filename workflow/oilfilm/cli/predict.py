@@ -27,9 +27,9 @@ def run(options: argparse.Namespace) -> int:
         (study,) = studies.load(studies.available())
         fit, source = study.published_law(options.oil), "published constants"
     else:
-        folder, about = campaign_folder(options.results)
+        folder, campaign_facts = campaign_folder(options.results)
         fit = read_fit(folder, options.oil)
-        source = f"from campaign {about['campaign']}, {about['data']} data"
+        source = f"from campaign {campaign_facts['campaign']}, {campaign_facts['data']} data"
     predicted, sentences = prediction(fit, options.oil, operating_point)
     sentences.append(source)
     if options.json:
@@ -64,33 +64,33 @@ def prediction(
         raise OilfilmError(f"{oil}: {error}.") from None
     if np.isnan(fit.coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    away = fit.away_from(conditions)
-    if away:
-        advice = "Give a point on it. Without the option the tested value is used."
-        if any(condition.level is None for condition in away):
+    off_tested = fit.away_from(conditions)
+    if off_tested:
+        advice = "Give a tested value. Without the option the tested value is used."
+        if any(condition.level is None for condition in off_tested):
             advice = (
-                "Leave the option out. For a pressure fill in `ball_radius_m`, `ball` and `disc` "
-                "of the rig's file (roughness is not needed) and run again, or fit a law of load."
+                "Leave the option out. For a pressure, fill in `ball_radius_m`, `ball` and `disc` "
+                "of the rig's file (roughness is not needed). Then run again. Or fit a law of load."
             )
-        reasons = "; ".join(condition.sentence() for condition in away)
+        reasons = "; ".join(condition.sentence() for condition in off_tested)
         raise OilfilmError(f"{oil}: mu is not known there: {reasons}. {advice}")
     (row,) = tables.rows(predicted.to_frame())
     if not np.isfinite(row["traction_coefficient"]):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
-    line = fit.on_line(conditions)
+    evaluated_conditions = fit.on_line(conditions)
     sentences = list(_intervals(fit, oil, row))
     if fit.surface is not None and not fit.surface.sizes.converged:
         sentences.append(
             "NOT SURE: the search of the surface ended before its maximum; the interval rests on "
             "its last step"
         )
-    sentences += fit.remarks(line, slip)
+    sentences += fit.remarks(evaluated_conditions, slip)
     sentences += [f"NOT SOUND: {reason}" for reason in fit.wrong]
     for condition in fit.coefficients.fixed:
         sentences.append(
             f"mu and its interval are those where it was tested: {condition.sentence()}"
         )
-    sentences += _marks(fit, [*line[0], operating_point[SLIP]], row)
+    sentences += _warnings(fit, [*evaluated_conditions[0], operating_point[SLIP]], row)
     return row, sentences
 
 
@@ -111,10 +111,11 @@ def _intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str
     yield f"if the law is true, mu is {row['mean_ci_lower']:.5f} to {row['mean_ci_upper']:.5f}"
 
 
-def _marks(fit: FittedLaw, values: Sequence[float], row: Mapping[str, Any]) -> Iterator[str]:
+def _warnings(fit: FittedLaw, values: Sequence[float], row: Mapping[str, Any]) -> Iterator[str]:
     """Warnings about mu outside the tested conditions, or above what any film carries."""
     names = (*fit.law.conditions, SLIP)
     for name, value, (low, high) in zip(names, values, fit.reach.tolist(), strict=True):
+        # a condition without tested levels has no range
         if np.isfinite([low, value]).all() and not low <= abs(value) <= high:
             tested = f"{name} {value:g}, tested {low:.4g} to {high:.4g}"
             yield f"OUTSIDE the tested box: {tested} {tables.COLUMNS[name].shown_unit}".rstrip()

@@ -32,12 +32,12 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """
     rigs = settings.campaign.rigs
     planned = planned_conditions(settings).assign(planned=True)
-    tested = _counted(with_levels(runs, settings))
+    tested = _counts_by_condition(with_levels(runs, settings))
     conditions = tested.merge(planned, on=CONDITION, how="outer")
-    untested: dict[str, Any] = dict.fromkeys(_COUNTS, 0)
-    untested["rig"] = rigs[0] if len(rigs) == 1 else ""
-    untested["planned"] = False
-    conditions = conditions.fillna(untested).astype({"planned": bool})
+    values_if_untested: dict[str, Any] = dict.fromkeys(_COUNTS, 0)
+    values_if_untested["rig"] = rigs[0] if len(rigs) == 1 else ""
+    values_if_untested["planned"] = False
+    conditions = conditions.fillna(values_if_untested).astype({"planned": bool})
     state = np.select(
         [conditions["runs_accepted"] > 0, conditions["runs_refused"] > 0],
         ["accepted", "refused"],
@@ -77,8 +77,9 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
         points=1,
         runs_refused=0,
     )
-    by_curation = quarantine["stage"] == "curate"
-    quarantined = quarantine.assign(points=0, runs_refused=by_curation.astype(int))
+    # curation of a traction rig refuses whole runs in the quarantine
+    refuses_run = quarantine["stage"] == "curate"
+    quarantined = quarantine.assign(points=0, runs_refused=refuses_run.astype(int))
     refusals = pd.concat([quarantined, refused_points])
     if refusals.empty:
         return tables.empty("gate_counts")
@@ -86,8 +87,10 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
     by_curation = refusals["stage"] == "curate"
     # a file that cannot be read has no run
     without_run = refusals["run_id"] == ""
-    what = np.select([by_plateau_gate, by_curation, without_run], ["point", "run", "file"], "rows")
-    refusals = refusals.assign(what=what, run_id=refusals["run_id"].mask(without_run))
+    judged_unit = np.select(
+        [by_plateau_gate, by_curation, without_run], ["point", "run", "file"], "rows"
+    )
+    refusals = refusals.assign(what=judged_unit, run_id=refusals["run_id"].mask(without_run))
     counts = refusals.groupby(["stage", "rule", "what"], as_index=False).agg(
         files=("file", "nunique"),
         runs=("run_id", "nunique"),
@@ -99,7 +102,7 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
     return tables.conform(counts.rename(columns={"rule": "gate"}), "gate_counts", "gate counts")
 
 
-def _counted(runs: pd.DataFrame) -> pd.DataFrame:
+def _counts_by_condition(runs: pd.DataFrame) -> pd.DataFrame:
     """Counts of runs and points by condition and rig."""
     accepted = runs["verdict"] == "accepted"
     counts = runs.assign(

@@ -29,7 +29,7 @@ class Hypothesis:
 
     Attributes:
         rule: Rule of a refusal for the mistake.
-        sentence: The change with which the run would pass, as the end of a sentence.
+        sentence: The change with which the run would pass: the end of `the run would pass with`.
         undo: Gives the samples of the run without the mistake.
         explains: Rules whose refusals the mistake may cause.
         plausible: Whether samples, with a number of levels, may have the mistake.
@@ -40,23 +40,26 @@ class Hypothesis:
     sentence: str
     undo: Callable[[Columns], Columns]
     explains: frozenset[str]
-    plausible: Callable[[Columns, int], bool] = lambda samples, levels: True
+    plausible: Callable[[Columns, int], bool] = lambda samples, level_count: True
     changes: Mapping[str, Any] = field(default_factory=dict)
 
 
-_BY_TIME = frozenset(
+# Where force or slip are wrong, limits of plateaus fail that a wrong time fails, too.
+_RULES_OF_WRONG_TIME = frozenset(
     "too_short not_steady transient_not_ended no_point_left many_plateaus_fail zero_missing "
     "no_plateau zero_drift zero_noisy zero_not_settled".split()
 )
-_BY_FORCE = _BY_TIME | {"traction_unphysical", "impossible_traction"}
-_BY_SLIP = _BY_TIME | {
-    *("swapped_sign", "speed_off_nominal", "slip_out_of_range", "slip_off_set_point")
-}
+_RULES_OF_WRONG_FORCE = _RULES_OF_WRONG_TIME | {"traction_unphysical", "impossible_traction"}
+_RULES_OF_WRONG_SLIP = _RULES_OF_WRONG_TIME | frozenset(
+    "swapped_sign speed_off_nominal slip_out_of_range slip_off_set_point".split()
+)
 # Both speeds together leave the slip as it is.
-_BY_SPEED = frozenset({"speed_off_nominal"})
+_RULES_OF_WRONG_SPEED = frozenset({"speed_off_nominal"})
 
 # Refusals that a mistake of another kind may cause.
-DOUBTFUL = _BY_TIME | _BY_FORCE | _BY_SLIP | _BY_SPEED
+DOUBTFUL = (
+    _RULES_OF_WRONG_TIME | _RULES_OF_WRONG_FORCE | _RULES_OF_WRONG_SLIP | _RULES_OF_WRONG_SPEED
+)
 
 # All numbers below belong to explanations of a refusal. None decides whether a run is refused.
 # A time of the settings that is a larger share of the run than this leaves nothing of its levels.
@@ -76,7 +79,7 @@ _SHORTEST_HOLD_S = 0.5
 LONGEST_HOLD_S = 600.0
 # The largest traction coefficients of a sweep are seldom smaller. They are taken at this quantile,
 # which leaves out spikes.
-_USUAL_LARGEST_TRACTION = 0.005
+_SMALLEST_USUAL_PEAK = 0.005
 _QUANTILE_OF_LARGEST = 0.95
 # Bodies roll on each other where the ratio of their speeds is less than this.
 _LARGEST_ROLLING_RATIO = 2.0
@@ -84,18 +87,19 @@ _BALL = "ball_speed_m_s"
 _DISC = "disc_speed_m_s"
 # Unit, the unit of its label, and the factor that corrects the numbers.
 _TIME_UNITS = (("ms", "s", 1e-3), ("min", "s", 60.0), ("s", "ms", 1e3))
+# What is wrong with the force, as the end of a sentence, and the factor that corrects it.
 _FORCE_UNITS = {
     "1000 times smaller, as mN labelled N would be, or a load in kN": 1e-3,
     "102 times smaller, as gf labelled N would be": 9.80665e-3,
 }
 _SPEED_UNITS = {("mm/s", "m/s"): 1e-3, ("m/s", "mm/s"): 1e3}
-# Spindle speeds in 1/min.
+# Factor from each unit of a spindle speed to 1/min.
 _SPINDLE_UNITS = {"1/min": 1.0, "rad/s": 1 / RAD_S_PER_RPM, "1/s": 60.0, "deg/s": 1 / 6}
-# Wrong speeds, their words in a sentence, and the rules whose refusals they may cause.
-_SPEEDS = (
-    ((_BALL, _DISC), "both speeds", _BY_SPEED),
-    ((_BALL,), "the ball's speed", _BY_SLIP),
-    ((_DISC,), "the disc's speed", _BY_SLIP),
+# Wrong speeds, their phrase in a sentence, and the rules whose refusals they may cause.
+_WRONG_SPEEDS = (
+    ((_BALL, _DISC), "both speeds", _RULES_OF_WRONG_SPEED),
+    ((_BALL,), "the ball's speed", _RULES_OF_WRONG_SLIP),
+    ((_DISC,), "the disc's speed", _RULES_OF_WRONG_SLIP),
 )
 
 
@@ -118,25 +122,27 @@ def time_hypotheses() -> Iterator[Hypothesis]:
             "time_unit",
             f"its time {factor:g} times as long, as {unit} labelled {label} would be",
             scaled(factor, "time_s"),
-            _BY_TIME,
+            _RULES_OF_WRONG_TIME,
             partial(_has_usual_times, factor),
         )
 
 
-def setting_hypotheses(section: str, levels: StepSettings, min_step: str) -> Iterator[Hypothesis]:
+def setting_hypotheses(
+    section: str, step_settings: StepSettings, min_step: str
+) -> Iterator[Hypothesis]:
     """Settings of plateaus that do not suit a run: its steps are too small, or times too long.
 
     Args:
         section: The section of the settings that has the plateaus.
-        levels: The settings of the plateaus.
+        step_settings: The settings of the plateaus.
         min_step: Key of the smallest step.
     """
-    smallest_step = getattr(levels, min_step)
+    smallest_step = getattr(step_settings, min_step)
     yield _reduced_setting(
         "small_steps", section, min_step, smallest_step, _STEP_FACTOR, longest_run_s=np.inf
     )
     for key in ("settle_s", "guard_s", "window_s", "min_duration_s"):
-        time_s = getattr(levels, key)
+        time_s = getattr(step_settings, key)
         for factor in _TIME_FACTORS:
             longest_run_s = time_s / _LARGEST_SHARE_OF_RUN
             yield _reduced_setting("long_setting", section, key, time_s, factor, longest_run_s)
@@ -158,14 +164,15 @@ def _reduced_setting(
     return Hypothesis(
         rule,
         f"{key} of {factor * value:.3g}; {section}.plateaus.{key} is {value:g}",
+        # the samples are right: the setting is not
         dict,
-        _BY_TIME,
+        _RULES_OF_WRONG_TIME,
         partial(_shorter_than, longest_run_s),
         {section: {"plateaus": {key: factor * value}}},
     )
 
 
-def _shorter_than(longest_run_s: float, samples: Columns, levels: int) -> bool:
+def _shorter_than(longest_run_s: float, samples: Columns, level_count: int) -> bool:
     return bool(np.ptp(samples["time_s"]) < longest_run_s)
 
 
@@ -177,36 +184,41 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
         direction: 1 where the ball is slowed at positive slip, -1 where the disc is.
     """
     yield from time_hypotheses()
-    for words, factor in _FORCE_UNITS.items():
+    for phrase, factor in _FORCE_UNITS.items():
         undo = scaled(factor, "traction_force_n")
         plausible = partial(_has_usual_traction, undo)
-        yield Hypothesis("force_scale", f"a traction force {words}", undo, _BY_FORCE, plausible)
+        yield Hypothesis(
+            "force_scale", f"a traction force {phrase}", undo, _RULES_OF_WRONG_FORCE, plausible
+        )
     track_ratio = None
     if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
         track_ratio = rig.ball_track_radius_m / rig.disc_track_radius_m
     yield _exchanged_bodies("speeds", 1.0, direction)
     if track_ratio is not None:
         yield _exchanged_bodies("spindle speeds", track_ratio, direction)
-    for names, words, _ in _SPEEDS:
+    for names, phrase, _ in _WRONG_SPEEDS:
         undo = scaled(-1.0, *names)
-        yield Hypothesis("speed_sign", f"the opposite sign of {words}", undo, _BY_SLIP)
+        yield Hypothesis("speed_sign", f"the opposite sign of {phrase}", undo, _RULES_OF_WRONG_SLIP)
     yield from _speed_unit_hypotheses(with_spindles=track_ratio is not None)
     sentence = "its slide-roll ratio in percent"
-    yield Hypothesis("slip_unit", sentence, _from_percent, _BY_SLIP, _turns_backwards)
-    # behind the units, which name the cause more precisely: with the radii of another rig all
-    # speeds of one body are wrong by one factor
+    yield Hypothesis("slip_unit", sentence, _from_percent, _RULES_OF_WRONG_SLIP, _turns_backwards)
+    # tried after the units, which name the cause more precisely. Wrong radii make all speeds of one
+    # body wrong by one factor
     if track_ratio is not None:
         for name, body in ((_BALL, "ball"), (_DISC, "disc")):
             sentence = f"the {body}'s speed changed by the one ratio that makes both ends roll"
-            undo = partial(_rolling_at_ends, name)
-            yield Hypothesis("track_radii", sentence, undo, _BY_SLIP, _one_ratio_at_ends)
+            undo = partial(_rolling_at_start, name)
+            yield Hypothesis(
+                "track_radii", sentence, undo, _RULES_OF_WRONG_SLIP, _one_ratio_at_ends
+            )
 
 
-def _exchanged_bodies(speeds: str, track_ratio: float, direction: int) -> Hypothesis:
-    sentence = f"the {speeds} of ball and disc exchanged"
+def _exchanged_bodies(speeds_phrase: str, track_ratio: float, direction: int) -> Hypothesis:
+    """Two exchanged columns; for `direction` see `traction_hypotheses`."""
+    sentence = f"the {speeds_phrase} of ball and disc exchanged"
     undo = partial(_exchanged, track_ratio)
     plausible = partial(_slips_as_stated, undo, direction)
-    return Hypothesis("swapped_channels", sentence, undo, _BY_SLIP, plausible)
+    return Hypothesis("swapped_channels", sentence, undo, _RULES_OF_WRONG_SLIP, plausible)
 
 
 def _slips_as_stated(
@@ -218,19 +230,19 @@ def _slips_as_stated(
 
 
 def _speed_unit_hypotheses(with_spindles: bool) -> Iterator[Hypothesis]:
-    """Speeds in another unit than their label; with spindles, of spindle speeds too."""
+    """Speeds in another unit than their label says; units of spindle speeds where asked for."""
     factors = dict(_SPEED_UNITS)
     if with_spindles:
         for unit, label in permutations(_SPINDLE_UNITS, 2):
             factors[unit, label] = _SPINDLE_UNITS[unit] / _SPINDLE_UNITS[label]
-    for names, words, explains in _SPEEDS:
+    for names, phrase, explains in _WRONG_SPEEDS:
         for (unit, label), factor in factors.items():
-            sentence = f"{words} {factor:.4g} times as large, as {unit} labelled {label} would be"
+            sentence = f"{phrase} {factor:.4g} times as large, as {unit} labelled {label} would be"
             undo = scaled(factor, *names)
             yield Hypothesis("speed_unit", sentence, undo, explains, partial(_rolls_with, undo))
 
 
-def _rolling_at_ends(name: str, samples: Columns) -> Columns:
+def _rolling_at_start(name: str, samples: Columns) -> Columns:
     """Samples with one body's speed scaled so that both speeds are equal before the sweep."""
     ratio, _ = _ratios_at_ends(samples)
     return scaled(ratio if name == _BALL else 1 / ratio, name)(samples)
@@ -249,7 +261,7 @@ def _speed_ratio(samples: Columns, rows: slice) -> float:
     return disc / ball if ball > 0 and disc > 0 else 1.0
 
 
-def _one_ratio_at_ends(samples: Columns, levels: int) -> bool:
+def _one_ratio_at_ends(samples: Columns, level_count: int) -> bool:
     """Whether the ratio of the speeds is the same at both ends, and is no slip of a sweep."""
     beginning, end = _ratios_at_ends(samples)
     smallest, largest = _SLIP_OF_SWEEP
@@ -258,14 +270,14 @@ def _one_ratio_at_ends(samples: Columns, levels: int) -> bool:
     return same_ratio and not smallest <= slip <= largest
 
 
-def _has_usual_times(factor: float, samples: Columns, levels: int) -> bool:
+def _has_usual_times(factor: float, samples: Columns, level_count: int) -> bool:
     """Whether no rig has the logged times, but rigs have these times multiplied by a factor.
 
-    The length of the levels counts: levels that are only short are not taken for minutes.
+    The length of the levels counts: a short level alone does not show that the time is in minutes.
     """
     time_s = samples["time_s"]
     interval_s = median(np.diff(time_s))
-    hold_s = float(time_s[-1] - time_s[0]) / max(levels, 1)
+    hold_s = float(time_s[-1] - time_s[0]) / max(level_count, 1)
 
     def usual(scale: float) -> bool:
         usual_hold = _SHORTEST_HOLD_S <= scale * hold_s <= LONGEST_HOLD_S
@@ -274,7 +286,7 @@ def _has_usual_times(factor: float, samples: Columns, levels: int) -> bool:
     return usual(factor) and not usual(1.0)
 
 
-def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, levels: int) -> bool:
+def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, level_count: int) -> bool:
     """Whether ball and disc roll on each other without a mistake."""
     corrected = undo(samples)
     ball = median(corrected[_BALL])
@@ -284,15 +296,17 @@ def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, levels: in
     return 1 / _LARGEST_ROLLING_RATIO < abs(ball / disc) < _LARGEST_ROLLING_RATIO
 
 
-def _has_usual_traction(undo: Callable[[Columns], Columns], samples: Columns, levels: int) -> bool:
+def _has_usual_traction(
+    undo: Callable[[Columns], Columns], samples: Columns, level_count: int
+) -> bool:
     """Whether the largest forces are those of an oil without a mistake."""
     corrected = undo(samples)
     largest_force_n = np.quantile(np.abs(corrected["traction_force_n"]), _QUANTILE_OF_LARGEST)
     load_n = median(np.abs(corrected["load_n"]))
-    return bool(largest_force_n > _USUAL_LARGEST_TRACTION * load_n)
+    return bool(largest_force_n > _SMALLEST_USUAL_PEAK * load_n)
 
 
-def _turns_backwards(samples: Columns, levels: int) -> bool:
+def _turns_backwards(samples: Columns, level_count: int) -> bool:
     """Whether one body turns backwards: a slip that is a hundred times too large causes this."""
     return bool(np.any(samples[_BALL] * samples[_DISC] < 0))
 
@@ -312,9 +326,9 @@ def _exchanged(track_ratio: float, samples: Columns) -> Columns:
 
 def _from_percent(samples: Columns) -> Columns:
     """Samples of a log with entrainment speed and slip, with a hundredth of the slip."""
-    mean = (samples[_BALL] + samples[_DISC]) / 2
-    sliding = (samples[_DISC] - samples[_BALL]) / 100
+    mean_m_s = (samples[_BALL] + samples[_DISC]) / 2
+    sliding_m_s = (samples[_DISC] - samples[_BALL]) / 100
     corrected = dict(samples)
-    corrected[_BALL] = np.asarray(mean - sliding / 2)
-    corrected[_DISC] = np.asarray(mean + sliding / 2)
+    corrected[_BALL] = np.asarray(mean_m_s - sliding_m_s / 2)
+    corrected[_DISC] = np.asarray(mean_m_s + sliding_m_s / 2)
     return corrected

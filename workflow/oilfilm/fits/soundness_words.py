@@ -19,10 +19,10 @@ def what_is_wrong(row: Mapping[str, Any]) -> list[str]:
     """
     sentences = []
     if row["campaign_verdict"] == "changed":
-        sentences.append(_of_change(row))
+        sentences.append(_change_sentence(row))
     if row["law_verdict"] != "adequate":
-        sizes = {"misfit": row["misfit"], "run_scatter": row["run_scatter"]}
-        sentences.append(_LAW[row["law_verdict"]].format(**sizes))
+        sentence = _LAW_SENTENCES[row["law_verdict"]]
+        sentences.append(sentence.format(misfit=row["misfit"], run_scatter=row["run_scatter"]))
     if row["campaign_verdict"] == "too few curves" and row["law_verdict"] != "too few curves":
         sentences.append("The runs are too few to show whether the campaign was steady.")
     if not row["optimum_confirmed"] and row["law_verdict"] != "no fit":
@@ -43,9 +43,10 @@ def what_could_be_seen(row: Mapping[str, Any]) -> str:
         return ""
     sentences = [
         "The runs are steady, if they were made in the order of their names.",
-        _smallest(row, "trend", "drift over the runs"),
-        _smallest(row, "step", "step in the middle of the runs"),
-        "Runs that nothing tells apart but mu must differ by several times as much.",
+        _smallest_seen_change(row, "trend", "drift over the runs"),
+        _smallest_seen_change(row, "step", "step in the middle of the runs"),
+        "A change of runs that share no label, speed, load or temperature is seen if it is several "
+        "times as large.",
     ]
     resembled = row["order_resembles"]
     if resembled:
@@ -57,7 +58,7 @@ def what_could_be_seen(row: Mapping[str, Any]) -> str:
     return " ".join(sentences)
 
 
-def _smallest(row: Mapping[str, Any], course: str, name: str) -> str:
+def _smallest_seen_change(row: Mapping[str, Any], course: str, name: str) -> str:
     """The smallest changes of a course that would have been seen.
 
     Args:
@@ -65,23 +66,23 @@ def _smallest(row: Mapping[str, Any], course: str, name: str) -> str:
         course: trend or step, as in the names of columns.
         name: Name of the course.
     """
-    sizes, hidden = [], []
-    force, temperature_k = row[f"seen_{course}_gain"], row[f"seen_{course}_temperature_k"]
-    if np.isnan(force):
-        hidden.append("the traction force")
+    seen_sizes, unseen = [], []
+    force_gain, temperature_k = row[f"seen_{course}_gain"], row[f"seen_{course}_temperature_k"]
+    if np.isnan(force_gain):
+        unseen.append("the traction force")
     else:
-        sizes.append(f"{force:.1%} of the traction force")
+        seen_sizes.append(f"{force_gain:.1%} of the traction force")
     if np.isnan(temperature_k):
-        hidden.append("the temperature")
+        unseen.append("the temperature")
     else:
-        sizes.append(f"{temperature_k:.1f} K")
-    if not sizes:
+        seen_sizes.append(f"{temperature_k:.1f} K")
+    if not seen_sizes:
         return f"No {name} would have been seen."
-    seen = f"A {name} of {' or '.join(sizes)} would have been seen"
-    return f"{seen}, but none of {hidden[0]}." if hidden else f"{seen}."
+    seen = f"A {name} of {' or '.join(seen_sizes)} would have been seen"
+    return f"{seen}, but none of {unseen[0]}." if unseen else f"{seen}."
 
 
-_LAW = {
+_LAW_SENTENCES = {
     "none fits": "No law is adequate: the measurements depart from this one by {misfit:.1%} of mu, "
     "and runs scatter by {run_scatter:.1%}. Its constants describe the tested conditions, not the "
     "oil.",
@@ -97,8 +98,8 @@ _LAW = {
     "steady. Measure more runs.",
     "no fit": "Nothing could be fitted.",
 }
-# What else acts like the error of a sensor, by its cause.
-_ACTS_ALIKE = {
+# What has the same effect on mu as an error of a sensor, by the sensor's quantity.
+_SAME_EFFECT = {
     "traction force": "or the load is {other} than stated, the ball is worn or the oil "
     "is another one",
     "zero of the force": "or the force has an offset from another source",
@@ -107,24 +108,25 @@ _ACTS_ALIKE = {
 }
 
 
-def _of_change(row: Mapping[str, Any]) -> str:
+def _change_sentence(row: Mapping[str, Any]) -> str:
     """The sentence on a change of the campaign."""
-    moves = f"it moves mu by {row['change_relative_rms']:.1%} (rms)"
+    effect = f"it moves mu by {row['change_relative_rms']:.1%} (rms)"
     if row["change"] == "temperature labels":
         runs = row["changed_runs"]
         return (
             f"The campaign is not steady. The temperatures of {len(runs)} runs "
             f"({', '.join(runs)}) seem to be exchanged among each other, by up to "
-            f"{row['change_size']:.0f} K; {moves}. Compare the labels of these runs with their "
+            f"{row['change_size']:.0f} K; {effect}. Compare the labels of these runs with their "
             "logs."
         )
+    change = _change_and_alternative(row)
     return (
-        f"The campaign is not steady. {_where(row)} {_change(row)}; {moves}. Check these runs and "
+        f"The campaign is not steady. {_where(row)} {change}; {effect}. Check these runs and "
         "their set-up, and leave out those that are wrong."
     )
 
 
-def _change(row: Mapping[str, Any]) -> str:
+def _change_and_alternative(row: Mapping[str, Any]) -> str:
     """What changed, and what acts like it."""
     cause, size = row["change"], row["change_size"]
     if cause.endswith(" factor"):
@@ -136,10 +138,12 @@ def _change(row: Mapping[str, Any]) -> str:
     elif cause == "zero of the force":
         amount = f"{abs(size):.2g} of mu"
     if row["change_course"] == "season":
-        return f"the {cause} comes and goes by {amount}, {_ACTS_ALIKE[cause].format(other='other')}"
+        return (
+            f"the {cause} comes and goes by {amount}, {_SAME_EFFECT[cause].format(other='other')}"
+        )
     direction = "higher" if size > 0 else "lower"
-    alike = _ACTS_ALIKE[cause].format(other=direction)
-    return f"the {cause} reads {direction} by {amount}, {alike}"
+    alternative = _SAME_EFFECT[cause].format(other=direction)
+    return f"the {cause} reads {direction} by {amount}, {alternative}"
 
 
 def _where(row: Mapping[str, Any]) -> str:

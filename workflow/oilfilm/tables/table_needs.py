@@ -25,7 +25,7 @@ NEEDS: dict[tuple[str, ...], tuple[str, ...]] = {
     )
 }
 for study in studies.available():
-    for parts, names in studies.table_needs(study).items():
+    for parts, names in studies.tables_by_need(study).items():
         NEEDS[study, *parts] = names
 # Tables that one fit writes: one fit per oil and law.
 OF_FIT = (

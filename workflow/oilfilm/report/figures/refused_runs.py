@@ -30,6 +30,8 @@ from oilfilm.tables.set_points import describe_condition
 
 # Number of letters of 7 pt in a line of the page.
 _LETTERS_PER_LINE = 112
+# Height of all panels together.
+_PANELS_HEIGHT_IN = 5.6
 _MARKERS_MAX = 200  # a signal of fewer rows is drawn with its points
 _PASSING: style.Look = {"facecolor": style.tint("#56B4E9", 0.25), "linewidth": 0.4}
 _FAILING: style.Look = {
@@ -41,7 +43,7 @@ _FAILING: style.Look = {
 
 
 @dataclass(frozen=True)
-class Judged:
+class JudgedLogs:
     """Results of curation for the logs of one kind of rig.
 
     Attributes:
@@ -49,44 +51,44 @@ class Judged:
         runs: Table of runs.
         points: Table of plateaus.
         quarantine: Table of refusals.
-        samples: Gives the samples of a run by its name.
+        samples_of_run: Gives the samples of a run by its name.
     """
 
     kind: type[RigKind]
     runs: pd.DataFrame
     points: pd.DataFrame
     quarantine: pd.DataFrame
-    samples: Callable[[str], pd.DataFrame]
+    samples_of_run: Callable[[str], pd.DataFrame]
 
 
 def judged_torque_logs(
     logs: Iterable[tuple[str, bytes]],
     quarantine: pd.DataFrame,
     settings: Settings,
-    sheet: RunSheet = NO_SHEET,
-) -> Judged:
+    run_sheet: RunSheet = NO_SHEET,
+) -> JudgedLogs:
     """Refused torque logs, read again: no table has their samples.
 
     Args:
         logs: Name and content of each log.
-        quarantine: Table `torque_quarantine`.
+        quarantine: Table `torque_quarantine`, which has the refusals by the whole campaign too.
         settings: Settings of the campaign.
-        sheet: Run sheet of the torque logs.
+        run_sheet: Run sheet of the torque logs.
     """
-    ingested = ingest_logs(logs, settings, TorqueRig.logs, sheet)
+    ingested = ingest_logs(logs, settings, TorqueRig.logs, run_sheet)
     samples = ingested.all_samples()
     curated = curate(samples, ingested.runs, TorqueRig(settings))
     samples_of_run = samples.groupby("run_id").get_group
-    return Judged(TorqueRig, curated.runs, curated.points, quarantine, samples_of_run)
+    return JudgedLogs(TorqueRig, curated.runs, curated.points, quarantine, samples_of_run)
 
 
 def draw_pages(
-    rigs: Iterable[Judged], settings: Settings, pages_max: int, folder: Path
+    logs_by_kind: Iterable[JudgedLogs], settings: Settings, pages_max: int, folder: Path
 ) -> pd.DataFrame:
     """Draw the pages of refused runs in a folder.
 
     Args:
-        rigs: Logs of each kind of rig.
+        logs_by_kind: Logs of each kind of rig.
         settings: Settings of the campaign.
         pages_max: Largest number of pages.
         folder: For the pages.
@@ -96,14 +98,14 @@ def draw_pages(
     """
     listings = []
     pages_left = pages_max
-    for judged in rigs:
+    for judged in logs_by_kind:
         entries = listing(judged.runs, judged.points, judged.quarantine, pages_left, judged.kind)
         with_page = entries[entries["page"] != ""]
         for entry in tables.rows(with_page):
             run_id = entry["run_id"]
             (run,) = tables.rows(judged.runs[judged.runs["run_id"] == run_id])
             plateaus = judged.points[judged.points["run_id"] == run_id]
-            samples = judged.samples(run_id)
+            samples = judged.samples_of_run(run_id)
             page = draw_page(entry, run, samples, plateaus, settings, judged.kind)
             save(page, folder / entry["page"])
         pages_left -= len(with_page)
@@ -135,22 +137,25 @@ def listing(
     """
     refused = _refusals_of_runs_and_logs(runs, quarantine)
     run_by_id = runs.set_index("run_id")
-    samples = refused["run_id"].map(run_by_id["samples"]).fillna(0)
-    turn_of_gate = refused[samples > 0].groupby("rule").cumcount().sort_values(kind="stable")
-    with_page = set(turn_of_gate.index[:pages_max])
+    sample_counts = refused["run_id"].map(run_by_id["samples"]).fillna(0)
+    # number of earlier refusals by the same rule
+    turn_of_refusal = refused[sample_counts > 0].groupby("rule").cumcount()
+    with_page = set(turn_of_refusal.sort_values(kind="stable").index[:pages_max])
     marks = []
-    for number in refused.index:
-        if number not in with_page:
+    for row in refused.index:
+        if row not in with_page:
             marks.append({"place": "", "first_row": 0, "last_row": 0, "page": ""})
             continue
-        run_id = refused["run_id"][number]
-        reason = refused["reason"][number]
+        run_id = refused["run_id"][row]
+        reason = refused["reason"][row]
         same_refusal = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(reason)
-        place, first_row, last_row = _marked(
+        marked_by, first_row, last_row = _rows_to_mark(
             quarantine[same_refusal], points[points["run_id"] == run_id]
         )
         page = page_name(run_id, kind.name)
-        marks.append({"place": place, "first_row": first_row, "last_row": last_row, "page": page})
+        marks.append(
+            {"place": marked_by, "first_row": first_row, "last_row": last_row, "page": page}
+        )
     oils = refused["run_id"].map(run_by_id["oil"].get).fillna("")
     entries = refused[["run_id", "file", "rule", "reason", "advice"]].assign(oil=oils)
     columns = ["place", "first_row", "last_row", "page"]
@@ -206,15 +211,17 @@ def draw_page(
     """
     signals = kind.signals(arrays_of(samples), run["rig"], settings)
     has_times = bool(np.isfinite(signals.time_s).all())
+    # readings without a clock are drawn over their rows
     if not has_times:
         signals = replace(signals, time_s=signals.row.astype(float))
-    time_s = signals.time_s
+    abscissa = signals.time_s
     head = _head(entry, run)
-    count = len(kind.shown_signals)
+    panel_count = len(kind.shown_signals)
+    # sizes in inches
     sheet = Sheet(
-        count,
+        panel_count,
         width=style.DOUBLE_COLUMN_IN,
-        height=5.6 / count,
+        height=_PANELS_HEIGHT_IN / panel_count,
         left=0.85,
         down=0.1,
         top=0.1 + 0.13 * len(head),
@@ -223,17 +230,17 @@ def draw_page(
     fails = _fail_own_gates(points)
     refused_times = _times(signals, entry["first_row"], entry["last_row"])
     for number, (name, label) in enumerate(kind.shown_signals.items()):
-        panel = sheet.panel(number, None)
+        panel = sheet.panel(number, title=None)
         panel.axis.set_ylabel(label, fontsize=7)
         panel.axis.yaxis.set_label_coords(-0.095, 0.5)
         panel.axis.grid(axis="x", visible=False)
-        _draw_signal(panel, time_s, signals[name])
+        _draw_signal(panel, abscissa, signals[name])
         _shade_plateaus(panel, signals, points[~fails], _PASSING)
         _shade_plateaus(panel, signals, points[fails], _FAILING)
         for time in refused_times:
             panel.axis.axvline(time, color=style.STATE_COLOURS["refused"], linewidth=1.0)
-    margin = 0.01 * (time_s.max() - time_s.min()) or 1.0
-    sheet.axes[0].set_xlim(time_s.min() - margin, time_s.max() + margin)
+    margin = 0.01 * (abscissa.max() - abscissa.min()) or 1.0
+    sheet.axes[0].set_xlim(abscissa.min() - margin, abscissa.max() + margin)
     sheet.axes[-1].set_xlabel("Time since the log's start (s)" if has_times else "Row of the log")
     sheet.axes[0].set_title("\n".join(head), x=-0.11, fontsize=7, parse_math=False)
     marked_rows = "concerns the whole run"
@@ -249,14 +256,14 @@ def draw_page(
     return sheet.finish(SIMULATED if settings.campaign.data == "simulated" else "")
 
 
-def _draw_signal(panel: Panel, time_s: FloatArray, values: FloatArray) -> None:
-    """Draw one signal against time, or write that it was not logged."""
+def _draw_signal(panel: Panel, abscissa: FloatArray, values: FloatArray) -> None:
+    """Draw one signal against time or row, or write that it was not logged."""
     if not np.isfinite(values).any():
         panel.say("not logged")
         panel.axis.set_yticks([])
         return
     marker = "." if len(values) < _MARKERS_MAX else ""
-    panel.axis.plot(time_s, values, color="black", linewidth=0.6, marker=marker, markersize=2)
+    panel.axis.plot(abscissa, values, color="black", linewidth=0.6, marker=marker, markersize=2)
     panel.axis.ticklabel_format(axis="y", useOffset=False)
     panel.axis.margins(y=0.12)
     panel.axis.locator_params(nbins=5)
@@ -275,21 +282,21 @@ def _shade_plateaus(
     panel.axis.broken_barh(bars, (0, 1), transform=transform, zorder=0.5, **look)
 
 
-def _marked(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
-    """Kind, first and last of the rows to mark.
+def _rows_to_mark(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
+    """What gives the rows to mark, as the column `place` has it, the first and the last row.
 
     They are the rows of the refusals, else those of failing plateaus, else the whole run (0, 0).
     """
     with_rows = refusals[refusals["first_row"] > 0]
     failing_plateaus = points[_fail_own_gates(points)]
-    for kind, rows in (("rows", with_rows), ("plateaus", failing_plateaus)):
+    for marked_by, rows in (("rows", with_rows), ("plateaus", failing_plateaus)):
         if len(rows):
-            return kind, int(rows["first_row"].min()), int(rows["last_row"].max())
+            return marked_by, int(rows["first_row"].min()), int(rows["last_row"].max())
     return "whole run", 0, 0
 
 
 def _fail_own_gates(points: pd.DataFrame) -> "pd.Series[bool]":
-    """Points that fail a gate of points, not only because their whole run was refused."""
+    """Plateaus that fail a gate of plateaus, not only because their whole run was refused."""
     return failed_gates.failed_any(points, (gate.name for gate in PLATEAU_GATES))
 
 
