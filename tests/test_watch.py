@@ -73,6 +73,14 @@ def test_verdict_is_that_of_check(project: Path, capsys: pytest.CaptureFixture[s
     assert "  swapped_sign: " in newest
 
 
+def test_folder_without_a_project_is_not_watched_by_the_demonstration(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["watch"]) == 2
+    assert "oilfilm init" in capsys.readouterr().err
+
+
 def test_growing_log_waits_and_a_changed_one_is_judged_again(project: Path) -> None:
     watcher, half = watcher_of(project), len(GOOD) // 2
     for minute, end in enumerate((half, half + 1000)):

@@ -29,7 +29,17 @@ Stamp = tuple[int, int]
 
 
 def run(options: argparse.Namespace) -> int:
-    """Watch until interrupted, which ends with the exit code 130."""
+    """Watch until interrupted, which ends with the exit code 130.
+
+    Raises:
+        OilfilmError: The current folder is no project, and none is named.
+    """
+    if options.config is None and not Path("config/config.yaml").is_file():
+        raise OilfilmError(
+            "config/config.yaml: there is no such file, so the logs to be watched are not known. Go "
+            "to the folder of the project, or name its configuration folder with --config. "
+            "`oilfilm init FOLDER LOG...` makes a project."
+        )
     config = config_folder(options.config)
     raw = project_folder(options.config) / "data/raw"
     settings = resolve(config, {"campaign": options.campaign} if options.campaign else {})
