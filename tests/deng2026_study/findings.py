@@ -5,20 +5,36 @@
 Each text of `findings.yaml` must stand in its page with the numbers of the tables of `results`.
 """
 
+import itertools
 import sys
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import yaml
 
-from deng2026_study.advice import NO_CHOICE
+from deng2026_study.advice import NO_CHOICE, advise
+from deng2026_study.audit.audit import box, check, printed_evidence
 from deng2026_study.extrapolation import relative_rms
+from deng2026_study.settings import SelectionSettings, study_settings
+from oilfilm.base.home import reference_file
+from oilfilm.base.units import FloatArray
+from oilfilm.settings.messages import load
+from oilfilm.settings.resolve import resolve
+from oilfilm.torque.best_oil import OPERATING_POINT, stays_best
 from oilfilm.torque.torque_control import without_bistable
+from simulated_lab.printed import PrintedCoefficients
 
 ROOT = Path(__file__).parents[2]
 PAPER_LAW = "deng2026"
+# The oil whose printed constants may be damaged (docs/physics.md, traction law of the paper).
+DOUBTFUL = "4010"
+# An oil stays the best one if it is the best in this share of the draws.
+BEST_SHARE = 0.95
 # What names of numbers begin with.
 CAMPAIGNS = {"demo": "", "thermal": "hot_"}
 PAGES = {
@@ -48,16 +64,71 @@ def of_advice(campaign: str) -> dict[str, Any]:
     judged = table(campaign, "slip_advice")["judgement"].value_counts()
     others = ("heats more", "slips more", "rule has none")
     found = dict.fromkeys(others, 0) | dict(judged)
+    best = stays_best(table(campaign, "cage_slip"), BEST_SHARE)
+    found |= {"mapped": len(best), "surely": best["surely"].sum(), "no_film": judged["no film"]}
     by_truth = table(campaign, "slip_advice")["true_judgement"].value_counts()
     by_truth = by_truth.drop(list(NO_CHOICE), errors="ignore")
     found |= {f"true_{other}": by_truth.get(other, 0) for other in others}
     found["true_rules"] = (by_truth.get("agree", 0), by_truth.sum())
+    found["true_rules_without"] = advice_without_doubtful(campaign)
     for choice, rows in band.groupby("choice"):
         as_set = rows.loc[rows["rule_order"] == "as set", "share"]
         counts = rows.iloc[0][["agreeing_points", "operating_points"]]
         name = f"oil{choice}" if choice.isdigit() else choice
         found[name] = (*counts, span(rows["share"]), span(as_set))
     return found
+
+
+def advice_without_doubtful(campaign: str) -> str:
+    """By the true traction: where the rules name the best oil, both without the doubtful oil."""
+    settings = resolve(ROOT / "config", {"campaign": campaign})
+    by_law, truth = table(campaign, "cage_slip"), table(campaign, "true_cage_slip")
+    # the rules take the pressures from the map by the law; traction hardly changes them
+    pressures = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
+    keys = ["oil", *OPERATING_POINT]
+    truth = truth.merge(by_law[[*keys, *pressures]], on=keys, validate="one_to_one")
+    others = truth[truth["oil"] != DOUBTFUL]
+    selection = without_oil(study_settings(settings).selection, DOUBTFUL)
+    judged = advise(others, selection, settings.gates.lambda_limit)
+    decided = judged[~judged["judgement"].isin(NO_CHOICE)]
+    return f"{(decided['judgement'] == 'agree').sum()} of {len(decided)}"
+
+
+def without_oil(selection: SelectionSettings, oil: str) -> SelectionSettings:
+    """The rules without one oil among those that they prefer."""
+    rules = [
+        rule.model_copy(update={"prefer": [other for other in rule.prefer if other != oil]})
+        for rule in selection.rules
+    ]
+    return selection.model_copy(update={"rules": rules})
+
+
+def order_by_signs() -> dict[str, Any]:
+    """The share of the conditions where all three oils are in order, for each choice of open signs.
+
+    Each of the nine exponents of an oil may have a sign that is open.
+    """
+    settings = resolve(ROOT / "config", {"campaign": "demo"})
+    printed = load(reference_file("printed_coefficients"), PrintedCoefficients)
+    choices = [list(_sign_choices(printed, oil)) for oil in printed.falling_viscosity]
+    shares = []
+    for chosen in itertools.product(*choices):
+        constants = dict(zip(printed.falling_viscosity, chosen, strict=True))
+        view = printed_evidence(constants, settings)
+        drawn = replace(view, grid=box(settings, "extrapolated"))
+        shares.append(check("viscosity-order", drawn).share)
+    return {"in_order": span(pd.Series(shares)), "sign_sets": len(shares)}
+
+
+def _sign_choices(printed: PrintedCoefficients, oil: str) -> Iterator[FloatArray]:
+    """The twelve constants of an oil with each choice of its open signs."""
+    names = [f"{letter}{number}" for letter in "ABC" for number in range(4)]
+    certainties = printed.signs(oil)
+    is_open = np.array([certainties.get(name) == "open" for name in names])
+    for signs in itertools.product((1, -1), repeat=is_open.sum()):
+        constants = printed.constants()[oil].copy()
+        constants[is_open] *= signs
+        yield constants
 
 
 def of_demo() -> dict[str, Any]:
@@ -133,12 +204,18 @@ def of_torque(campaign: str) -> dict[str, Any]:
     for variable, here in rows.groupby("load_variable"):
         ends = [f(here[name]) for name in ("error", "part") for f in (pd.Series.median, max)]
         found[str(variable)] = (*ends, 100 * (here["error"] <= 3.79).mean())
+        found[f"{variable}_refuted"] = ((here["verdict"] == "not compatible").sum(), len(here))
+    by_stress = rows[rows["load_variable"] == "stress"]
+    for cause in ("traction", "rolling"):
+        share = by_stress[f"{cause}_torque_n_m"] / by_stress["torque_n_m"]
+        found[f"{cause}_share"] = span(share)
+        found[f"{cause}_median"] = 100 * share.median()
     own = rows[rows["load_variable"] == "stress"].groupby("oil")["own"]
     return found | {"own_medians": span(own.median(), 2), "own_worst": 100 * own.max().max()}
 
 
 def main() -> int:
-    numbers = of_demo() | of_thermal()
+    numbers = of_demo() | of_thermal() | order_by_signs()
     for campaign, begins in CAMPAIGNS.items():
         found = of_advice(campaign) | of_torque(campaign)
         numbers |= {f"{begins}{name}": value for name, value in found.items()}

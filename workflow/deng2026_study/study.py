@@ -364,6 +364,7 @@ def _choice(results: CampaignTables) -> Section:
     drawn = stays_best(results.cage_slip, _STAYS_BEST_SHARE)
     sentences = facts(
         "deng2026_study/choice.jinja",
+        mapped=len(advice),
         total=len(judged),
         undecided={UNDECIDED[str(code)]: count for code, count in undecided.items()},
         agreeing=len(judged) - len(others),
