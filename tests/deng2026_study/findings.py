@@ -135,6 +135,10 @@ def of_demo() -> dict[str, Any]:
     """What is said of the printed law."""
     numbers = demo("claim_numbers").query("claim == 'viscosity-order' and basis == 'printed'")
     above = numbers[numbers["number"] == "above_next"].set_index("oil")["value"]
+    claims = demo("claims").pivot(index="claim", columns="basis", values=["verdict", "share"])
+    verdicts = claims["verdict"].dropna(subset="undoubted")
+    changed = verdicts[verdicts["printed"] != verdicts["undoubted"]].agg(tuple, axis="columns")
+    assert set(changed.index) == {"viscosity-order", "rises-with-stress"}, changed  # in words
     fits = demo("coefficients").query("law == @PAPER_LAW")
     ratio = span(fits["standard_error"] / fits["naive_standard_error"], factor=1)
     assert ratio == "2 to 7", ratio  # in words on both pages
@@ -144,6 +148,7 @@ def of_demo() -> dict[str, Any]:
     slips = demo("cage_slip").query("0.15 <= cage_slip <= 0.8")
     return {
         **{f"above_{oil}": f"{100 * above[oil]:.0f}" for oil in ("4102", "4050")},
+        "undoubted_order": f"{100 * claims.loc['viscosity-order', ('share', 'undoubted')]:.0f}",
         "zero_on_load": zero[on_load].max(),
         "zero_of_groups": zero[~on_load].max(),
         "race_slip": span(slips["inner_slide_roll_ratio"] / slips["cage_slip"], 2, 1),

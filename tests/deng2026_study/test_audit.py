@@ -13,17 +13,26 @@ from scipy.optimize import brentq
 
 from campaigns import REFERENCE, Campaign, printed
 from deng2026_study.audit import checks
-from deng2026_study.audit.audit import audit, audit_campaign, box, check, refit_evidence
+from deng2026_study.audit.audit import (
+    audit,
+    audit_campaign,
+    box,
+    check,
+    refit_evidence,
+    undoubted_evidence,
+)
 from deng2026_study.audit.audit import printed_evidence as of_printed
 from deng2026_study.audit.evidence import NotCheckableError, Outcome, View
 from deng2026_study.reference import read_claims
 from deng2026_study.settings import study_settings
 from oilfilm import tables
+from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from planted_fits import fits_of
 from reports import rows as rows_of
+from simulated_lab.printed import PrintedCoefficients
 
 Judge = Callable[..., Outcome]
 InBearing = Callable[[Any], View]
@@ -209,6 +218,31 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(judge: Judge) -> 
     assert numbers["thin_over_thick_lightest"] == pytest.approx(0.41, abs=0.07)
     assert numbers["thin_over_thick_heaviest"] == pytest.approx(1.9, abs=0.1)
     assert numbers["turn_gpa"] == pytest.approx(1.4, abs=0.15)
+
+
+def test_without_the_doubtful_oil_the_order_holds_in_part(config: Settings) -> None:
+    doubtful = load(REFERENCE, PrintedCoefficients).doubtful
+    views = [of_printed(printed(), config), undoubted_evidence(printed(), doubtful, config)]
+    made = audit(EVERY_CLAIM, views)
+    claims = made["claims"].pivot(index="claim", columns="basis", values=["verdict", "share"])
+    order = claims.loc["viscosity-order"]
+    assert order["verdict", "printed"] == "fails"
+    assert order["verdict", "undoubted"] == "holds in part"
+    # recomputed apart from this code: 61.5 % where 4010 were always the lowest
+    assert order["share", "undoubted"] == pytest.approx(0.615, abs=0.001)
+    # claims about this oil, about films and about speeds have no verdict without it
+    unjudged = claims.index[claims["verdict", "undoubted"].isna()]
+    assert {"heavy-load-4010", "slip-15", "full-film", "rolling-speed"} <= set(unjudged)
+
+
+def test_only_the_doubtful_oil_has_more_traction_than_a_film_can_carry(config: Settings) -> None:
+    doubtful = load(REFERENCE, PrintedCoefficients).doubtful
+    view = of_printed(printed(), config).at(
+        max_hertz_pressure_gpa=[2.5], entrainment_speed_m_s=[20.0], inlet_temperature_c=[20.0]
+    )
+    largest = view.by_oil(np.max, view.mu(slide_roll_ratio=view.curve))
+    limit = config.gates.traction_max
+    assert {oil for oil, mu in largest.items() if mu > limit} == set(doubtful) == {"4010"}
 
 
 def test_printed_constants_contradict_the_text_as_known(judge: Judge) -> None:
@@ -453,4 +487,6 @@ def test_campaign_of_own_oils_has_no_claims_and_no_printed_rows(
     plain = demo.config.plain()
     config = Settings.of({**plain, "oils": dict.fromkeys(oils, plain["oils"]["4102"])})
     made = audit_campaign(results_of(demo, own), REFERENCE, CLAIMS, config)
-    assert set(made["claims"]["basis"]) == ({"refit", "printed"} if of_paper else set())
+    assert set(made["claims"]["basis"]) == (
+        {"refit", "printed", "undoubted"} if of_paper else set()
+    )
