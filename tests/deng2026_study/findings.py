@@ -35,6 +35,7 @@ PAPER_LAW = "deng2026"
 DOUBTFUL = "4010"
 # An oil stays the best one if it is the best in this share of the draws.
 BEST_SHARE = 0.95
+_HEAVY = "claim == 'heavy-load-grips' and basis == 'refit'"
 # What names of numbers begin with.
 CAMPAIGNS = {"demo": "", "thermal": "hot_"}
 PAGES = {
@@ -139,6 +140,8 @@ def of_demo() -> dict[str, Any]:
     verdicts = claims["verdict"].dropna(subset="undoubted")
     changed = verdicts[verdicts["printed"] != verdicts["undoubted"]].agg(tuple, axis="columns")
     assert set(changed.index) == {"viscosity-order", "rises-with-stress"}, changed  # in words
+    of_refit = demo("claim_numbers").query("basis == 'refit'")
+    by_number = of_refit.set_index(["claim", "number", "oil"])["value"].sort_index()
     fits = demo("coefficients").query("law == @PAPER_LAW")
     ratio = span(fits["standard_error"] / fits["naive_standard_error"], factor=1)
     assert ratio == "2 to 7", ratio  # in words on both pages
@@ -149,6 +152,11 @@ def of_demo() -> dict[str, Any]:
     return {
         **{f"above_{oil}": f"{100 * above[oil]:.0f}" for oil in ("4102", "4050")},
         "undoubted_order": f"{100 * claims.loc['viscosity-order', ('share', 'undoubted')]:.0f}",
+        "curves": 100 * by_number["uniquely-determined", "curves", ""],
+        "curve_error": span(by_number["uniquely-determined", "curve_error"], 1),
+        "suppressed": 100 * claims.loc["load-suppresses-slip", ("share", "refit")],
+        "slip_at_2_gpa": 100 * demo("claims").query(_HEAVY)["worst_value"].item(),
+        "slipping_light": 100 * (1 - by_number["heavy-load-grips", "light", ""]),
         "zero_on_load": zero[on_load].max(),
         "zero_of_groups": zero[~on_load].max(),
         "race_slip": span(slips["inner_slide_roll_ratio"] / slips["cage_slip"], 2, 1),
@@ -172,7 +180,12 @@ def of_thermal() -> dict[str, Any]:
     inside["supported"] = is_supported
     laws = thermal("extrapolation_errors").set_index("law")
     laws = laws[["inside_relative_rms", "beyond_relative_rms"]]
-    others = laws.drop("eyring")
+    others = laws.drop(["eyring", "rational-viscosity"])
+    end_out = quality.groupby("law")["temperature_end_out_relative_rms"]
+    with_exponential, on_viscosity = (
+        span(end_out.get_group(law)) for law in ("deng-exponential", "rational-viscosity")
+    )
+    claims = thermal("claim_numbers").query("claim == 'uniquely-determined' and number == 'curves'")
     wang = quality[quality["law"].str.startswith("wang")]
     zero, critical = wang["zero_slip_traction"].abs(), wang["law"] == "wang-deng-critical-load"
     growth = quality.assign(growth=quality["left_out_rmse"] / quality["rmse"])
@@ -184,6 +197,11 @@ def of_thermal() -> dict[str, Any]:
         "beyond_rms": span(pd.Series({oil: relative_rms(rows) for oil, rows in beyond})),
         **{"low": -mean[0.04], "high": mean[0.3]},
         **{name: 100 * share.mean() for name, share in inside.items()},
+        "end_out": span(end_out.get_group(PAPER_LAW)),
+        "end_out_exponential": with_exponential,
+        "end_out_viscosity": on_viscosity,
+        "viscosity": 100 * laws.loc["rational-viscosity"].to_numpy(),
+        "hot_curves": 100 * claims["value"].item(),
         "eyring": 100 * laws.loc["eyring"].to_numpy(),
         "critical": 100 * laws.loc["wang-deng-critical-load"].to_numpy(),
         "others_inside": span(others.iloc[:, 0]),

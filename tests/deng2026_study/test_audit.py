@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from claim_evidence import CLAIMS, OILS, claims_of, evidence_of, planted, with_study
-from scipy.optimize import brentq
+from scipy.optimize import brentq, curve_fit
 
 from campaigns import REFERENCE, Campaign, printed
 from deng2026_study.audit import checks
@@ -344,6 +344,65 @@ def test_constants_are_unique_where_certified_and_known_by_sign(
     assert (finding.share, finding.numbers["known"]) == (0.5, 0.75)
 
 
+def test_errors_of_a_curve_are_the_scatter_of_refits_to_noisy_copies() -> None:
+    slip = np.linspace(0.01, 0.3, 30)
+    size, slope, rate, noise = 0.02, 0.3, 20.0, 1e-4
+    mu = (slope * slip - size) * np.exp(-rate * slip) + size
+    generator = np.random.default_rng(0)
+    stated, fitted = [], []
+    for _ in range(200):
+        noisy = mu + generator.normal(0.0, noise, len(slip))
+        stated.append(checks._error_of_curve(slip, noisy))
+        law, _ = curve_fit(
+            lambda s, a, b, c: (b * s - a) * np.exp(-c * s) + a, slip, noisy, (size, slope, rate)
+        )
+        fitted.append(law)
+    scatter = (np.std(fitted, axis=0) / (size, slope, rate)).max()
+    # 200 copies give a standard deviation to 5 %
+    assert np.median(stated) == pytest.approx(scatter, rel=0.15)
+
+
+def test_a_curve_that_comes_to_its_level_without_a_peak_determines_no_b() -> None:
+    slip = np.linspace(0.01, 0.3, 30)
+    alternating = 1e-5 * (-1.0) ** np.arange(30)
+    assert checks._error_of_curve(slip, 0.02 * (1 - np.exp(-30 * slip)) + alternating) > 1.0
+
+
+def test_load_suppresses_slip_where_the_slip_falls_from_load_to_load(
+    config: Settings, judge: Judge
+) -> None:
+    slips = pd.DataFrame({"oil": "4102", "axial_load_n": [1e3, 2e3, 4e3, 8e3]}).assign(
+        inlet_temperature_c=100.0,
+        pitch_speed_mm_rpm=1e6,
+        # from 0.4 it rises, then it falls; from 0.005 nothing is left to suppress
+        cage_slip=[0.4, 0.5, 0.005, 0.006],
+        inner_max_hertz_pressure_gpa=[0.8, 1.2, 1.6, 2.1],
+        outer_max_hertz_pressure_gpa=0.5,
+    )
+    evidence = evidence_of(printed(), config, cage_slip=slips)
+    finding = judge("load-suppresses-slip", evidence)
+    assert (len(finding.cases), finding.share) == (2, 0.5)
+    assert finding.worst_case("largest")["value"] == pytest.approx(0.1)
+    grip = judge("heavy-load-grips", evidence)
+    # one point of 2 GPa or more, which slips by 0.6 %; the point below 1 GPa slips by 40 %
+    assert (len(grip.cases), grip.share, grip.numbers["light"]) == (1, 1.0, 0.0)
+    with pytest.raises(NotCheckableError, match="no bearing"):
+        judge("heavy-load-grips", evidence_of(printed(), config, cage_slip=slips[:3]))
+
+
+def test_properties_are_needed_where_a_law_with_them_predicts_better(
+    config: Settings, judge: Judge
+) -> None:
+    fits = pd.DataFrame({"oil": "4102", "law": ["deng2026", "wang-deng-groups", "tanh"]}).assign(
+        temperature_end_out_relative_rms=[0.2, 0.1, 0.01], left_out_rmse=[1e-3, 2e-3, 1e-5]
+    )
+    finding = judge("properties-not-needed", evidence_of(printed(), config, fit_quality=fits))
+    # twice the error at the end temperatures; between other curves it is the better law
+    assert finding.worst_case("largest")["value"] == pytest.approx(2.0)
+    assert (finding.share, finding.numbers["within"]) == (0.0, 1.0)
+    assert finding.numbers["least_error"] == {"4102": 0.1}
+
+
 # ---------------------------------------------------------------- kinematics
 
 
@@ -434,6 +493,7 @@ def test_table_has_every_claim_on_both_bases(table: pd.DataFrame) -> None:
     assert set(table.loc[unchecked, "claim"]) == {
         *("wang-deng-zero", "wang-deng-overfit", "torque-stress", "torque-load"),
         *("uniquely-determined", "genetic-optimum", "extrapolates", "heavy-load-4010"),
+        *("air-spindle", "properties-not-needed", "load-suppresses-slip", "heavy-load-grips"),
     }
     assert (table["share"].isna() == unchecked).all()
 
