@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 import pandas as pd
@@ -23,10 +24,14 @@ from deng2026_study.extrapolation import relative_rms
 from deng2026_study.settings import SelectionSettings, study_settings
 from oilfilm.base.home import reference_file
 from oilfilm.base.units import FloatArray
+from oilfilm.bearing.friction import FrictionProblem
+from oilfilm.bearing.resistance import Lubrication
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.torque.best_oil import OPERATING_POINT, stays_best
 from oilfilm.torque.torque_control import without_bistable
+from simulated_lab import true_bearing
 from simulated_lab.printed import PrintedCoefficients
 
 ROOT = Path(__file__).parents[2]
@@ -72,6 +77,8 @@ def of_advice(campaign: str) -> dict[str, Any]:
     found |= {f"true_{other}": by_truth.get(other, 0) for other in others}
     found["true_rules"] = (by_truth.get("agree", 0), by_truth.sum())
     found["true_rules_without"] = advice_without_doubtful(campaign)
+    found |= {f"true_{oil}": count for oil, count in good_by_truth(campaign).items()}
+    found |= variance_of_torque(campaign)
     for choice, rows in band.groupby("choice"):
         as_set = rows.loc[rows["rule_order"] == "as set", "share"]
         counts = rows.iloc[0][["agreeing_points", "operating_points"]]
@@ -80,19 +87,84 @@ def of_advice(campaign: str) -> dict[str, Any]:
     return found
 
 
-def advice_without_doubtful(campaign: str) -> str:
-    """By the true traction: where the rules name the best oil, both without the doubtful oil."""
-    settings = resolve(ROOT / "config", {"campaign": campaign})
+def true_slips(campaign: str) -> pd.DataFrame:
+    """The map of cage slip by the true traction, with the pressures of the contacts."""
     by_law, truth = table(campaign, "cage_slip"), table(campaign, "true_cage_slip")
     # the rules take the pressures from the map by the law; traction hardly changes them
     pressures = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
     keys = ["oil", *OPERATING_POINT]
-    truth = truth.merge(by_law[[*keys, *pressures]], on=keys, validate="one_to_one")
+    return truth.merge(by_law[[*keys, *pressures]], on=keys, validate="one_to_one")
+
+
+def good_by_truth(campaign: str) -> "pd.Series[int]":
+    """Operating points where one oil everywhere is as good as the best, by oil."""
+    settings = resolve(ROOT / "config", {"campaign": campaign})
+    selection = study_settings(settings).selection
+    judged = advise(true_slips(campaign), selection, settings.gates.lambda_limit)
+    decided = judged[~judged["judgement"].isin(NO_CHOICE)]
+    return decided["good_oils"].explode().value_counts()
+
+
+def variance_of_torque(campaign: str) -> dict[str, float]:
+    """Medians of the shares of variance, and of the standard uncertainty of the torque."""
+    shares = table(campaign, "variance_shares")
+    point = ["oil", "inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
+    of_law = shares[shares["variance_cause"].isin(("law", "runs", "rig"))]
+    by_drag = shares[shares["variance_cause"] == "oil_volume_fraction"]
+    torque = table(campaign, "torque").query("load_variable == 'stress'")
+    return {
+        "law_variance": 100 * of_law.groupby(point)["torque_share"].sum().median(),
+        "drag_variance": 100 * by_drag["torque_share"].median(),
+        "torque_known": 100 * (torque["torque_n_m_uncertainty"] / torque["torque_n_m"]).median(),
+    }
+
+
+def advice_without_doubtful(campaign: str) -> str:
+    """By the true traction: where the rules name the best oil, both without the doubtful oil."""
+    settings = resolve(ROOT / "config", {"campaign": campaign})
+    truth = true_slips(campaign)
     others = truth[truth["oil"] != DOUBTFUL]
     selection = without_oil(study_settings(settings).selection, DOUBTFUL)
     judged = advise(others, selection, settings.gates.lambda_limit)
     decided = judged[~judged["judgement"].isin(NO_CHOICE)]
     return f"{(decided['judgement'] == 'agree').sum()} of {len(decided)}"
+
+
+def advice_of_a_rigid_bearing(campaign: str) -> dict[str, Any]:
+    """By the true traction in a bearing without ring growth, feed oil and starvation.
+
+    Returns:
+        Points where the rules name the best oil, and where one oil everywhere is as good.
+    """
+    settings = resolve(ROOT / "config", {"campaign": campaign})
+    constants = load(reference_file("printed_coefficients"), PrintedCoefficients).constants()
+    with mock.patch.object(true_bearing, "true_problem", _rigid_problem):
+        truth = true_bearing.true_map(table(campaign, "cage_slip"), settings, constants)
+    selection = study_settings(settings).selection
+    judged = advise(truth, selection, settings.gates.lambda_limit)
+    decided = judged[~judged["judgement"].isin(NO_CHOICE)]
+    good = decided["good_oils"].explode().value_counts()
+    return {
+        "rigid_rules": (decided["judgement"] == "agree").sum(),
+        "rigid_4050": good["4050"],
+        "rigid_points": len(decided),
+    }
+
+
+_TRUE_PROBLEM = true_bearing.true_problem
+
+
+def _rigid_problem(settings: Settings, oil: str, *others: Any) -> FrictionProblem:
+    """The problem of `true_problem` without what its uncertain inputs add."""
+    problem = _TRUE_PROBLEM(settings, oil, *others)
+    bearing = settings.bearing
+    flooded = Lubrication.of(
+        settings.known_oil(oil),
+        problem.lubrication.inlet_temperature_c,
+        bearing.drag_coefficient,
+        bearing.oil_volume_fraction,
+    )
+    return replace(problem, points=replace(problem.points, growth=None), lubrication=flooded)
 
 
 def without_oil(selection: SelectionSettings, oil: str) -> SelectionSettings:
@@ -150,6 +222,7 @@ def of_demo() -> dict[str, Any]:
     zero, on_load = wang["zero_slip_traction"].abs(), wang["law"] != "wang-deng-groups"
     slips = demo("cage_slip").query("0.15 <= cage_slip <= 0.8")
     return {
+        "naive_ratio": ratio,
         **{f"above_{oil}": f"{100 * above[oil]:.0f}" for oil in ("4102", "4050")},
         "undoubted_order": f"{100 * claims.loc['viscosity-order', ('share', 'undoubted')]:.0f}",
         "curves": 100 * by_number["uniquely-determined", "curves", ""],
@@ -163,12 +236,22 @@ def of_demo() -> dict[str, Any]:
     }
 
 
-def of_thermal() -> dict[str, Any]:
-    """What is said of laws where none is true."""
-    quality, truth = thermal("fit_quality"), thermal("extrapolation")
+def errors_of_law(campaign: str) -> dict[str, str]:
+    """Rms errors of the paper's law: of the fit, and beyond the tested box, by oil."""
+    quality, truth = table(campaign, "fit_quality"), table(campaign, "extrapolation")
     own, at = quality[quality["law"] == PAPER_LAW], truth[truth["law"] == PAPER_LAW]
     assert own["certified"].all()
     beyond = at[at["beyond"].map(len) > 0].groupby("oil")
+    return {
+        "own_rms": span(own["relative_rms"]),
+        "beyond_rms": span(pd.Series({oil: relative_rms(rows) for oil, rows in beyond})),
+    }
+
+
+def of_thermal() -> dict[str, Any]:
+    """What is said of laws where none is true."""
+    quality, truth = thermal("fit_quality"), thermal("extrapolation")
+    at = truth[truth["law"] == PAPER_LAW]
     off = at[at["figure"] == "fig07"].eval("traction_coefficient / true_traction_coefficient - 1")
     mean = 100 * off.groupby(at["slide_roll_ratio"].round(2)).mean()
     inside = {
@@ -193,8 +276,6 @@ def of_thermal() -> dict[str, Any]:
     more = wang["oil"].map(of_own).rdiv(growth.loc[wang.index, "growth"]).max() - 1
     assert more < 0.01, more  # "within 1 %"
     return {
-        "own_rms": span(own["relative_rms"]),
-        "beyond_rms": span(pd.Series({oil: relative_rms(rows) for oil, rows in beyond})),
         **{"low": -mean[0.04], "high": mean[0.3]},
         **{name: 100 * share.mean() for name, share in inside.items()},
         "end_out": span(end_out.get_group(PAPER_LAW)),
@@ -240,7 +321,8 @@ def of_torque(campaign: str) -> dict[str, Any]:
 def main() -> int:
     numbers = of_demo() | of_thermal() | order_by_signs()
     for campaign, begins in CAMPAIGNS.items():
-        found = of_advice(campaign) | of_torque(campaign)
+        found = of_advice(campaign) | of_torque(campaign) | advice_of_a_rigid_bearing(campaign)
+        found |= errors_of_law(campaign)
         numbers |= {f"{begins}{name}": value for name, value in found.items()}
     wanted = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))
     wrong = []

@@ -700,7 +700,7 @@ def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
     fits = [least_squares(residual, start, method="lm") for start in starts]
     fit = min(fits, key=lambda each: float(each.cost))
     # the inverse of J'J by singular values; a direction without effect has an infinite error
-    _, singular, directions = np.linalg.svd(fit.jac, full_matrices=False)
+    _, singular, directions = np.linalg.svd(np.asarray(fit.jac), full_matrices=False)
     variance = 2 * fit.cost / (len(slip) - _COEFFICIENTS_OF_CURVE)
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = ((directions / singular[:, np.newaxis]) ** 2).sum(axis=0)

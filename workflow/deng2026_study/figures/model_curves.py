@@ -273,10 +273,12 @@ def _draw_truth(
     """
     abscissa, by = cut
     at_levels = np.isclose(truth[list(fixed)], list(fixed.values())).all(axis=1)
+    of_panel = truth.loc[at_levels]
     # every law has the same truth
-    of_panel = truth[at_levels].drop_duplicates([abscissa, by]).sort_values([by, abscissa])
-    for level, line in of_panel.groupby(by):
-        about: style.Look = {"oil": line["oil"], "label": style.level_phrases({by: float(level)})}
+    of_panel = of_panel.drop_duplicates([abscissa, by]).sort_values([by, abscissa])
+    for level in of_panel[by].unique().tolist():
+        line = of_panel[of_panel[by] == level]
+        about: style.Look = {"oil": line["oil"], "label": style.level_phrases({by: level})}
         panel.line("truth", line[abscissa], line["true_traction_coefficient"], _dashed(), **about)
     return float(of_panel["true_traction_coefficient"].max()) if len(of_panel) else 0.0
 
