@@ -22,6 +22,7 @@ from deng2026_study.advice import NO_CHOICE, advise
 from deng2026_study.audit.audit import box, check, printed_evidence
 from deng2026_study.extrapolation import relative_rms
 from deng2026_study.settings import SelectionSettings, study_settings
+from deng2026_study.study import choice_by_truth
 from oilfilm.base.home import reference_file
 from oilfilm.base.units import FloatArray
 from oilfilm.bearing.friction import FrictionProblem
@@ -176,6 +177,30 @@ def without_oil(selection: SelectionSettings, oil: str) -> SelectionSettings:
     return selection.model_copy(update={"rules": rules})
 
 
+def of_map(campaign: str) -> dict[str, Any]:
+    """How far the map of cage slip by the fitted law is from the truth, and beyond the tests."""
+    advice, slips = table(campaign, "slip_advice"), table(campaign, "cage_slip")
+    compared = choice_by_truth(advice, table(campaign, "true_cage_slip"))
+    assert compared is not None
+    band = table(campaign, "advice_band").query(_RULES_AS_SET)
+    without_film = advice.loc[advice["judgement"] == "rule has none", OPERATING_POINT[1:]]
+    thickest = slips[slips["oil"] == "4102"].merge(without_film)
+    last_resort = advice[advice["true_judgement"] == "slips more"]["advised_oil"] == "4102"
+    return {
+        **compared,
+        "slip_error": 100 * compared["slip_error"],
+        "limits_move": span(band["agreeing_points"], factor=1),
+        "beyond_speed": 100 * slips["share_beyond_speed"].mean(),
+        "beyond_pressure": 100 * slips["share_beyond_pressure"].mean(),
+        "s_without_film": span(thickest["inner_slide_roll_ratio"], 1, 1),
+        "last_resort": last_resort.sum(),
+        "law_misfit": 100 * table(campaign, "torque_control")["law_misfit"].max(),
+    }
+
+
+_RULES_AS_SET = "choice == 'rules' and rule_order == 'as set' and inlet_temperature_c == 100"
+
+
 def order_by_signs() -> dict[str, Any]:
     """The share of the conditions where all three oils are in order, for each choice of open signs.
 
@@ -212,9 +237,15 @@ def of_demo() -> dict[str, Any]:
     verdicts = claims["verdict"].dropna(subset="undoubted")
     changed = verdicts[verdicts["printed"] != verdicts["undoubted"]].agg(tuple, axis="columns")
     assert set(changed.index) == {"viscosity-order", "rises-with-stress"}, changed  # in words
+    in_use = demo("signs").query("in_use").set_index("oil")
+    ranks = [in_use.loc[oil, ["rank", "rank_at_figures"]] for oil in ("4102", "4050", "4010")]
     of_refit = demo("claim_numbers").query("basis == 'refit'")
     by_number = of_refit.set_index(["claim", "number", "oil"])["value"].sort_index()
     fits = demo("coefficients").query("law == @PAPER_LAW")
+    constants = load(reference_file("printed_coefficients"), PrintedCoefficients).constants()
+    planted = np.concatenate([constants[oil] for oil in fits["oil"].unique()])
+    errors = fits["value"] - planted
+    assert (errors.abs() <= 3 * fits["standard_error"]).all()  # in words
     ratio = span(fits["standard_error"] / fits["naive_standard_error"], factor=1)
     assert ratio == "2 to 7", ratio  # in words on both pages
     wang = demo("fit_quality").query("law.str.startswith('wang')")
@@ -223,6 +254,8 @@ def of_demo() -> dict[str, Any]:
     slips = demo("cage_slip").query("0.15 <= cage_slip <= 0.8")
     return {
         "naive_ratio": ratio,
+        "ranks": "{}, {} and {}".format(*(rank["rank"] for rank in ranks)),
+        "ranks_at_figures": "{}, {} and {}".format(*(rank["rank_at_figures"] for rank in ranks)),
         **{f"above_{oil}": f"{100 * above[oil]:.0f}" for oil in ("4102", "4050")},
         "undoubted_order": f"{100 * claims.loc['viscosity-order', ('share', 'undoubted')]:.0f}",
         "curves": 100 * by_number["uniquely-determined", "curves", ""],
@@ -322,7 +355,7 @@ def main() -> int:
     numbers = of_demo() | of_thermal() | order_by_signs()
     for campaign, begins in CAMPAIGNS.items():
         found = of_advice(campaign) | of_torque(campaign) | advice_of_a_rigid_bearing(campaign)
-        found |= errors_of_law(campaign)
+        found |= errors_of_law(campaign) | of_map(campaign)
         numbers |= {f"{begins}{name}": value for name, value in found.items()}
     wanted = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))
     wrong = []

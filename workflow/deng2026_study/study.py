@@ -395,14 +395,14 @@ def _choice(results: CampaignTables) -> Section:
         band=agreeing_share.groupby(scenarios["choice"], sort=False).agg(["min", "max"]),
         varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
-        truth=_choice_by_truth(advice, results.true_cage_slip),
+        truth=choice_by_truth(advice, results.true_cage_slip),
         share=_STAYS_BEST_SHARE,
         drawn=drawn if drawn["draws_answered"].any() else None,
     )
     return Section("choice", "Choice of oil", sentences)
 
 
-def _choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, float] | None:
+def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, float] | None:
     """The choice of oil and the map with the true traction; None where mu was measured.
 
     Args:

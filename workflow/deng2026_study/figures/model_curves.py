@@ -17,7 +17,7 @@ from deng2026_study.printed_law import with_printed
 from deng2026_study.settings import MatrixWithSlip, study_settings
 from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
@@ -272,7 +272,8 @@ def _draw_truth(
         The largest mu; 0 without a truth.
     """
     abscissa, by = cut
-    at_levels = np.isclose(truth[list(fixed)], list(fixed.values())).all(axis=1)
+    levels_of_rows = truth[list(fixed)].to_numpy(dtype=float)
+    at_levels: BoolArray = np.asarray(np.isclose(levels_of_rows, list(fixed.values())).all(axis=1))
     of_panel = truth.loc[at_levels]
     # every law has the same truth
     of_panel = of_panel.drop_duplicates([abscissa, by]).sort_values([by, abscissa])
