@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from deng2026_study.advice import NO_CHOICE, advise
+from deng2026_study.advice import NO_CHOICE, STAYS_BEST_SHARE, advise
 from deng2026_study.audit.audit import box, check, printed_evidence
 from deng2026_study.extrapolation import relative_rms
 from deng2026_study.settings import SelectionSettings, study_settings
@@ -39,8 +39,6 @@ ROOT = Path(__file__).parents[2]
 PAPER_LAW = "deng2026"
 # The oil whose printed constants may be damaged (docs/physics.md, traction law of the paper).
 DOUBTFUL = "4010"
-# An oil stays the best one if it is the best in this share of the draws.
-BEST_SHARE = 0.95
 _HEAVY = "claim == 'heavy-load-grips' and basis == 'refit'"
 # What names of numbers begin with.
 CAMPAIGNS = {"demo": "", "thermal": "hot_"}
@@ -71,7 +69,7 @@ def of_advice(campaign: str) -> dict[str, Any]:
     judged = table(campaign, "slip_advice")["judgement"].value_counts()
     others = ("heats more", "slips more", "rule has none")
     found = dict.fromkeys(others, 0) | dict(judged)
-    best = stays_best(table(campaign, "cage_slip"), BEST_SHARE)
+    best = stays_best(table(campaign, "cage_slip"), STAYS_BEST_SHARE)
     found |= {"mapped": len(best), "surely": best["surely"].sum(), "no_film": judged["no film"]}
     by_truth = table(campaign, "slip_advice")["true_judgement"].value_counts()
     by_truth = by_truth.drop(list(NO_CHOICE), errors="ignore")
@@ -341,7 +339,10 @@ def of_torque(campaign: str) -> dict[str, Any]:
     for variable, here in rows.groupby("load_variable"):
         ends = [f(here[name]) for name in ("error", "part") for f in (pd.Series.median, max)]
         found[str(variable)] = (*ends, 100 * (here["error"] <= 3.79).mean())
-        found[f"{variable}_refuted"] = ((here["verdict"] == "not compatible").sum(), len(here))
+        lower, upper = here["torque_n_m_lower"], here["torque_n_m_upper"]
+        outside = ~here["measured_torque_n_m"].between(lower, upper)
+        found[f"{variable}_refuted"] = ((outside & lower.notna()).sum(), len(here))
+        found[f"{variable}_by_verdict"] = (here["verdict"] == "not compatible").sum()
     by_stress = rows[rows["load_variable"] == "stress"]
     for cause in ("traction", "rolling"):
         share = by_stress[f"{cause}_torque_n_m"] / by_stress["torque_n_m"]

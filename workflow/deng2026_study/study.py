@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
+from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE, STAYS_BEST_SHARE
 from deng2026_study.audit.audit import UNDOUBTED
 from deng2026_study.printed_law import PrintedLaw, printed, printed_law
 from deng2026_study.reference import Claim, Claims, read_claims, read_reference
@@ -149,8 +149,6 @@ UNDECIDED = {
     OUTSIDE: "the choice depends on a film beyond the film formula",
     NO_EQUILIBRIUM: "an oil has no equilibrium",
 }
-# An oil stays the best one if it is the best in this share of the draws.
-_STAYS_BEST_SHARE = 0.95
 _SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
 _CLAIM_VERDICTS = ("holds", "by construction", "holds in part", "fails", "cannot be checked")
 _JUDGED_ON = {
@@ -383,7 +381,7 @@ def _choice(results: CampaignTables) -> Section:
     agreeing_share = scenarios["agreeing_points"] / scenarios["operating_points"]
     # an oil occurs once for each operating point where it is the best one or nearly so
     good_oils = judged["good_oils"].explode().tolist()
-    drawn = stays_best(results.cage_slip, _STAYS_BEST_SHARE)
+    drawn = stays_best(results.cage_slip, STAYS_BEST_SHARE)
     sentences = facts(
         "deng2026_study/choice.jinja",
         mapped=len(advice),
@@ -396,7 +394,7 @@ def _choice(results: CampaignTables) -> Section:
         varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
         truth=choice_by_truth(advice, results.true_cage_slip),
-        share=_STAYS_BEST_SHARE,
+        share=STAYS_BEST_SHARE,
         drawn=drawn if drawn["draws_answered"].any() else None,
     )
     return Section("choice", "Choice of oil", sentences)
