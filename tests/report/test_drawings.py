@@ -153,7 +153,8 @@ def test_note_of_constants_names_only_what_has_an_exponent(
 ) -> None:
     def note(coefficients: pd.DataFrame) -> str:
         figure, _ = draw("constants", results.replace(coefficients=coefficients), config)
-        return " ".join(figure.axes[0].texts[-1].get_text().split())
+        (text,) = (each.get_text() for each in figure.axes[0].texts if "Eq. 7" in each.get_text())
+        return " ".join(text.split())
 
     fitted = results.coefficients
     assert "P over 1 GPa, U over 20 m/s, T over 20 degC" in note(fitted)
