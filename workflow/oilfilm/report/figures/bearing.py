@@ -152,8 +152,8 @@ def _draw_errors(
         )
         beside = of_series["speed"] + (number - (len(looks) - 1) / 2) * step
         dots = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
-        label = f"{_in_kn(load)}, {level:.0f} degC"
-        label += _motion_labels(of_series, two_motions=", bistable", one_motion="")
+        motions = _motion_labels(of_series, two_motions=", bistable", one_motion="")
+        label = f"{_in_kn(load)}, {level:.0f} degC" + motions
         about = {"oil": of_series["oil"], "label": label, "lower": low, "upper": high}
         panel.dots("error", beside, error, {**dots, "elinewidth": 0.6}, **about)
 
