@@ -10,6 +10,7 @@ from oilfilm import tables
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import OPERATING_POINT
+from pictures import draw, nothing_is_cut_off
 
 OILS = ("4102", "4050", "4010")
 
@@ -67,6 +68,35 @@ def test_draws_without_an_answer_are_counted_beside_the_others(config: Settings)
 
 def test_a_law_without_refits_has_no_sentence_about_draws(config: Settings) -> None:
     assert "draws" not in told(["agree"], [0], [0.0], config)
+
+
+def test_picture_shows_the_best_oil_and_where_it_stays_best(config: Settings) -> None:
+    points = pd.DataFrame(
+        {
+            "bearing": "any",
+            "inlet_temperature_c": 100.0,
+            "inner_speed_rpm": [1e3, 2e3, 1e3, 2e3],
+            "pitch_speed_mm_rpm": [1e6, 2e6, 1e6, 2e6],
+            "axial_load_n": [1e3, 1e3, 1e4, 1e4],
+        }
+    )
+    judged = {"judgement": ["agree", "heats more", "agree", "no film"]}
+    advice = points.assign(**judged, advised_oil="4010", best_oil=["4010", "4050", "4010", ""])
+    # 96, 90, 99 and 100 of 100 draws; the last point has no best oil in the map
+    slips = points.assign(
+        oil="4010", best_share=[0.96, 0.9, 0.99, 1.0], draws_answered=100, draws_unanswered=0
+    )
+    results = CampaignTables.in_memory(
+        slip_advice=tables.filled(advice, "slip_advice"),
+        cage_slip=tables.filled(slips, "cage_slip"),
+    )
+    figure, drawn = draw("slip-advice", results, config)
+    assert nothing_is_cut_off(figure)
+    sure = drawn[drawn["series"] == "stays best"]
+    assert list(zip(sure["x"], sure["y"], strict=True)) == [(1.0, 1.0), (1.0, 10.0)]
+    assert len(drawn[drawn["series"] == "advised oil"]) == len(points)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert {"it heats more", "no film thick enough"} <= set(legend)
 
 
 def test_operating_points_without_a_choice_are_told_by_reason(config: Settings) -> None:

@@ -8,6 +8,8 @@ import pandas as pd
 import pytest
 from matplotlib.patches import Rectangle
 
+from campaigns import printed
+from deng2026_study.extrapolation import truth_grid
 from drawn_results import with_refits
 from nights import nightly, quick_ones
 from oilfilm.report.figures.sheet import save
@@ -22,6 +24,7 @@ from pictures import (
     of_oils,
 )
 
+OILS = ["4102", "4050", "4010"]
 BASELINE = Path(__file__).parent / "baseline"
 
 
@@ -41,9 +44,8 @@ def usual(drawing: Draw) -> Draw:
     return cache(drawing)
 
 
-# dmN = 4 U/pi * 60 * 1000 mm rpm, by hand: U = omega dm/4
-FAST, SLOW = "U = 200 m/s (dmN 7.6e6)", "U = 30 m/s (dmN 1.1e6)"
-# The captions of Figs 7 to 10, as the paper prints them, with dmN.
+FAST, SLOW = "U = 200 m/s", "U = 30 m/s"
+# The captions of Figs 7 to 10, as the paper prints them; here one row of panels each.
 PANELS = {
     "fig07": [f"P = {p} GPa, {FAST}" for p in ("0.8", "1.5", "2", "2.5")],
     "fig08": [f"P = 1.5 GPa, S = {s}" for s in ("0.05", "0.1", "0.15", "0.2")],
@@ -57,10 +59,41 @@ ENDS = {"fig07": (0, 0.3), "fig08": (20, 200), "fig09": (0.8, 2.5), "fig10": (20
 def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(usual: Draw, name: str) -> None:
     figure, drawn = usual(name)
     titles = [axis.get_title(loc="left") for axis in figure.axes]
-    lettered = zip("abcd", PANELS[name], strict=True)
+    of_each_oil = [levels for levels in PANELS[name] for _ in OILS]
+    lettered = zip("abcdefghijkl", of_each_oil, strict=True)
     assert titles == [f"({letter}) {levels}" for letter, levels in lettered]
-    assert set(drawn["oil"]) == {"4102", "4050", "4010"}
+    shown = [text.get_text() for axis in figure.axes for text in axis.texts]
+    assert shown == [*OILS] * 4
+    assert drawn.groupby("panel")["oil"].unique().map(list).tolist() == [[oil] for oil in OILS] * 4
     assert (drawn["x"].min(), drawn["x"].max()) == ENDS[name]
+
+
+def test_dmn_of_a_bearing_is_beside_the_speeds_of_the_panels(usual: Draw) -> None:
+    # dmN = 4 U/pi * 60 * 1000 mm rpm, by hand: U = omega dm/4
+    (legend,) = usual("fig09")[0].legends
+    assert legend.get_title().get_text() == "U = 200 m/s: dmN 7.6e6; U = 30 m/s: dmN 1.1e6"
+
+
+def test_truth_of_a_simulation_is_drawn_in_place_of_printed_constants(
+    drawing: Draw, usual: Draw, config: Settings
+) -> None:
+    truth = truth_grid(config, printed()).rename(
+        columns={"traction_coefficient": "true_traction_coefficient"}
+    )
+    # another truth than the fitted law: half as much traction; two laws have the same truth
+    truth["true_traction_coefficient"] /= 2
+    laws = [truth.assign(law=law) for law in ("deng2026", "tanh")]
+    _, drawn = drawing("fig09", extrapolation=pd.concat(laws))
+    assert set(drawn["series"]) == {"refit", "truth"}
+    of_level = (drawn["panel"] == "a") & (drawn["words"] == "T = 70 \N{DEGREE SIGN}C")
+    lines = drawn[of_level].set_index("series")
+    at_2_gpa = {
+        series: np.interp(2.0, *lines.loc[series, ["x", "y"]].to_numpy().T)
+        for series in ("refit", "truth")
+    }
+    assert at_2_gpa["truth"] == pytest.approx(at_2_gpa["refit"] / 2, rel=1e-3)
+    assert lines.loc["truth", "x"].is_unique
+    assert set(usual("fig09")[1]["series"]) == {"refit", "printed"}
 
 
 def test_shade_covers_what_no_test_reaches(usual: Draw) -> None:
@@ -74,9 +107,9 @@ def test_shade_covers_what_no_test_reaches(usual: Draw) -> None:
     slow, fast = shaded("fig08", 0)
     assert (slow[0], fast[1]) == (20, pytest.approx(200))
     np.testing.assert_allclose([slow[1], fast[0]], [25, 40], atol=1.5)  # a step along the abscissa
-    light, heavy = shaded("fig09", 2)
+    light, heavy = shaded("fig09", 6)
     np.testing.assert_allclose([light[1], heavy[0]], [1.0, 1.5], atol=0.015)
-    assert shaded("fig10", 3) == [(20, pytest.approx(140))]  # 2 GPa
+    assert shaded("fig10", 9) == [(20, pytest.approx(140))]  # 2 GPa
 
 
 @pytest.mark.parametrize("name", ["tab01", "tab03"])

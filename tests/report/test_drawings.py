@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 
@@ -138,17 +139,52 @@ def test_panel_keeps_what_it_draws() -> None:
 
 @pytest.mark.parametrize(
     ("name", "sentence"),
-    [
-        ("curves", "no accepted point"),
-        ("coverage", "nothing to cover"),
-        ("stribeck", "give the properties of the oil"),
-    ],
+    [("curves", "no accepted point"), ("stribeck", "give the properties of the oil")],
 )
 def test_no_data_are_told(drawing: Draw, results: CampaignTables, name: str, sentence: str) -> None:
     figure, drawn = drawing(name, points=results.points.assign(accepted=False, lambda_ratio=1.0))
     assert drawn.empty
     assert sentence in figure.axes[0].texts[0].get_text()
     assert nothing_is_cut_off(figure)
+
+
+def test_note_of_constants_names_only_what_has_an_exponent(
+    config: Settings, results: CampaignTables
+) -> None:
+    def note(coefficients: pd.DataFrame) -> str:
+        figure, _ = draw("constants", results.replace(coefficients=coefficients), config)
+        (text,) = (each.get_text() for each in figure.axes[0].texts if "Eq. 7" in each.get_text())
+        return " ".join(text.split())
+
+    fitted = results.coefficients
+    assert "P over 1 GPa, U over 20 m/s, T over 20 degC" in note(fitted)
+    of_speed = fitted[fitted["constant"].str.contains("[02]$")]
+    assert note(of_speed).endswith(": U over 20 m/s")
+
+
+def test_runs_without_set_points_are_shown_by_their_measured_means(config: Settings) -> None:
+    points = rows(
+        "points",
+        *(
+            {
+                "oil": "4102",
+                "run_id": run,
+                "entrainment_speed_m_s": speed,
+                "inlet_temperature_c": 70.0,
+                "accepted": run == "good",
+            }
+            for run, speed in (("good", 1.0), ("good", 3.0), ("bad", 5.0))
+        ),
+    )
+    figure, drawn = draw("coverage", CampaignTables.in_memory(points=points), config)
+    assert drawn.set_index("series")[["x", "y"]].to_dict("index") == {
+        "accepted": {"x": 2.0, "y": 70.0},
+        "refused": {"x": 5.0, "y": 70.0},
+    }
+    assert nothing_is_cut_off(figure)
+    empty, nothing = draw("coverage", CampaignTables.in_memory(), config)
+    assert nothing.empty
+    assert "nothing to cover" in empty.axes[0].texts[0].get_text()
 
 
 def test_map_shows_the_state_of_each_condition(config: Settings) -> None:

@@ -207,6 +207,17 @@ def test_figures_show_their_data_or_say_that_there_are_none(config, results, nam
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 
 
+def test_errors_of_the_torque_are_drawn_with_their_intervals(config, results):
+    torque = results.torque
+    compared = torque[torque["load_variable"].isin(["stress", "wang-deng-load"])]
+    _, drawn = draw("torque", results, config)
+    errors = drawn[drawn["series"] == "error"]
+    np.testing.assert_allclose(np.sort(errors["y"]), np.sort(100 * compared["relative_error"]))
+    measured = compared["measured_torque_n_m"]
+    upper = 100 * (compared["torque_n_m_upper"] / measured - 1)
+    np.testing.assert_allclose(np.sort(errors["y_upper"]), np.sort(upper))
+
+
 def test_catalogue_torque_is_no_opinion_beyond_the_speeds_of_the_catalogue(config, oils):
     # 167.5 mm: 0.5 and 2 million mm rpm, and just at the limit, where the product is rounded up
     pitch_mm = 1e3 * shipped("mainshaft-167").pitch_diameter_m

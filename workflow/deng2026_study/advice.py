@@ -44,6 +44,8 @@ NO_EQUILIBRIUM = "no equilibrium"
 NO_CHOICE = ("no film", OUTSIDE, NO_EQUILIBRIUM)
 # Oils, operating points, and arrays of shape (oils, points): cage slip, torque in N m, lambda.
 SlipMap = tuple[list[str], pd.DataFrame, FloatArray, FloatArray, FloatArray]
+# An oil stays the best one if it is the best in this share of the draws.
+STAYS_BEST_SHARE = 0.95
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
 BY_RULES = "rules"
 # Columns that identify a scenario of the rules.

@@ -45,6 +45,10 @@ class Claim(Group):
         "Test by which the claim holds in a case, as a sentence. Names of settings in braces are "
         "replaced by their values."
     )
+    without_doubtful: bool = key(
+        "Whether the claim is judged again without oils whose printed constants may be damaged.",
+        default=True,
+    )
     readings: dict[str, Text] = key("Other fair readings of the claim, by name.", default={})
     judged_on: Literal["tested", "extrapolated", "data", "formula"] = key(
         "Box of operating conditions that is judged. Without a box: `data` for tables of the "

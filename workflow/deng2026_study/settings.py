@@ -71,6 +71,8 @@ class AuditSettings(Group):
     slow_and_fast_m_s: q.Band[q.SpeedMs] = key("Speeds whose temperature effect is compared.")
     film_min_um: float = key("Film thickness that the paper states.", unit="um", gt=0, le=100)
     stress_law: LawOfConditions = key("Law that others are compared with.")
+    property_laws: q.Filled[q.Name] = key("Laws with properties of the oil among their variables.")
+    curve_error_max: q.RelativeError = key("Standard error of A, B, C of one curve, relative.")
     overfit_min: q.Factor = key("Growth of the error on curves left out, over that of stress_law.")
     kinematic_tolerance: q.Tolerance = key("What 'nearly' allows in statements on speed and slip.")
     torque_stress_error: q.Factor = key("Largest relative torque error of the stress law (paper).")

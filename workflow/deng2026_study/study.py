@@ -9,7 +9,8 @@ from typing import Any
 
 import pandas as pd
 
-from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
+from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE, STAYS_BEST_SHARE
+from deng2026_study.audit.audit import UNDOUBTED
 from deng2026_study.printed_law import PrintedLaw, printed, printed_law
 from deng2026_study.reference import Claim, Claims, read_claims, read_reference
 from deng2026_study.settings import NAME, default_settings, study_settings
@@ -128,7 +129,11 @@ def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
 
 
 # What the verdict on a claim is based on.
-BASES = {"refit": "this campaign", "printed": "printed constants"}
+BASES = {
+    "refit": "this campaign",
+    "printed": "printed constants",
+    UNDOUBTED: "printed constants without doubtful oils",
+}
 # Cage slip from which on its relative error means something.
 _SLIPPING = 0.01
 # Where the oil that the paper advises is not the best one, by column `judgement` of `slip_advice`.
@@ -144,8 +149,6 @@ UNDECIDED = {
     OUTSIDE: "the choice depends on a film beyond the film formula",
     NO_EQUILIBRIUM: "an oil has no equilibrium",
 }
-# An oil stays the best one if it is the best in this share of the draws.
-_STAYS_BEST_SHARE = 0.95
 _SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
 _CLAIM_VERDICTS = ("holds", "by construction", "holds in part", "fails", "cannot be checked")
 _JUDGED_ON = {
@@ -198,7 +201,9 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
     )
     verdicts = named.pivot(index="claim", columns="basis", values="verdict")
     verdicts = verdicts.reindex(index=named["claim"].unique(), columns=named["basis"].unique())
-    counts = verdicts.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
+    # without doubtful oils only some of the claims are judged
+    counted = verdicts.drop(columns=BASES[UNDOUBTED], errors="ignore")
+    counts = counted.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
     failing = verdicts[(verdicts == "fails").any(axis=1)].fillna("not judged")
     refit = claims[claims["basis"] == "refit"]
     judged_oils = set(numbers.loc[numbers["basis"] == "refit", "oil"])
@@ -209,6 +214,8 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
         reasons=[of_paper.cannot_be_checked[code] for code in reason_codes],
         campaign=settings.campaign,
         left_out=[oil for oil in settings.oils if oil not in judged_oils],
+        doubtful=load(reference_file("printed_coefficients"), PrintedCoefficients).doubtful,
+        changed=_changed_without_doubtful(verdicts),
     )
     shown = [
         show_table(counts.astype(int).reset_index(), "claim-counts"),
@@ -221,6 +228,19 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
         if len(rows_of_claim):
             entries.append(_entry(claim, rows_of_claim, of_paper, numbers_of_claim, settings))
     return Section("claims", "Claims of the paper", sentences, shown, entries, _EXPLANATIONS)
+
+
+def _changed_without_doubtful(verdicts: pd.DataFrame) -> list[tuple[str, str, str]]:
+    """Each claim with another verdict without doubtful oils: claim, verdict, verdict without them.
+
+    Args:
+        verdicts: Verdicts by claim, one column per basis of `BASES`.
+    """
+    if BASES[UNDOUBTED] not in verdicts:
+        return []
+    compared = verdicts[[BASES["printed"], BASES[UNDOUBTED]]].dropna()
+    changed = compared[compared.iloc[:, 0] != compared.iloc[:, 1]]
+    return list(changed.itertuples(name=None))
 
 
 def _entry(
@@ -361,9 +381,10 @@ def _choice(results: CampaignTables) -> Section:
     agreeing_share = scenarios["agreeing_points"] / scenarios["operating_points"]
     # an oil occurs once for each operating point where it is the best one or nearly so
     good_oils = judged["good_oils"].explode().tolist()
-    drawn = stays_best(results.cage_slip, _STAYS_BEST_SHARE)
+    drawn = stays_best(results.cage_slip, STAYS_BEST_SHARE)
     sentences = facts(
         "deng2026_study/choice.jinja",
+        mapped=len(advice),
         total=len(judged),
         undecided={UNDECIDED[str(code)]: count for code, count in undecided.items()},
         agreeing=len(judged) - len(others),
@@ -372,14 +393,14 @@ def _choice(results: CampaignTables) -> Section:
         band=agreeing_share.groupby(scenarios["choice"], sort=False).agg(["min", "max"]),
         varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
-        truth=_choice_by_truth(advice, results.true_cage_slip),
-        share=_STAYS_BEST_SHARE,
+        truth=choice_by_truth(advice, results.true_cage_slip),
+        share=STAYS_BEST_SHARE,
         drawn=drawn if drawn["draws_answered"].any() else None,
     )
     return Section("choice", "Choice of oil", sentences)
 
 
-def _choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, float] | None:
+def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, float] | None:
     """The choice of oil and the map with the true traction; None where mu was measured.
 
     Args:

@@ -12,7 +12,7 @@ from pydantic import Field
 from oilfilm.base.units import FloatArray
 from oilfilm.settings.base import Group, key
 from oilfilm.settings.messages import load
-from oilfilm.settings.quantities import Levels, Name
+from oilfilm.settings.quantities import Levels, Name, Text
 
 _Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
 _Certainty = Literal["certain", "probable", "open", "without effect"]
@@ -34,6 +34,9 @@ class PrintedCoefficients(Group):
     law: Name = key("Law.")
     falling_viscosity: Levels[str] = key("Oils, the most viscous first.")
     oils: Annotated[dict[str, OilConstants], Field(min_length=1)] = key("Constants by oil.")
+    doubtful: dict[Name, Text] = key(
+        "Oils whose magnitudes may be damaged as well, and why.", default={}
+    )
 
     def constants(self) -> dict[str, FloatArray]:
         """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""

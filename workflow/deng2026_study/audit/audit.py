@@ -1,7 +1,7 @@
 """The tables of claims: every claim of the paper on every basis, with verdict and numbers."""
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,12 +18,16 @@ from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.curation.coverage import runs_of_matrix
 from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import Grid, obstacle
 from oilfilm.traction.laws.deng2026 import DENG2026
-from simulated_lab.printed import printed_constants
+from simulated_lab.printed import PrintedCoefficients
+
+# Basis of verdicts without the oils whose printed constants may be damaged.
+UNDOUBTED = "undoubted"
 
 
 def audit_campaign(
@@ -44,11 +48,17 @@ def audit_campaign(
     Raises:
         OilfilmError: A reference file has a mistake.
     """
-    constants, of_paper = printed_constants(printed), read_claims(claims).claims
+    of_print, of_paper = load(printed, PrintedCoefficients), read_claims(claims).claims
+    constants = of_print.constants()
     if not set(constants) & set(settings.oils):
         return audit(of_paper, [])
-    refit = refit_evidence(results, list(constants), settings)
-    return audit(of_paper, [refit, printed_evidence(constants, settings)])
+    evidence = [
+        refit_evidence(results, list(constants), settings),
+        printed_evidence(constants, settings),
+    ]
+    if of_print.doubtful:
+        evidence.append(undoubted_evidence(constants, of_print.doubtful, settings))
+    return audit(of_paper, evidence)
 
 
 def refit_evidence(
@@ -83,6 +93,14 @@ def printed_evidence(printed: dict[str, FloatArray], settings: Settings) -> View
     return View("printed", list(laws), laws, settings, box(settings, "tested"))
 
 
+def undoubted_evidence(
+    printed: dict[str, FloatArray], doubtful: Collection[str], settings: Settings
+) -> View:
+    """The constants that the paper prints, without the oils whose constants may be damaged."""
+    kept = {oil: constants for oil, constants in printed.items() if oil not in doubtful}
+    return replace(printed_evidence(kept, settings), basis=UNDOUBTED)
+
+
 def box(settings: Settings, name: str) -> Grid:
     """A box in which trends are judged, `tested` or `extrapolated`, as a grid."""
     study = study_settings(settings)
@@ -94,7 +112,8 @@ def box(settings: Settings, name: str) -> Grid:
 def audit(claims: Sequence[Claim], evidence: Sequence[View]) -> dict[str, pd.DataFrame]:
     """Tables `claims`, one row per claim and basis in the paper's order, and `claim_numbers`.
 
-    Claims on speeds alone need no fit: they are judged once, with what the paper prints.
+    Claims on speeds alone need no fit: they are judged once, with what the paper prints. Without
+    doubtful oils only those claims are judged again whose verdict rests on the constants of oils.
 
     Args:
         claims: The paper's claims.
@@ -104,6 +123,11 @@ def audit(claims: Sequence[Claim], evidence: Sequence[View]) -> dict[str, pd.Dat
     numbers: list[dict[str, Any]] = []
     for claim, basis in itertools.product(claims, evidence):
         if claim.judged_on == "formula" and basis.basis != "printed":
+            continue
+        rests_on_constants = (
+            claim.judged_on in ("tested", "extrapolated") and claim.without_doubtful
+        )
+        if basis.basis == UNDOUBTED and not rests_on_constants:
             continue
         key = {"claim": claim.id, "basis": basis.basis}
         row, further_numbers = _judge(claim, basis)

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from scipy.optimize import least_squares
 
 from deng2026_study.audit.evidence import NotCheckableError, Outcome, View, outcome
 from oilfilm.base.ties import exceeds, reaches
@@ -27,6 +28,7 @@ from oilfilm.bearing.kinematics import (
 from oilfilm.torque.best_oil import OPERATING_POINT
 from oilfilm.torque.torque_control import is_bistable, undecided_plateaus, without_bistable
 from oilfilm.traction.law import Law
+from oilfilm.traction.laws.deng2026 import DENG2026
 
 # Axes of the arrays.
 _P, _U, _T, _S = 1, 2, 3, 4
@@ -39,6 +41,10 @@ _ROUNDING_SHARE = 1e-15
 # Deng et al. (2026), section 2.1: Ra of ball and disc, and their composite roughness as stated.
 _RA_UM = (0.014, 0.010)
 _COMPOSITE_UM = 0.017
+# Cage slip from which on there is something to suppress.
+_SLIPPING = 0.01
+# A, B and C of Eq. 7.
+_COEFFICIENTS_OF_CURVE = 3
 
 
 def zero_slip(view: View) -> Outcome:
@@ -259,6 +265,11 @@ def _above_one(margin: FloatArray) -> BoolArray:
     return exceeds(margin, 1.0)[~np.isnan(margin)]
 
 
+def air_spindle(view: View) -> Outcome:
+    """The spindle's friction is negligible. No log tells it from a zero of the force sensor."""
+    raise NotCheckableError("no spindle")
+
+
 def wang_deng_zero(view: View) -> Outcome:
     """The Wang-Deng law has traction without slip."""
     fits = _wang_deng(view)
@@ -279,6 +290,27 @@ def wang_deng_overfit(view: View) -> Outcome:
     growth_of_paper_law = by_paper_law["left_out_rmse"] / by_paper_law["rmse"]
     relative = growth / fits["oil"].map(growth_of_paper_law)
     return outcome(fits.assign(holds=exceeds(relative, audit.overfit_min), value=relative))
+
+
+def properties_not_needed(view: View) -> Outcome:
+    """Laws with properties of the oil predict no better than the paper's law."""
+    by_paper_law = _by_paper_law(view).set_index("oil")
+    if view.truth_is_law:
+        raise NotCheckableError("own law")
+    all_fits = view.measured.fit_quality
+    fits = all_fits[all_fits["law"].isin(view.study.audit.property_laws)]
+    end, left_out = "temperature_end_out_relative_rms", "left_out_rmse"
+    fits = fits[fits["oil"].isin(by_paper_law.index)].dropna(subset=[end, left_out])
+    if fits.empty:
+        raise NotCheckableError("no comparison")
+    own = by_paper_law.loc[fits["oil"]].set_axis(fits.index)
+    ratio = own[end] / fits[end]
+    return outcome(
+        fits.assign(holds=reaches(1.0, ratio), value=ratio),
+        within=reaches(fits[left_out].to_numpy(), own[left_out].to_numpy()),
+        own_error=own.groupby(fits["oil"], sort=False)[end].first().to_dict(),
+        least_error=fits.groupby("oil", sort=False)[end].min().to_dict(),
+    )
 
 
 def torque_stress(view: View) -> Outcome:
@@ -314,7 +346,13 @@ def uniquely_determined(view: View) -> Outcome:
     # digits below a millionth of a standard error are rounding
     spread = fits["constant_spread"].round(6)
     judged = fits[["oil"]].assign(holds=fits["certified"], value=spread)
-    return outcome(judged, known=known.to_numpy())
+    errors = _errors_of_curves(view.measured.points)
+    return outcome(
+        judged,
+        curves=reaches(view.study.audit.curve_error_max, errors.to_numpy()),
+        known=known.to_numpy(),
+        curve_error=errors.groupby(level="oil", sort=False).median().to_dict(),
+    )
 
 
 def genetic_optimum(view: View) -> Outcome:
@@ -385,6 +423,39 @@ def slip_is_cage_slip(view: View) -> Outcome:
         at_limit=inner_slide_roll_ratio(limit, choice.gamma),
         cage_slip=cage_slip(limit, choice.gamma),
     )
+
+
+def load_suppresses_slip(view: View) -> Outcome:
+    """The cage slips less under a higher load."""
+    slips = _cage_slips(view)
+    slip = slips.pivot(
+        index="axial_load_n", columns=["oil", "inlet_temperature_c", "pitch_speed_mm_rpm"]
+    )["cage_slip"]
+    lighter = slip.shift()
+    steps = pd.DataFrame({"lighter": lighter.stack([0, 1, 2]), "heavier": slip.stack([0, 1, 2])})
+    steps = steps[exceeds(steps["lighter"], _SLIPPING)].dropna()
+    if steps.empty:
+        raise NotCheckableError("no bearing")
+    change = steps["heavier"] - steps["lighter"]
+    falls = exceeds(0.0, change, size=1.0)
+    slipping = exceeds(steps["lighter"], view.study.selection.limits.slip_limit)
+    judged = steps.reset_index().assign(holds=falls, value=change.to_numpy())
+    return outcome(judged, where_it_slips=falls[slipping])
+
+
+def heavy_load_grips(view: View) -> Outcome:
+    """Where the contact pressure is high the cage hardly slips."""
+    limits = view.study.selection.limits
+    slips = _cage_slips(view)
+    pressure = slips[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(axis=1)
+    slips = slips.assign(
+        holds=reaches(limits.slip_limit, slips["cage_slip"]), value=slips["cage_slip"]
+    )
+    heavy = reaches(pressure, limits.heavy_from_gpa)
+    light = exceeds(limits.light_below_gpa, pressure)
+    if not heavy.any():
+        raise NotCheckableError("no bearing")
+    return outcome(slips[heavy], light=slips.loc[light, "holds"].to_numpy())
 
 
 def light_load_4102(view: View) -> Outcome:
@@ -579,6 +650,61 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     if torque.empty:
         raise NotCheckableError("no bearing")
     return reaches(torque.min(axis=1), torque[oils[-1]])
+
+
+def _cage_slips(view: View) -> pd.DataFrame:
+    """The rows of the map of cage slip with an oil of the paper and an equilibrium.
+
+    Raises:
+        NotCheckableError: There are none.
+    """
+    slips = view.measured.cage_slip
+    slips = slips[slips["oil"].isin(view.falling_viscosity)].dropna(subset="cage_slip")
+    if slips.empty:
+        raise NotCheckableError("no bearing")
+    return slips
+
+
+def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
+    """The largest relative standard error of A, B and C of each curve, fitted to it alone.
+
+    Args:
+        points: Table of points.
+
+    Returns:
+        By oil and run. A curve with fewer than four points has none.
+    """
+    rows = []
+    for (oil, run), curve in points.groupby(["oil", "run_id"], sort=False):
+        if len(curve) > _COEFFICIENTS_OF_CURVE:
+            slip, mu = curve[["slide_roll_ratio", "traction_coefficient"]].abs().to_numpy().T
+            rows.append((oil, run, _error_of_curve(slip, mu)))
+    errors = pd.DataFrame(rows, columns=["oil", "run_id", "error"])
+    return errors.set_index(["oil", "run_id"])["error"].astype(float)
+
+
+def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
+    """The largest relative standard error of |A|, B and C of Eq. 7, fitted to one curve.
+
+    The fit is in logarithms of the three, so that they keep their signs. It starts from the largest
+    traction and from two shares of the slope at the first slip.
+    """
+    level = mu.max()
+    slope = (mu / slip).max()
+
+    def residual(logarithms: FloatArray) -> FloatArray:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return DENG2026.value(np.exp(logarithms)[:, np.newaxis], slip) - mu
+
+    starts = [np.log([level, share * slope, (1 - share) * slope / level]) for share in (0.2, 0.8)]
+    fits = [least_squares(residual, start, method="lm") for start in starts]
+    fit = min(fits, key=lambda each: float(each.cost))
+    # the inverse of J'J by singular values; a direction without effect has an infinite error
+    _, singular, directions = np.linalg.svd(np.asarray(fit.jac), full_matrices=False)
+    variance = 2 * fit.cost / (len(slip) - _COEFFICIENTS_OF_CURVE)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = ((directions / singular[:, np.newaxis]) ** 2).sum(axis=0)
+    return float(np.sqrt(variance * np.nan_to_num(inverse, nan=np.inf).max()))
 
 
 def _only_cases(judged: Outcome, selected: BoolArray, reason: str) -> Outcome:

@@ -87,7 +87,7 @@ class View:
     Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis.
 
     Attributes:
-        basis: Name of it: `refit` or `printed`.
+        basis: Name of it: `refit`, `printed` or `undoubted`.
         falling_viscosity: The oils that the claims are about, the most viscous first.
         laws: Law of each oil that has all its constants.
         settings: The settings.
@@ -116,7 +116,7 @@ class View:
         """
         frame = self.measured.table(table)
         if frame.empty:
-            raise NotCheckableError("not printed" if self.basis == "printed" else reason)
+            raise NotCheckableError(reason if self.basis == "refit" else "not printed")
         return frame
 
     @cached_property

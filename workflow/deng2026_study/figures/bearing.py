@@ -8,7 +8,7 @@ from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE
+from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE, STAYS_BEST_SHARE
 from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.bearing.resistance import HEATS
 from oilfilm.report.figures import style
@@ -16,6 +16,7 @@ from oilfilm.report.figures.bearing import in_units_of_axes, torque
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, sentences
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.best_oil import OPERATING_POINT, stays_best
 
 # Share of an oil's colour in its field.
 _FIELD_TINT = 0.45
@@ -24,6 +25,13 @@ _NO_CHOICE = {
     "no film": ("x", "no film thick enough"),
     OUTSIDE: ("+", "outside the film formula"),
     NO_EQUILIBRIUM: ("1", "an oil without equilibrium"),
+}
+# Where the advised oil is not the best one: symbol and its meaning, by judgement.
+_WRONG = {
+    "slips": ("v", "the cage slips with it, not with the best"),
+    "slips more": ("^", "the cage slips more with it"),
+    "heats more": ("s", "it heats more"),
+    "rule has none": ("D", "the paper's oils lack film"),
 }
 _NO_MAP = "The oils of selection.rules have no law or no film here:\nno map."
 
@@ -91,43 +99,61 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 @register(
-    family="bearing", tables=("slip_advice",), settings=("oils", "bearing"), requires="torque"
+    family="bearing",
+    tables=("slip_advice", "cage_slip"),
+    settings=("oils", "bearing"),
+    requires="torque",
 )
 def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     """Choice of oil by cage slip.
 
-    Oil that the rules of the paper advise (colour), with its cage slip at friction equilibrium.
-    Symbols: best oil, where it is another one. The best oil has the least torque of the oils
-    that hold the cage; if none holds it, the least slip. Abscissa: dmN, pitch diameter times
-    speed (million mm rpm). Ordinate: axial load (kN).
+    (a) Best oil by the friction equilibrium with the fitted law: of the oils that hold the cage the
+    one with the least torque; if none holds it, the one with the least slip. Dots: it stays the
+    best oil in at least 95 % of the draws of all uncertain inputs. (b) Oil that the rules of the
+    paper advise, with its cage slip at friction equilibrium. Symbols: the advised oil is neither
+    the best one nor nearly as good, and why. White: no oil is best, or none is advised. Abscissa:
+    dmN, pitch diameter times speed (million mm rpm). Ordinate: axial load (kN).
     """
     advice, oils = results.slip_advice, list(settings.oils)
     if advice.empty:
         return sentences(_NO_MAP)
-    sheet = Sheet(height=2.2, top=0.06)
-    panel = sheet.panel(title=None)
-    panel.axis.set_yscale("log")
-    panel.axis.yaxis.set_major_formatter("{x:g}")
+    advice = advice.assign(**in_units_of_axes(advice))
+    sheet = Sheet(2, 2, height=2.2, across=0.3, sharex=True, sharey=True)
+    sheet.axes[0].set_yscale("log")
+    sheet.axes[0].yaxis.set_major_formatter("{x:g}")
+    best, advised = sheet.panel(0, "best oil"), sheet.panel(1, "oil that the paper advises")
+    judgement = advice["judgement"]
+    decided = ~judgement.isin(NO_CHOICE)
+    _draw_oils(best, advice, "best_oil", decided, oils)
+    _draw_oils(advised, advice, "advised_oil", decided, oils)
+    handles: list[Any] = [
+        Patch(facecolor=style.tint(style.oil_colour(oil, oils), _FIELD_TINT), label=oil)
+        for oil in oils
+    ]
+    handles += _draw_sure(best, advice, results.cage_slip)
+    handles += _draw_judgements(advised, advice)
+    for panel in (best, advised):
+        handles += _draw_undecided(panel, advice)
     sheet.label(style.DMN_LABEL, style.AXIAL_LOAD_LABEL)
+    labels = judgement + ", best " + advice["best_oil"].replace("", "none")
+    advised.keep(
+        "advised oil", advice["speed"], advice["load_kn"], oil=advice["advised_oil"], label=labels
+    )
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     title = f"{advice['bearing'].iloc[0]}, oil at {temperature:g} \N{DEGREE SIGN}C"
-    handles = _draw(panel, advice.assign(**in_units_of_axes(advice)), oils)
-    sheet.legend(handles, f"{title};\n{style.DMN_AS_SPEED}")
+    unique = {handle.get_label(): handle for handle in handles}
+    sheet.legend(list(unique.values()), f"{title}; {style.DMN_AS_SPEED}")
     return sheet
 
 
-def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> list[Any]:
-    """Fields in the colour of the advised oil, symbols of the best oil; entries of the legend.
-
-    Args:
-        panel: Its scales are set already.
-        advice: Columns `advised_oil`, `best_oil` and `judgement`, one row per cell.
-        oils: Oils of the campaign, which fix the colours.
-    """
-    axis, x, y, judgement = panel.axis, "speed", "load_kn", advice["judgement"]
-    # white: no oil is advised, or the choice depends on something that is not known
-    advised = advice["advised_oil"].mask(judgement.isin(NO_CHOICE), "")
-    field = advice.assign(number=advised.map(["", *oils].index)).pivot(index=y, columns=x)["number"]
+def _draw_oils(
+    panel: Panel, advice: pd.DataFrame, column: str, decided: "pd.Series[bool]", oils: list[str]
+) -> None:
+    """Draw each cell in the colour of the oil in a column; white where nothing is decided."""
+    chosen = advice[column].where(decided, "")
+    numbers = advice.assign(number=chosen.map(["", *oils].index))
+    field = numbers.pivot(index="load_kn", columns="speed", values="number")
+    axis = panel.axis
     fields = [style.tint(style.oil_colour(oil, oils), _FIELD_TINT) for oil in oils]
     axis.pcolormesh(
         style.cell_edges(field.columns.to_numpy(), axis.get_xscale()),
@@ -138,26 +164,40 @@ def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> list[Any]:
         vmax=len(oils) + 0.5,
         rasterized=True,
     )
-    handles: list[Any] = []
-    for oil, tint in zip(oils, fields, strict=True):
-        if oil in set(advice["advised_oil"]):
-            handles.append(Patch(facecolor=tint, label=f"paper advises {oil}"))
-        # where the best oil is known and another one than the advised oil
-        other = advice[(advice["best_oil"] == oil) & ~judgement.isin(("agree", *NO_CHOICE))]
-        look: style.Look = {"linestyle": "", "markersize": 3.5, **style.oil_look(oil, oils)}
-        if len(other):
-            axis.plot(other[x], other[y], **look)
-            handles.append(style.line_handle(f"best oil: {oil}", **look))
-    if (judgement == "rule has none").any():
-        look = {"facecolor": "white", "edgecolor": style.GREY, "linewidth": 0.6}
-        handles.append(Patch(label="paper's oils lack film", **look))
-    for name, (marker, label) in _NO_CHOICE.items():
-        without_choice = advice[judgement == name]
-        if len(without_choice):
-            # a cross of thin lines must be larger than a filled symbol
-            axis.plot(without_choice[x], without_choice[y], marker, color=style.GREY, markersize=5)
-            handles.append(style.symbol_handle(label, marker, color=style.GREY, markersize=3.5))
     axis.grid(False)
-    labels = judgement + ", best " + advice["best_oil"].replace("", "none")
-    panel.keep("advised oil", advice[x], advice[y], oil=advice["advised_oil"], label=labels)
+
+
+def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
+    """Dots where one oil stays the best one in nearly all draws; entries of the legend."""
+    stays = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    sure = advice.merge(stays, on=OPERATING_POINT).query("surely and best_oil != ''")
+    look: style.Look = {"marker": "o", "markersize": 2.5, "color": "black"}
+    oils = sure["best_oil"]
+    panel.dots("stays best", sure["speed"], sure["load_kn"], look, oil=oils, label="stays best")
+    label = f"best in {100 * STAYS_BEST_SHARE:.0f} % of the draws"
+    return [style.line_handle(label, linestyle="", **look)] if len(sure) else []
+
+
+def _draw_judgements(panel: Panel, advice: pd.DataFrame) -> list[Any]:
+    """Symbols where the advised oil is not the best one; entries of the legend."""
+    handles = []
+    for judgement, (marker, label) in _WRONG.items():
+        cells = advice[advice["judgement"] == judgement]
+        if len(cells):
+            look: style.Look = {"marker": marker, "color": "black", "markersize": 3.5}
+            panel.axis.plot(cells["speed"], cells["load_kn"], linestyle="", **look)
+            handles.append(style.line_handle(label, linestyle="", **look))
+    return handles
+
+
+def _draw_undecided(panel: Panel, advice: pd.DataFrame) -> list[Any]:
+    """Symbols where there is no choice of an oil; entries of the legend."""
+    handles = []
+    for judgement, (marker, label) in _NO_CHOICE.items():
+        cells = advice[advice["judgement"] == judgement]
+        if len(cells):
+            # a cross of thin lines must be larger than a filled symbol
+            look: style.Look = {"color": style.GREY, "markersize": 5}
+            panel.axis.plot(cells["speed"], cells["load_kn"], marker, **look)
+            handles.append(style.symbol_handle(label, marker, color=style.GREY, markersize=3.5))
     return handles

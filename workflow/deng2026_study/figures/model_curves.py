@@ -17,13 +17,13 @@ from deng2026_study.printed_law import with_printed
 from deng2026_study.settings import MatrixWithSlip, study_settings
 from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import starts_of, symbol_of
-from oilfilm.report.figures.sheet import Panel, Sheet, register
+from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -35,9 +35,6 @@ from simulated_lab.printed import PrintedCoefficients
 _STEPS = 121
 # Symbols along a curve.
 _SYMBOLS = 4
-_NOT_DRAWN = ", not drawn"
-# A printed line nearer to the refit than this share of its largest mu cannot be told from it.
-_NEAR_SHARE = 0.05
 # Upper end of a panel's scale, relative to the largest mu of its lines.
 _HEADROOM = 1.3
 # A band over the slip holds the whole curve of the next run; another one holds its points.
@@ -52,29 +49,30 @@ CUTS = {
     "fig10": (_TEMPERATURE, _SLIP),
 }
 _BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
+# What the dashed lines are, by the name of their series.
+_DASHED = {"truth": "truth of the simulation", "printed": "printed constants"}
 
 
 @register(
     counterpart="Fig. 7",
     family="law",
-    tables=("coefficients", "points", "surfaces", "surface_sizes", "fit_quality"),
+    tables=("coefficients", "points", "surfaces", "surface_sizes", "fit_quality", "extrapolation"),
     settings=("oils", "same_set_point", "studies"),
     references=("printed_coefficients",),
 )
 def fig07(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against slide-roll ratio.
 
-    Traction coefficient of all oils against slide-roll ratio, one panel per maximum Hertz pressure
-    and entrainment speed. The curves are for several inlet temperatures.
+    Traction coefficient against slide-roll ratio, one column of panels per oil and one row per
+    maximum Hertz pressure and entrainment speed. The curves are for several inlet temperatures.
 
-    The paper does not state the levels of the curves. Full lines: fitted law with the 95 % band of
-    the next good run, which may leave the panel. Over the slip it holds the whole curve of the run,
-    over other conditions its points. Without a band the measurements support none. Thin dashed
-    lines: constants printed in the paper, signs restored, at the middle level. They are shown where
-    they differ by more than 5 % of the largest traction coefficient; the legend states the largest
-    difference at all levels. Shaded: beyond the tested conditions. Each panel has its own scale.
-    dmN: pitch diameter times speed (mm rpm) of a bearing with this entrainment speed. Oils without
-    a fit of pressure, speed and temperature are not shown.
+    The paper does not state the levels of the curves. Full lines: fitted law. Band: 95 % interval
+    of the next good run at the middle level, which may leave the panel. Over the slip it holds the
+    whole curve of the run, over other conditions its points. Without a band the measurements
+    support none. Dashed lines: the truth of a simulated campaign; else the constants that the paper
+    prints of the oil, signs restored. Shaded: beyond the tested conditions. Each row has its own
+    scale. dmN: pitch diameter times speed (mm rpm) of a bearing with this entrainment speed. Oils
+    without a fit of pressure, speed and temperature are not shown.
     """
     return _draw_cuts("fig07", results, settings, **references)
 
@@ -83,8 +81,8 @@ def fig07(results: CampaignTables, settings: Settings, **references: Any) -> She
 def fig08(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against entrainment speed.
 
-    Traction coefficient of all oils against entrainment speed (m/s), one panel per maximum Hertz
-    pressure and slide-roll ratio. The curves are for several inlet temperatures.
+    Traction coefficient against entrainment speed (m/s), one column of panels per oil and one row
+    per maximum Hertz pressure and slide-roll ratio. The curves are for several inlet temperatures.
     """
     return _draw_cuts("fig08", results, settings, **references)
 
@@ -93,8 +91,8 @@ def fig08(results: CampaignTables, settings: Settings, **references: Any) -> She
 def fig09(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against pressure.
 
-    Traction coefficient of all oils against maximum Hertz pressure (GPa), one panel per entrainment
-    speed and slide-roll ratio. The curves are for several inlet temperatures.
+    Traction coefficient against maximum Hertz pressure (GPa), one column of panels per oil and one
+    row per entrainment speed and slide-roll ratio. The curves are for several inlet temperatures.
     """
     return _draw_cuts("fig09", results, settings, **references)
 
@@ -103,8 +101,9 @@ def fig09(results: CampaignTables, settings: Settings, **references: Any) -> She
 def fig10(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against temperature.
 
-    Traction coefficient of all oils against inlet temperature (\N{DEGREE SIGN}C), one panel per
-    maximum Hertz pressure and entrainment speed. The curves are for several slide-roll ratios.
+    Traction coefficient against inlet temperature (\N{DEGREE SIGN}C), one column of panels per oil
+    and one row per maximum Hertz pressure and entrainment speed. The curves are for several
+    slide-roll ratios.
     """
     return _draw_cuts("fig10", results, settings, **references)
 
@@ -115,41 +114,56 @@ def _draw_cuts(
     settings: Settings,
     printed_coefficients: PrintedCoefficients,
 ) -> Sheet:
-    """All oils along the cuts of one figure; the levels are those of `extrapolation` of config."""
+    """Each oil along the cuts of one figure; the levels are those of `extrapolation` of config."""
     abscissa, by = CUTS[figure]
     levels = study_settings(settings).extrapolation[figure]
     fixed_names = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
-    cuts = list(itertools.product(*(getattr(levels, name) for name in fixed_names)))
-    sheet = Sheet(len(cuts), 2, height=1.75, across=0.5, sharex=True)
+    cuts = [
+        dict(zip(fixed_names, cut, strict=True))
+        for cut in itertools.product(*(getattr(levels, name) for name in fixed_names))
+    ]
     printed = with_printed(results.configured.coefficients, printed_coefficients)
     laws = {}
     for oil in settings.oils:
         laws_of_oil = _laws(results, printed, oil)
         if laws_of_oil:
             laws[oil] = laws_of_oil
-    for number, cut in enumerate(cuts):
-        fixed = dict(zip(fixed_names, cut, strict=True))
-        panel = sheet.panel(number, panel_title(fixed))
-        if laws:
-            _draw(panel, laws, levels, fixed, (abscissa, by), settings)
-        elif number == 0:
-            panel.say("no oil has a fitted law\nof pressure, speed and temperature")
-    sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL)
-    if laws:
-        sheet.legend(
-            _handles(sheet.drawn(), getattr(levels, by), (abscissa, by), list(settings.oils))
-        )
+    truth = results.extrapolation[results.extrapolation["figure"] == figure]
+    sheet, panels = oil_grid(
+        list(laws),
+        "no oil has a fitted law\nof pressure, speed and temperature",
+        cuts,
+        lambda cut, _: style.level_phrases(cut),
+        height=1.15,
+        across=0.25,
+        sharey="row",
+        width=style.DOUBLE_COLUMN_IN,
+    )
+    highest = dict.fromkeys(range(len(cuts)), 0.0)
+    for panel, cut, oil in panels:
+        row = cuts.index(cut)
+        top = _draw(panel, oil, laws[oil], levels, cut, (abscissa, by), settings)
+        top = max(top, _draw_truth(panel, truth[truth["oil"] == oil], cut, (abscissa, by)))
+        highest[row] = max(highest[row], top)
+        # a very wide interval leaves the panel; otherwise the lines would be flat
+        panel.axis.set_ylim(0, _HEADROOM * highest[row])
+        colour = style.oil_colour(oil, list(settings.oils))
+        corner: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
+        panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner)
+    sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL, fontsize=7)
+    sheet.legend(
+        _handles(sheet.drawn(), getattr(levels, by), (abscissa, by)), _speeds_of_bearings(cuts)
+    )
     return sheet
 
 
-def panel_title(fixed: Mapping[str, float]) -> str:
-    """Levels of a panel in words, with the dmN (mm rpm) of a bearing beside the speed."""
-    title = style.level_phrases(fixed)
-    if _SPEED in fixed:
-        speed = style.level_phrases({_SPEED: fixed[_SPEED]})
-        mantissa, exponent = f"{pitch_speed_mm_rpm(fixed[_SPEED]):.1e}".split("e")
-        title = title.replace(speed, f"{speed} (dmN {mantissa}e{int(exponent)})")
-    return title
+def _speeds_of_bearings(cuts: Sequence[Mapping[str, float]]) -> str:
+    """The dmN (mm rpm) of a bearing with the speed of each row; empty where speed is no level."""
+    texts = []
+    for speed in dict.fromkeys(cut[_SPEED] for cut in cuts if _SPEED in cut):
+        mantissa, exponent = f"{pitch_speed_mm_rpm(speed):.1e}".split("e")
+        texts.append(f"{style.level_phrases({_SPEED: speed})}: dmN {mantissa}e{int(exponent)}")
+    return "; ".join(texts)
 
 
 def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict[str, FittedLaw]:
@@ -174,20 +188,25 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
     names = [constant.name for constant in law.constants]
     printed_values = constants.set_index("constant")["printed_value"]
     printed = printed_values.reindex(names).to_numpy(dtype=float)
-    if np.isnan(printed).any():
-        return {"refit": refit}
-    return {"refit": refit, "printed": FittedLaw(law, Coefficients.bare(law, printed))}
+    if results.extrapolation.empty and not np.isnan(printed).any():
+        return {"refit": refit, "printed": FittedLaw(law, Coefficients.bare(law, printed))}
+    return {"refit": refit}
 
 
 def _draw(
     panel: Panel,
-    laws: Mapping[str, Mapping[str, FittedLaw]],
+    oil: str,
+    laws: Mapping[str, FittedLaw],
     levels: MatrixWithSlip,
     fixed: Mapping[str, float],
     cut: tuple[str, str],
     settings: Settings,
-) -> None:
-    """Intervals as bands, the refit as lines with a symbol per level, printed constants dashed."""
+) -> float:
+    """The refit as lines with a symbol per level, the interval at the middle one.
+
+    Returns:
+        The largest mu of a line.
+    """
     abscissa, by = cut
     curve_levels = getattr(levels, by)
     ends = getattr(levels, abscissa)
@@ -199,47 +218,75 @@ def _draw(
     symbols = reaches(x, middles[:, np.newaxis]).argmax(axis=1).tolist()
     highest = 0.0
     beyond = np.zeros(_STEPS, dtype=bool)
-    for (oil, laws_of_oil), level in itertools.product(laws.items(), curve_levels):
+    law = laws["refit"]
+    for number, level in enumerate(curve_levels):
         along_curve = pd.DataFrame({**fixed, by: level, abscissa: x})
         points = along_curve[[*CONDITIONS, _SLIP]].to_numpy()
         conditions = np.ascontiguousarray(points[:, :-1])
         slip = points[:, -1]
         # a level counts as tested only where every curve is tested
-        box = laws_of_oil["refit"].coefficients.box
+        box = law.coefficients.box
         beyond |= is_beyond(points, box, settings.same_set_point.relative).any(axis=1)
-        colour = style.oil_colour(oil, list(settings.oils))
-        label = style.level_phrases({by: level})
-        law = laws_of_oil["refit"]
         refit = law.without_interval().predict(conditions, slip).traction_coefficient
         # a run measures one curve over the slip, but not one over another condition
         prediction = law.predict(conditions, slip, whole_curve=abscissa == _SLIP)
-        highest = max(highest, refit.max())
         interval = {"lower": prediction.obs_ci_lower, "upper": prediction.obs_ci_upper}
         look: style.Look = {
-            "color": colour,
+            "color": style.oil_colour(oil, list(settings.oils)),
             "markerfacecolor": "white",
             "markeredgewidth": 0.7,
-            "marker": style.MARKERS[curve_levels.index(level) % len(style.MARKERS)],
+            "markersize": 3,
+            "linewidth": 0.9,
+            "marker": style.MARKERS[number % len(style.MARKERS)],
             "linestyle": style.LINES["fit"],
             "markevery": symbols,
         }
-        panel.line("refit", x, refit, look, oil=oil, label=label, value=0.0, **interval)
-        if "printed" in laws_of_oil:
-            mu = laws_of_oil["printed"].predict(conditions, slip).traction_coefficient
-            difference = float(np.abs(mu - refit).max() / refit.max())
-            is_middle_level = level == curve_levels[len(curve_levels) // 2]
-            if is_middle_level and difference > _NEAR_SHARE:
-                dashed: style.Look = {"linestyle": style.LINES["printed"], "linewidth": 0.6}
-                panel.axis.plot(x, mu, color=style.shades(colour, 2)[0], **dashed)
-                highest = max(highest, mu.max())
-            else:
-                label += _NOT_DRAWN
-            panel.keep("printed", x, mu, oil=oil, label=label, value=difference)
+        about: style.Look = {"oil": oil, "label": style.level_phrases({by: level})}
+        is_middle = number == len(curve_levels) // 2
+        panel.line("refit", x, refit, look, **about, **(interval if is_middle else {}))
+        highest = max(highest, refit.max())
+        if "printed" in laws:
+            mu = laws["printed"].predict(conditions, slip).traction_coefficient
+            panel.line("printed", x, mu, _dashed(), **about)
+            highest = max(highest, mu.max())
     for start, end in _stretches(x, beyond):
         panel.axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
     panel.axis.set_xlim(x.min(), x.max())
-    # a very wide interval leaves the panel; otherwise the lines would be flat
-    panel.axis.set_ylim(0, min(panel.axis.get_ylim()[1], _HEADROOM * highest))
+    # numbers of neighbouring panels must not meet
+    panel.axis.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    return float(highest)
+
+
+def _draw_truth(
+    panel: Panel, truth: pd.DataFrame, fixed: Mapping[str, float], cut: tuple[str, str]
+) -> float:
+    """Draw the true traction at the levels of the cut, one line per level.
+
+    Args:
+        panel: The panel.
+        truth: Rows of the table `extrapolation` of one oil and figure.
+        fixed: Levels of the panel.
+        cut: Condition along the abscissa, and condition that tells the lines apart.
+
+    Returns:
+        The largest mu; 0 without a truth.
+    """
+    abscissa, by = cut
+    levels_of_rows = truth[list(fixed)].to_numpy(dtype=float)
+    at_levels: BoolArray = np.asarray(np.isclose(levels_of_rows, list(fixed.values())).all(axis=1))
+    of_panel = truth.loc[at_levels]
+    # every law has the same truth
+    of_panel = of_panel.drop_duplicates([abscissa, by]).sort_values([by, abscissa])
+    for level in of_panel[by].unique().tolist():
+        line = of_panel[of_panel[by] == level]
+        about: style.Look = {"oil": line["oil"], "label": style.level_phrases({by: level})}
+        panel.line("truth", line[abscissa], line["true_traction_coefficient"], _dashed(), **about)
+    return float(of_panel["true_traction_coefficient"].max()) if len(of_panel) else 0.0
+
+
+def _dashed() -> style.Look:
+    """Look of what the refit is compared with."""
+    return {"color": "black", "linestyle": style.LINES["printed"], "linewidth": 0.7}
 
 
 def _stretches(along: FloatArray, flags: Any) -> Iterator[tuple[float, float]]:
@@ -250,36 +297,24 @@ def _stretches(along: FloatArray, flags: Any) -> Iterator[tuple[float, float]]:
         yield middles[start], middles[end]
 
 
-def _handles(
-    drawn: pd.DataFrame, levels: Sequence[float], cut: tuple[str, str], oils: Sequence[str]
-) -> list[Any]:
-    """Entries of the legend for colours, symbols and lines."""
+def _handles(drawn: pd.DataFrame, levels: Sequence[float], cut: tuple[str, str]) -> list[Any]:
+    """Entries of the legend for symbols, lines and bands."""
     abscissa, by = cut
-    grey: style.Look = {"color": style.GREY, "linewidth": 0.6, "markerfacecolor": "white"}
+    grey: style.Look = {"color": style.GREY, "linewidth": 0.9, "markerfacecolor": "white"}
     handles: list[Any] = [
-        style.line_handle(f"{oil}, refit", color=style.oil_colour(oil, oils))
-        for oil in oils
-        if oil in set(drawn["oil"])
-    ]
-    handles += [
-        style.line_handle(style.level_phrases({by: level}), marker=marker, **grey)
+        style.line_handle(f"fitted law, {style.level_phrases({by: level})}", marker=marker, **grey)
         for level, marker in zip(levels, itertools.cycle(style.MARKERS), strict=False)
     ]
-    printed = drawn[drawn["series"] == "printed"]
-    if len(printed):
-        difference = printed["value"].max()
-        decimals = 1 if difference < 0.1 else 0
-        label = f"printed constants, off by up to {100 * difference:.{decimals}f} %"
-        width = 0.6
-        if printed["words"].str.endswith(_NOT_DRAWN).all():
-            label += _NOT_DRAWN
-            width = 0.0
-        dashed: style.Look = {"color": "black", "linestyle": style.LINES["printed"]}
-        handles.append(style.line_handle(label, linewidth=width, **dashed))
-    interval = Patch(
-        color=style.GREY, alpha=0.25, linewidth=0, label=_BAND_WORDS[abscissa == _SLIP]
-    )
-    return [*handles, interval, _BEYOND]
+    handles += [
+        style.line_handle(label, **_dashed())
+        for series, label in _DASHED.items()
+        if (drawn["series"] == series).any()
+    ]
+    if drawn["y_lower"].notna().any():
+        middle = style.level_phrases({by: levels[len(levels) // 2]})
+        label = f"{_BAND_WORDS[abscissa == _SLIP]}, {middle}"
+        handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label=label))
+    return [*handles, _BEYOND]
 
 
 Fit = Mapping[str, Any]  # a row of a table

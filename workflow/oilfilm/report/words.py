@@ -26,6 +26,7 @@ LOAD_VARIABLES = {
 # Tables have only characters of every terminal. Pattern -> symbol of print, applied in this order.
 _SYMBOLS_OF_PRINT = {
     r"\bmu\b": "\N{GREEK SMALL LETTER MU}",
+    r"\blambda\b": "\N{GREEK SMALL LETTER LAMDA}",
     r"\bdegC\b": "\N{DEGREE SIGN}C",
     r"\bum\b": "\N{MICRO SIGN}m",
     r"\bR2\b": "R\N{SUPERSCRIPT TWO}",

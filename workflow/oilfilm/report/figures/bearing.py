@@ -1,10 +1,12 @@
 """Figures of the bearing: friction torque, cage slip, size effect and the tests to run next."""
 
 import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib import colormaps
 from matplotlib.colors import BoundaryNorm
 from matplotlib.patches import Patch
 
@@ -25,8 +27,11 @@ _TEMPERATURE_LOOKS = (
     ("right", "-."),
     ("top", "-"),
 )
-# Colours of the campaign's law and of the law of load that it is compared with.
-_LAW_COLOURS = {"stress": "#0072B2", "wang-deng-load": "#D55E00"}
+# The campaign's law and the law of load that it is compared with.
+_COMPARED_LAWS = ("stress", "wang-deng-load")
+# Reach of the errors that are drawn, over the largest error; and the least one, in percent.
+_ERROR_HEADROOM = 1.15
+_LEAST_ERROR_SHOWN = 20.0
 _LOOK_OF_LOAD_VARIABLE: dict[str, style.Look] = {
     "load": {"linestyle": style.LINES["load"], "marker": "s"},
     "dimensionless_load": {"linestyle": style.LINES["dimensionless load"], "marker": "^"},
@@ -34,6 +39,7 @@ _LOOK_OF_LOAD_VARIABLE: dict[str, style.Look] = {
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 _BISTABLE: style.Look = {"marker": "x", "color": "black", "linestyle": "", "markersize": 4}
 _NOT_KNOWN: style.Look = {"marker": "+", "color": style.GREY, "linestyle": "", "markersize": 4}
+_PRESSURE_LINE: style.Look = {"color": "#D55E00", "linestyle": ":", "linewidth": 1.4}
 _NO_LAW = "No oil has a law that a bearing could use."
 _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 
@@ -42,74 +48,125 @@ _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 def torque(results: CampaignTables, settings: Settings) -> Sheet:
     """Friction torque of the bearing.
 
-    Friction torque (N m) against speed of the inner ring, one panel per oil and axial load.
-    Symbols: measured torque; bars: 95 % interval from random error and calibration. Lines:
-    torque calculated with the pressure-based law and with the load-based Wang-Deng law. Bands:
-    95 % interval from refits of the law, calibration and the other terms of the torque. Crosses:
-    the cage may roll or skid.
+    One column of panels per oil, against speed of the inner ring. Top: friction torque (N m).
+    Symbols: measured; lines: calculated with the pressure-based law. Middle and bottom: error (%)
+    of the torque calculated with the pressure-based law and with the load-based Wang-Deng law.
+    Bars: 95 % interval from refits of the law, calibration and the other terms of the torque; they
+    may leave the panel. Symbols are side by side at one speed. Colour: axial load. Filled and open:
+    oil temperature. Crosses: the cage may roll or skid.
     """
     table = _with_set_points(results.torque, settings)
-    looks_of_level = list(
-        zip(sorted(set(table["level"])), itertools.cycle(_TEMPERATURE_LOOKS), strict=False)
-    )
+    table = table.assign(speed=table["inner_speed_rpm"] / 1e3)
     sheet, panels = oil_grid(
         style.oils_in(table, settings),
         "No torque was measured, or no law could be evaluated.",
-        sorted(set(table["load"])),
-        lambda load, oil: f"{oil}, {round(load / 1e3, 1):g} kN",
-        height=1.2,
+        ["", *_COMPARED_LAWS],
+        lambda law, oil: f"{oil}, {load_variable(law)}" if law else oil,
+        height=1.35,
         sharey="row",
         width=style.DOUBLE_COLUMN_IN,
     )
-    for panel, load, oil in panels:
-        rows = table[(table["oil"] == oil) & (table["load"] == load)]
-        for level, (fill, dashes) in looks_of_level:
-            _draw_torque(panel, rows[rows["level"] == level], f"{level:.0f} degC", fill, dashes)
-    sheet.label(style.SPEED_LABEL, "Friction torque (N m)", fontsize=7)
+    looks = _looks_of_series(table)
+    lowest, highest = _reach_of_errors(table[table["load_variable"].isin(_COMPARED_LAWS)])
+    for panel, law, oil in panels:
+        rows = table[table["oil"] == oil]
+        if law:
+            _draw_errors(panel, rows[rows["load_variable"] == law], looks)
+            panel.axis.set_ylim(lowest, highest)
+        else:
+            _draw_torque(panel, rows[rows["load_variable"] == "stress"], looks)
+    for number, axis in enumerate(sheet.axes):
+        axis.set_ylabel("Friction torque (N m)" if number < len(panels) / 3 else "Error (%)")
+    sheet.label(style.SPEED_LABEL, fontsize=7)
     handles: list[Any] = [
-        Patch(color=colour, label=load_variable(law))
-        for law, colour in _LAW_COLOURS.items()
-        if (table["load_variable"] == law).any()
+        Patch(color=look["color"], label=_in_kn(load))
+        for load, look in {load: look for (load, _), look in looks.items()}.items()
     ]
-    black: style.Look = {"marker": "o", "markersize": 4, "color": "black", "linewidth": 0.9}
-    for level, (fill, dashes) in looks_of_level:
-        label = f"{level:.0f} \N{DEGREE SIGN}C: measured and calculated"
-        handles.append(style.line_handle(label, fillstyle=fill, linestyle=dashes, **black))
+    for level, look in {level: look for (_, level), look in looks.items()}.items():
+        black = {**look, "color": "black"}
+        handles.append(style.line_handle(f"{level:.0f} \N{DEGREE SIGN}C", **black))
     sheet.legend(handles + _motion_handles(table))
     return sheet
 
 
-def _draw_torque(panel: Panel, rows: pd.DataFrame, label: str, fill: str, dashes: Any) -> None:
-    """Draw the lines of each law and the measured symbols of one panel at one temperature."""
-    rows = rows.sort_values("inner_speed_rpm", kind="stable")
-    rows = rows.assign(speed=rows["inner_speed_rpm"] / 1e3)
-    for law, colour in _LAW_COLOURS.items():
-        by_law = rows[rows["load_variable"] == law]
-        panel.line(
-            load_variable(law),
-            by_law["speed"],
-            by_law["torque_n_m"],
-            {"color": colour, "linestyle": dashes, "linewidth": 0.9},
-            oil=by_law["oil"],
-            lower=by_law["torque_n_m_lower"],
-            upper=by_law["torque_n_m_upper"],
-            label=label + _motion_labels(by_law, two_motions=", bistable", one_motion=""),
+def _reach_of_errors(rows: pd.DataFrame) -> tuple[float, float]:
+    """Ends of the scale of errors (%): all errors, and what of the intervals is not far off."""
+    measured = rows["measured_torque_n_m"]
+    errors = 100 * rows["relative_error"]
+    low = 100 * (rows["torque_n_m_lower"] / measured - 1)
+    highest = _ERROR_HEADROOM * max(errors.max(), _LEAST_ERROR_SHOWN)
+    lowest = _ERROR_HEADROOM * min(errors.min(), low.min(), -_LEAST_ERROR_SHOWN)
+    return max(lowest, -highest), highest
+
+
+def _looks_of_series(table: pd.DataFrame) -> dict[tuple[float, float], style.Look]:
+    """Look of the symbols of each set point of load (N) and temperature (degC)."""
+    loads, levels = (sorted(set(table[name])) for name in ("load", "level"))
+    colours = colormaps["viridis"](np.linspace(0, 0.85, len(loads)))
+    of_level = list(zip(levels, itertools.cycle(_TEMPERATURE_LOOKS), strict=False))
+    looks = {}
+    for load, colour in zip(loads, colours, strict=True):
+        for level, (fill, dashes) in of_level:
+            looks[round(load), level] = {
+                "color": tuple(colour),
+                "fillstyle": fill,
+                "linestyle": dashes,
+                "marker": "o",
+                "markersize": 3.0,
+                "linewidth": 0.8,
+            }
+    return looks
+
+
+def _draw_torque(
+    panel: Panel, rows: pd.DataFrame, looks: Mapping[tuple[float, float], style.Look]
+) -> None:
+    """Draw the measured symbols and the calculated lines of one oil, one series per set point."""
+    for (load, level), look in looks.items():
+        of_series = _of_set_point(rows, load, level)
+        about = {"oil": of_series["oil"], "label": f"{_in_kn(load)}, {level:.0f} degC"}
+        line = {name: look[name] for name in ("color", "linestyle", "linewidth")}
+        panel.line("calculated", of_series["speed"], of_series["torque_n_m"], line, **about)
+        dots = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
+        measured = of_series["measured_torque_n_m"]
+        half_bar = style.SE_DRAWN * of_series["measured_torque_n_m_uncertainty"]
+        ends = {"lower": measured - half_bar, "upper": measured + half_bar}
+        panel.dots("measured", of_series["speed"], measured, dots, **about, **ends)
+    _draw_motions(panel, rows, "speed", "torque_n_m")
+    panel.axis.set_ylim(bottom=0)
+
+
+def _draw_errors(
+    panel: Panel, rows: pd.DataFrame, looks: Mapping[tuple[float, float], style.Look]
+) -> None:
+    """Draw the error of the torque by one law, with its interval, side by side at each speed."""
+    panel.axis.axhline(0, color="black", linewidth=0.6)
+    gaps = np.diff(np.unique(rows["speed"].round(1)))
+    step = gaps.min() / (len(looks) + 2) if len(gaps) else 0.0
+    for number, ((load, level), look) in enumerate(looks.items()):
+        of_series = _of_set_point(rows, load, level)
+        measured = of_series["measured_torque_n_m"]
+        error, low, high = (
+            100 * (of_series[name] / measured - 1)
+            for name in ("torque_n_m", "torque_n_m_lower", "torque_n_m_upper")
         )
-        _draw_motions(panel, by_law, "speed", "torque_n_m")
-    # each plateau has one row per law
-    plateaus = rows[rows["load_variable"] == "stress"]
-    measured = plateaus["measured_torque_n_m"]
-    half_bar = style.SE_DRAWN * plateaus["measured_torque_n_m_uncertainty"]
-    panel.dots(
-        "measured",
-        plateaus["speed"],
-        measured,
-        {"color": "black", "marker": "o", "fillstyle": fill, "elinewidth": 0.7},
-        label=label,
-        oil=plateaus["oil"],
-        lower=measured - half_bar,
-        upper=measured + half_bar,
-    )
+        beside = of_series["speed"] + (number - (len(looks) - 1) / 2) * step
+        dots = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
+        motions = _motion_labels(of_series, two_motions=", bistable", one_motion="")
+        label = f"{_in_kn(load)}, {level:.0f} degC" + motions
+        about = {"oil": of_series["oil"], "label": label, "lower": low, "upper": high}
+        panel.dots("error", beside, error, {**dots, "elinewidth": 0.6}, **about)
+
+
+def _in_kn(load_n: float) -> str:
+    """A load as text, to 0.1 kN."""
+    return f"{round(load_n / 1e3, 1):g} kN"
+
+
+def _of_set_point(rows: pd.DataFrame, load: float, level: float) -> pd.DataFrame:
+    """The rows of one set point, by speed."""
+    at_point = (rows["load"].round() == load) & (rows["level"] == level)
+    return rows[at_point].sort_values("speed", kind="stable")
 
 
 def _with_set_points(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
@@ -167,16 +224,21 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     Cage slip at friction equilibrium, one panel per oil. Abscissa: dmN, pitch diameter times
     speed (million mm rpm), and entrainment speed U of rolling balls. Ordinate: axial load (kN).
     Full line: limit of the cage slip. Dashed lines: the 2.5 % and 97.5 % quantiles of the slip
-    reach the limit, where they could be calculated. Crosses: the cage may roll or skid.
+    reach the limit, where they could be calculated. Dotted lines: the larger contact pressure
+    reaches a limit (GPa). Crosses: the cage may roll or skid.
     """
     table = results.cage_slip
     table = table.assign(**in_units_of_axes(table))
     limit = settings.bearing.cage_slip.slip_limit
+    pressure_limits = settings.bearing.pressure_limits_gpa
+    drawn_pressures: set[float] = set()
     sheet, panels = oil_grid(style.oils_in(table, settings), _NO_LAW, height=1.7, right=0.75)
     sheet.axes[0].set_yscale("log")
     sheet.axes[0].yaxis.set_major_formatter("{x:g}")
     for panel, _, oil in panels:
         filled = _draw_slip(panel, table[table["oil"] == oil], oil, limit)
+        pressures = _draw_pressures(panel, table[table["oil"] == oil], pressure_limits)
+        drawn_pressures.update(pressures)
     bar = sheet.colour_bar(filled, "Cage slip", ticks=_SLIP_LEVELS[1:])
     bar.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
     sheet.label(style.DMN_LABEL, style.AXIAL_LOAD_LABEL, fontsize=7)
@@ -184,11 +246,39 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
         style.line_handle(f"slip of {limit:g}", color="black"),
         style.line_handle("its 95 % interval", linestyle="--", color="black", linewidth=0.8),
     ]
+    handles += [
+        style.line_handle(f"contact pressure of {pressure:g} GPa", **_PRESSURE_LINE)
+        for pressure in sorted(drawn_pressures)
+    ]
     temperature = settings.bearing.cage_slip.inlet_temperature_c
     bearing = table["bearing"].iloc[0]
     title = f"{bearing}, oil at {temperature:g} \N{DEGREE SIGN}C; {style.DMN_AS_SPEED}"
     sheet.legend(handles + _motion_handles(table), title)
     return sheet
+
+
+def _draw_pressures(panel: Panel, of_oil: pd.DataFrame, limits: Sequence[float]) -> Iterator[float]:
+    """Draw where the larger contact pressure reaches each limit (GPa), with the limit beside it.
+
+    Yields:
+        The limits that are reached on the map.
+    """
+    contacts = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
+    pressures = of_oil.assign(pressure=of_oil[contacts].max(axis=1))
+    field = pressures.pivot(index="load_kn", columns="speed", values="pressure")
+    pressure = np.ma.masked_invalid(field.to_numpy())
+    for limit in limits:
+        if pressure.min() < limit < pressure.max():
+            panel.axis.contour(
+                field.columns,
+                field.index,
+                pressure,
+                [limit],
+                colors=_PRESSURE_LINE["color"],
+                linestyles=_PRESSURE_LINE["linestyle"],
+                linewidths=_PRESSURE_LINE["linewidth"],
+            )
+            yield limit
 
 
 def in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:

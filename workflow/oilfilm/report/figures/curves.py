@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.ticker import MaxNLocator
 
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
-from oilfilm.report.figures.sheet import NothingToDrawError, Panel, Sheet, oil_grid, register
+from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import CONDITIONS as CONDITION_WORDS
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -272,7 +273,7 @@ _PRESSURE = "nominal_max_hertz_pressure_gpa"
 _LOAD = "nominal_load_n"
 
 
-@register(family="data", tables=("coverage",), settings=("oils",))
+@register(family="data", tables=("coverage", "points"), settings=("oils",))
 def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     """Coverage of the test matrix.
 
@@ -280,7 +281,8 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     maximum Hertz pressure P or, where none is stated, load W. Abscissa: entrainment speed U (m/s).
     Ordinate: inlet temperature T (\N{DEGREE SIGN}C). Numbers: accepted runs of all runs; a
     condition without a number has one run, which is accepted. Missing: no run of the condition
-    could be read. Conditions that are not stated as a whole are not shown.
+    could be read. Conditions that are not stated as a whole are not shown. Where none is, or at
+    too many pressures for a map, the measured means of each run are shown, one panel per oil.
     """
     table = results.coverage
     has_pressures = table[_PRESSURE].any()
@@ -294,12 +296,7 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     cells["state"] = np.select([has_accepted, has_runs], ["accepted", "refused"], "missing")
     levels = sorted(cells[load_column].unique())
     if not 0 < len(levels) <= _MOST_ROWS:
-        raise NothingToDrawError(
-            f"Conditions at {len(levels)} pressures or loads: there is nothing to cover,\n"
-            "or more than a map can show. The table coverage has all runs.\n"
-            "Set points are read from the headers of logs and from\n"
-            "`set_points` of the campaign file."
-        )
+        return _measured_coverage(results.points, settings)
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
         rows=levels,
@@ -318,6 +315,39 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
         for state in style.STATE_COLOURS
     ]
     sheet.legend(handles, "Conditions by state; beside a symbol: accepted/all runs")
+    return sheet
+
+
+def _measured_coverage(points: pd.DataFrame, settings: Settings) -> Sheet:
+    """The mean measured speed and temperature of each run, for runs without common set points."""
+    means = points.groupby(["oil", "run_id"], as_index=False).agg(
+        speed=("entrainment_speed_m_s", "mean"),
+        temperature=("inlet_temperature_c", "mean"),
+        accepted=("accepted", "any"),
+    )
+    means = means.dropna(subset=["speed", "temperature"])
+    means["state"] = np.where(means["accepted"], "accepted", "refused")
+    sheet, panels = oil_grid(
+        style.oils_in(means, settings),
+        "No run has a known speed and temperature: there is nothing to cover.",
+        title=lambda _, oil: f"{oil}, measured means of runs",
+        height=1.6,
+    )
+    for panel, _, oil in panels:
+        panel.axis.margins(0.15)
+        panel.axis.xaxis.set_major_locator(MaxNLocator(4))  # speeds of slow rigs have many decimals
+        for state, of_state in means[means["oil"] == oil].groupby("state"):
+            look = _symbol(str(state))
+            look["markersize"] = 3.0
+            about: style.Look = {"oil": oil, "label": of_state["run_id"]}
+            panel.dots(str(state), of_state["speed"], of_state["temperature"], look, **about)
+    sheet.label("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
+    counts = means["state"].value_counts()
+    handles = [
+        style.symbol_handle(f"{state} ({count})", **_symbol(str(state)), markersize=4)
+        for state, count in counts.items()
+    ]
+    sheet.legend(handles, "Runs by state; their logs state no common set points")
     return sheet
 
 

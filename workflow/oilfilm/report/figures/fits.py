@@ -4,7 +4,7 @@ Constants, their correlations and the errors of all laws; mu over speed and slip
 mu without the film's own heat.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -74,7 +74,7 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     shown = table.dropna(subset=["value", "printed_value"], how="all")
     constants_shown = list(dict.fromkeys(shown["constant"])) or ["no constants"]
     any_printed = bool(shown["printed_value"].notna().any())
-    notes = [_powers(LAWS[name]) for name in table["law"].unique()]
+    notes = [_powers(LAWS[name], set(shown["constant"])) for name in table["law"].unique()]
     if any_printed:
         notes.append(note)
     one_oil = len(oils) == 1
@@ -101,13 +101,21 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     return sheet
 
 
-def _powers(law: Law) -> str:
-    """The quantities whose powers make the coefficients of a law, each over its reference."""
+def _powers(law: Law, shown: Collection[str]) -> str:
+    """The quantities whose powers make the coefficients of a law, each over its reference.
+
+    Args:
+        law: The law.
+        shown: Constants that are shown. A quantity without an exponent among them is left out.
+    """
+    varied = {constant.condition for constant in law.constants if constant.name in shown}
     powers = []
     for group, reference in zip(law.groups, law.reference, strict=True):
+        if group not in varied:
+            continue
         relative = f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
         powers.append(f"exponential of {relative}" if group in law.exponential else relative)
-    return f"{law_name(law.name)}: {', '.join(powers)}"
+    return f"{law_name(law.name)}: {', '.join(powers) or 'no condition varied'}"
 
 
 def _columns_of_oil(rows: pd.DataFrame) -> list[tuple[float, str, list[str]]]:
