@@ -68,7 +68,7 @@ rule bearing_maps:
 rule test_plan:
     "Rig conditions to test next: those that most reduce the uncertainty of torque or cage slip."
     input:
-        **finished("coefficients", "fit_quality", "refits", "curve_residuals", "points"),
+        **finished("curve_residuals", "points", "surface_sizes", *FITTED),
     output:
         **written("test_plan"),
         made=made("test-plan"),
@@ -78,7 +78,8 @@ rule test_plan:
     params:
         code=lambda wildcards: code("test_plan.py", tables=rules.test_plan.output.keys()),
         config=part(
-            "rigs", "oils", "bearings", "bearing", "film", "gates", "plan", campaign=("torque",)
+            *("rigs", "oils", "bearings", "bearing", "film", "gates", "plan", "seed"),
+            campaign=("torque",),
         ),
     script:
         "../scripts/test_plan.py"
