@@ -65,6 +65,27 @@ rule bearing_maps:
         "../scripts/bearing_maps.py"
 
 
+rule bearing_temperatures:
+    "Cage slip over speed and load at further oil temperatures, for the explorer of the report."
+    input:
+        **finished("points", "surface_sizes", *FITTED),
+    output:
+        **written("cage_slip_by_temperature"),
+        made=made("bearing-temperatures"),
+    log:
+        "<logs>/bearing-temperatures.log",
+    params:
+        code=lambda wildcards: code(
+            "bearing_temperatures.py", tables=rules.bearing_temperatures.output.keys()
+        ),
+        config=part(
+            *("rigs", "oils", "bearings", "bearing", "gates", "seed"),
+            campaign=("torque",),
+        ),
+    script:
+        "../scripts/bearing_temperatures.py"
+
+
 rule test_plan:
     "Rig conditions to test next: those that most reduce the uncertainty of torque or cage slip."
     input:

@@ -366,6 +366,9 @@ class CageSlipSettings(Group):
     pitch_speed_mm_rpm: q.Several[q.PitchSpeedMmRpm] = key("Pitch diameter times speed.")
     axial_load_n: q.Several[q.LoadN] = key("Axial loads.")
     inlet_temperature_c: q.TemperatureC = key("Oil temperature.")
+    further_temperature_c: q.Unique[q.TemperatureC] = key(
+        "Further oil temperatures, at every second speed and load, for the report's explorer."
+    )
     slip_limit: q.Tolerance = key("Cage slip from which on a bearing slips.")
 
 
