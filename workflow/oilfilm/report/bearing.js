@@ -113,10 +113,10 @@ function show() {
   const share = best === null || best < 0 ? NaN : 100 * Math.max(answers[best].share, 0) / total;
   const inDraws = Number.isFinite(share) ? `, in ${share.toFixed(0)} % of the draws` : "";
   byId("best").textContent = best === null ? "Best oil: not known here" : best < 0 ? "Best oil: none has a full film"
-    : `Best oil: ${OILS[best].name}${inDraws}`;
-  const parted = OILS.filter((_, i) => !outside.length && !answers[i].known).map(({ name }) => name);
+    : `Best oil: ${OILS[best]}${inDraws}`;
+  const parted = OILS.filter((_, i) => !outside.length && !answers[i].known);
   byId("parted").hidden = !parted.length;
-  byId("parted").textContent = `Not interpolated for ${parted.join(", ")}: near this point the cage may roll or skid, or has no interval. The command below calculates it.`;
+  byId("parted").textContent = `Not interpolated for ${parted.join(", ")}: near this point the cage may roll or skid, or the answer has no interval. The command below calculates it.`;
   byId("command").textContent = `oilfilm bearing --bearing ${DATA.bearing} --load ${point[0]}N --speed ${point[1]}rpm --temperature ${point[2]}degC --results results/${DATA.campaign}`;
   AXES.forEach(({ name, unit }, i) => {
     byId(`slider-${name}`).value = point[i];

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from oilfilm.report.words import oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import every_second
@@ -69,7 +68,7 @@ def bearing_explorer(results: CampaignTables, settings: Settings) -> dict[str, A
         "temperature": fine_levels["temperature"][0],
         "fine": {"levels": list(fine_levels.values()), "oils": _by_oil(fine, oils)},
         "coarse": {"levels": list(levels.values()), "oils": _by_oil(coarse, oils)},
-        "oils": [{"name": oil, "colour": oil_colour(oil, list(settings.oils))} for oil in oils],
+        "oils": oils,
     }
 
 
