@@ -52,6 +52,9 @@ def of_advice(campaign: str) -> dict[str, Any]:
     by_truth = by_truth.drop(list(NO_CHOICE), errors="ignore")
     found |= {f"true_{other}": by_truth.get(other, 0) for other in others}
     found["true_rules"] = (by_truth.get("agree", 0), by_truth.sum())
+    of_truth = band[band["traction"] == "truth"].groupby("choice")["share"]
+    found |= {f"true_band_{choice}": span(share) for choice, share in of_truth}
+    band = band[band["traction"] == "law"]
     for choice, rows in band.groupby("choice"):
         as_set = rows.loc[rows["rule_order"] == "as set", "share"]
         counts = rows.iloc[0][["agreeing_points", "operating_points"]]

@@ -98,8 +98,9 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
 
     Oil that the rules of the paper advise (colour), with its cage slip at friction equilibrium.
     Symbols: best oil, where it is another one. The best oil has the least torque of the oils
-    that hold the cage; if none holds it, the least slip. Abscissa: dmN, pitch diameter times
-    speed (million mm rpm). Ordinate: axial load (kN).
+    that hold the cage; if none holds it, the least slip. All of this is by the fitted law. Rings:
+    the best oil by the true traction of a simulated campaign is another one. Abscissa: dmN, pitch
+    diameter times speed (million mm rpm). Ordinate: axial load (kN).
     """
     advice, oils = results.slip_advice, list(settings.oils)
     if advice.empty:
@@ -114,6 +115,19 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     handles = _draw(panel, advice.assign(**in_units_of_axes(advice)), oils)
     sheet.legend(handles, f"{title};\n{style.DMN_AS_SPEED}")
     return sheet
+
+
+def is_wrong_by_truth(advice: pd.DataFrame) -> "pd.Series[bool]":
+    """Operating points whose best oil by the fitted law is not that by the true traction.
+
+    False where either of them is not known, and where mu was measured.
+
+    Args:
+        advice: Table of advice.
+    """
+    is_known = ~advice["judgement"].isin(NO_CHOICE) & (advice["true_judgement"] != "")
+    is_known &= ~advice["true_judgement"].isin(NO_CHOICE)
+    return is_known & (advice["true_best_oil"] != advice["best_oil"])
 
 
 def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> list[Any]:
@@ -157,6 +171,14 @@ def _draw(panel: Panel, advice: pd.DataFrame, oils: list[str]) -> list[Any]:
             # a cross of thin lines must be larger than a filled symbol
             axis.plot(without_choice[x], without_choice[y], marker, color=style.GREY, markersize=5)
             handles.append(style.symbol_handle(label, marker, color=style.GREY, markersize=3.5))
+    is_wrong = is_wrong_by_truth(advice)
+    if is_wrong.any():
+        ring: style.Look = {"color": "black", "markerfacecolor": "none", "markeredgewidth": 0.8}
+        axis.plot(advice.loc[is_wrong, x], advice.loc[is_wrong, y], "o", markersize=6.5, **ring)
+        handles.append(
+            style.symbol_handle("another best oil by the truth", "o", markersize=5, **ring)
+        )
+    panel.keep("wrong by truth", advice.loc[is_wrong, x], advice.loc[is_wrong, y])
     axis.grid(False)
     labels = judgement + ", best " + advice["best_oil"].replace("", "none")
     panel.keep("advised oil", advice[x], advice[y], oil=advice["advised_oil"], label=labels)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.units import FloatArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import every_second
@@ -123,6 +124,6 @@ def _by_oil(table: pd.DataFrame, oils: Sequence[str]) -> list[dict[str, Any]]:
     return by_oil
 
 
-def _plain(values: Sequence[float]) -> list[float | None]:
+def _plain(values: FloatArray) -> list[float | None]:
     """Numbers with few digits for JSON; null where they are not known."""
     return [float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None for value in values]
