@@ -25,7 +25,7 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 from oilfilm.base.randomness import generator  # noqa: E402
 from oilfilm.fits.fit import fit_oil  # noqa: E402
-from oilfilm.fits.measured_curves import uncertainty  # noqa: E402
+from oilfilm.fits.measured_curves import choose, uncertainty  # noqa: E402
 from oilfilm.torque.next_tests import plan_oil, request_of  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
 from planned_tests import DUTY, OIL, SETTINGS, SMALL, TRUTH, Errors, refit, run_tests, torques  # noqa: E402
@@ -45,8 +45,10 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     results = fit_oil(points, OIL, fit, number).replace(points=points)
     request = replace(request_of(SETTINGS), duty=DUTY, count=count, targets=("torque",))
     (plan,) = plan_oil(results, SETTINGS, OIL, request)
-    tests, design = plan.candidates.tests, plan.design
-    of_each = plan.information.of_curves(plan.candidates.curves)
+    # the plan of the product stops, because drag decides: here the law's part alone counts
+    tests = plan.candidates.tests
+    of_each = plan.information.of_curves(plan.candidates.curves, plan.candidates.form_error)
+    design = choose(plan.information.precision, of_each, plan.gradients, count)
     chosen = [design.chosen, *(random.choice(len(tests), count, False) for _ in range(designs))]
     promised = [design.before]
     added: list[Conditions] = [[]]

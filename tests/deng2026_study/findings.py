@@ -78,6 +78,9 @@ def of_advice(campaign: str) -> dict[str, Any]:
     found["true_rules_without"] = advice_without_doubtful(campaign)
     found |= {f"true_{oil}": count for oil, count in good_by_truth(campaign).items()}
     found |= variance_of_torque(campaign)
+    of_truth = band[band["traction"] == "truth"].groupby("choice")["share"]
+    found |= {f"true_band_{choice}": span(share) for choice, share in of_truth}
+    band = band[band["traction"] == "law"]
     for choice, rows in band.groupby("choice"):
         as_set = rows.loc[rows["rule_order"] == "as set", "share"]
         counts = rows.iloc[0][["agreeing_points", "operating_points"]]

@@ -9,8 +9,15 @@ import pytest
 from claim_evidence import with_study
 
 from bearings import RPM, problem, shipped
-from campaigns import ROOT
-from deng2026_study.advice import BY_RULES, NO_CHOICE, advice_in_band, advise, decide
+from campaigns import ROOT, printed
+from deng2026_study.advice import (
+    BY_RULES,
+    NO_CHOICE,
+    advice_by_truth,
+    advice_in_band,
+    advise,
+    decide,
+)
 from deng2026_study.settings import NAME, SelectionSettings, study_settings
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
@@ -247,11 +254,33 @@ def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_i
     ).selection
     alone = advise(cage_slip_table(oils, hot), half, hot.gates.lambda_limit)
     alone = alone[~alone["judgement"].isin(NO_CHOICE)]
+    assert set(band["traction"]) == {"law"}
     here = band[(band["rule_order"] == "as set") & (band["varied_limit"] == "slip_limit")]
     here = here[here["inlet_temperature_c"] == 140].set_index("choice")
     assert (here["operating_points"] == len(alone)).all()
     assert here.at[BY_RULES, "agreeing_points"] == (alone["judgement"] == "agree").sum()
     assert here.at["4050", "agreeing_points"] == _chosen(alone, "4050").sum()
+
+
+def test_where_the_law_is_the_truth_both_have_one_band() -> None:
+    points = {"pitch_speed_mm_rpm": [1e6, 2e6], "axial_load_n": [8000, 30000]}
+    changes = {"limit_factors": [0.5], "inlet_temperature_c": [120]}
+    small = resolve(ROOT / "config", {"campaign": "demo"}).with_changes(
+        {"bearing": {"cage_slip": points}, "studies": {NAME: {"selection": {"band": changes}}}}
+    )
+    oils = oils_in_bearings(*printed_fits(), small)
+    results = CampaignTables.in_memory(cage_slip=cage_slip_table(oils, small))
+    made = advice_in_band(oils, results, small)
+    constants = {oil: np.array(values) for oil, values in printed().items()}
+    made = advice_by_truth(made["slip_advice"], made["advice_band"], results, small, constants)
+    by_traction = dict(list(made["advice_band"].drop(columns="bearing").groupby("traction")))
+    assert set(by_traction) == {"law", "truth"}
+    of_law, of_truth = (
+        by_traction[name].drop(columns="traction").reset_index(drop=True)
+        for name in ("law", "truth")
+    )
+    assert set(of_law["inlet_temperature_c"]) == {100, 120}
+    pd.testing.assert_frame_equal(of_truth, of_law)
 
 
 @pytest.mark.nightly

@@ -5,7 +5,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.run_assumptions import RunAssumptions
-from oilfilm.fits.surface_words import of_several_rigs, of_surface
+from oilfilm.fits.surface_words import of_several_rigs, of_spinning_rigs, of_surface
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import rows
 
@@ -60,3 +60,18 @@ def test_errors_that_no_rig_states_are_named() -> None:
     usual = RunAssumptions().usual_errors
     assert "errors_between_runs" in said(usual_errors=usual)
     assert "errors_between_runs" not in said()
+
+
+def test_the_spin_of_a_rig_is_named_beside_the_verdicts_of_all_its_oils() -> None:
+    # one run of each rig has the warning, and all oils of the rig have the spin
+    runs = rows(
+        "runs",
+        {"run_id": "1", "oil": "A", "rig": "fast", "warning": ("rig_spin: the disc spins",)},
+        {"run_id": "2", "oil": "B", "rig": "fast", "warning": ("noisy_sensor: force",)},
+        {"run_id": "3", "oil": "C", "rig": "slow", "warning": ("odd_step: time",)},
+    ).assign(verdict="accepted")
+    for oil in "AB":
+        assert "spin of fast" in of_spinning_rigs(runs, oil)
+    assert of_spinning_rigs(runs, "C") == ""
+    refused = runs.assign(verdict="refused")
+    assert of_spinning_rigs(refused, "A") == ""

@@ -1,5 +1,6 @@
 """Tests to run next: what a plan promises is what refits of simulated tests then show."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pandas as pd
 import pytest
 from scipy.stats import chi2
 
+from bearings import exact_keys
 from campaigns import without
 from fit_points import LAW
 from oilfilm.base.errors import OilfilmError
@@ -22,11 +24,16 @@ from oilfilm.fits.measured_curves import (
     measured_information,
     uncertainties,
 )
+from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.answers import operating_points
+from oilfilm.torque.bearing_torque import Cases, oils_of_results
 from oilfilm.torque.feasible_tests import PlannedRig
+from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.torque.next_tests import Request, candidates, plan_oil, plan_table, request_of
 from oilfilm.torque.operating_grid import Film
+from oilfilm.torque.torque_uncertainty import FACTOR_TERMS
 from oilfilm.torque.wanted_quantities import wanted_in_bearing, wanted_traction
 from oilfilm.traction.law import CONDITIONS, to_constants
 from pictures import draw, nothing_is_cut_off
@@ -46,6 +53,20 @@ from planned_tests import (
     torques,
 )
 
+# Nothing but the law is uncertain.
+LAW_ALONE = SETTINGS.with_changes(
+    {
+        "bearings": {"mainshaft-167": exact_keys("mainshaft-167")},
+        "bearing": {
+            **{
+                f"{name}_range": [value * (1 - 1e-9), value]
+                for name, (value, _, _) in SETTINGS.bearing.uncertain().items()
+            },
+            "term_uncertainty": dict.fromkeys(FACTOR_TERMS, 0.0),
+            "stand_in_uncertainty": {"viscosity": 0.0, "pressure_viscosity_coefficient": 0.0},
+        },
+    }
+)
 RUN, RIG = Errors(), np.array([0.004, 0.003, 0.001, 0.4])
 RIG_NAME = "ball-on-disc-20mm"
 REPEATS = 150
@@ -56,7 +77,12 @@ def information() -> Information:
     """What the small matrix tells, with the errors as planted and the constants as they are."""
     sizes = ErrorSizes(RUN.of_curve**2, RUN.point**2)
     free = np.ones(len(TRUTH), dtype=bool)
-    return Information(LAW, TRUTH, free, curves_at(SMALL), sizes, RIG, SLIP)
+    return Information(LAW, TRUTH, free, curves_at(SMALL), sizes, RIG, SLIP, true_form)
+
+
+def true_form(conditions: FloatArray, slip: FloatArray) -> FloatArray:
+    """A law whose form is the planted one has no error of its form."""
+    return np.zeros(len(slip))
 
 
 def actual_errors(added: list[tuple[float, float, float]]) -> FloatArray:
@@ -81,8 +107,10 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
         oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, information, CONTACT
     )
     of_torque = wanted["torque"]
-    gradients = information.gradients(of_torque.gradients, of_torque.lever, of_torque.coordinates)
-    design = choose(information.precision, information.of_curves(feasible.curves), gradients, 4)
+    by_form_error = np.zeros(len(of_torque.lever))
+    gradients = information.gradients(of_torque.gradients, by_form_error, of_torque.coordinates)
+    of_each = information.of_curves(feasible.curves, feasible.form_error)
+    design = choose(information.precision, of_each, gradients, 4)
     added = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen]]
     promised = uncertainties(design.end, gradients)
     ratio = np.sqrt(np.mean(actual_errors(added) ** 2, axis=0)) / promised
@@ -109,7 +137,7 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
     # Gauss and Markov: generalised least squares is the best linear estimate. The bootstrap over 12
     # curves knows a standard error to some 20 %
     fitted = FittedLaw.from_tables(results.coefficients, OIL, results.refits, results.fit_quality)
-    information = measured_information(fitted, results.points, OIL, None)
+    information = measured_information(fitted, results.points, OIL, None, 0.0)
     assert not information.calibration.any()
     ours = np.diag(covariance(information.precision))[: len(TRUTH)]
     ratio = np.sqrt(ours / np.diag(fitted.coefficients.covariance(LAW)))
@@ -120,9 +148,9 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
 def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Request) -> None:
     """Distances of the first test from the contacts, in spans of the tests to choose from."""
     away = []
-    for size in (1e-6, 0.03):
-        settings = SETTINGS.with_changes({"plan": {"form_error": {"size": size}}})
-        (plan, _) = plan_oil(results, settings, OIL, request_for)
+    for size in (1e-6, 0.15):
+        settings = SETTINGS.with_changes({"bearing": {"law_error_beyond": size}})
+        (plan,) = plan_oil(results, settings, OIL, replace(request_for, targets=("cage_slip",)))
         places = plan.information.form_coordinates(plan.candidates.curves)
         span = np.ptp(places, axis=0)
         contacts = plan.wanted.coordinates.reshape(-1, 3)
@@ -131,9 +159,35 @@ def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Reque
     assert away[1] < 0.7 * away[0]
 
 
+def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
+    results: CampaignTables, request_for: Request
+) -> None:
+    """Beside the standard deviations of draws, and without tests for a torque that drag decides."""
+    (in_bearing,) = oils_of_results(results, SETTINGS)
+    points = operating_points(SETTINGS.tested_bearing(), *DUTY.T)
+    cases = Cases(SETTINGS.tested_bearing(), [(in_bearing, "stress", points)])
+    drawn, _, _ = cases.assessed(SETTINGS.seed)
+    spread = {
+        "torque": drawn["torque_n_m_uncertainty"] / drawn["torque_n_m"],
+        "cage_slip": drawn["cage_slip_uncertainty"],
+    }
+    of_torque, of_slip = plan_oil(results, SETTINGS, OIL, request_for)
+    for plan in (of_torque, of_slip):
+        table = plan.table()
+        expected = np.sqrt((spread[plan.wanted.target] ** 2).mean())
+        # the law is drawn through the equilibrium there, and taken by its slopes here
+        assert table["uncertainty_now"].iloc[0] == pytest.approx(expected, rel=0.1)
+        without_law = table["uncertainty_without_law"].iloc[0]
+        assert (table["uncertainty_with_test"] >= without_law).all()
+    assert of_torque.irreducible > 0.9 * of_torque.whole(of_torque.design.before)
+    assert not of_torque.design.chosen
+    assert len(of_slip.design.chosen) == request_for.count
+
+
 def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
     """Stated 3 GPa, 50 m/s; lambda > 3; the first test of the table is the best one alone."""
-    for plan in plan_oil(results, SETTINGS, OIL, request_for):
+    of_exact_bearing = replace(request_for, bearing=LAW_ALONE.tested_bearing())
+    for plan in plan_oil(results, LAW_ALONE, OIL, of_exact_bearing):
         assert (plan.design.alone <= plan.design.before).all()
         table = plan.table()
         # 3 GPa of this ball by Hertz; the assumed full scale of 200 N bounds nothing
@@ -182,6 +236,11 @@ class Stepping:
 
     name: str = "stepping"
     constants: FloatArray | None = None
+    settings: BearingSettings = SETTINGS.bearing
+
+    @property
+    def laws(self) -> Mapping[str, LawInBearing]:
+        return oil_in_bearing().laws
 
     def with_constants(self, constants: FloatArray) -> "Stepping":
         return replace(self, constants=constants)
@@ -193,10 +252,11 @@ class Stepping:
         moved = np.log(self.constants[:, 0] / to_constants(LAW, TRUTH)[0])
         torque = 2 + moved + np.where((load == 1) & (moved > 1e-6), 1.0, 0.0)
         pressure_of_race = dict.fromkeys(("inner", "outer"), 1.5)
-        pressures = {
+        columns: dict[str, float] = {
             f"{race}_max_hertz_pressure_gpa": value for race, value in pressure_of_race.items()
         }
-        columns = {"converged": True, "entrainment_speed_m_s": 30.0, **pressures}
+        columns |= {"converged": True, "entrainment_speed_m_s": 30.0}
+        columns |= {"inlet_temperature_c": 100.0, "inner_slide_roll_ratio": 0.01}
         return pd.DataFrame({"torque_n_m": torque, "cage_slip": 0.1 * torque, **columns})
 
 
@@ -284,9 +344,9 @@ def test_a_plan_is_for_one_rig_and_contact(results: CampaignTables, request_for:
 
 
 def test_map_of_tests_draws_what_the_table_has(results: CampaignTables) -> None:
-    table, reasons = plan_table(results, SETTINGS)
+    table, reasons = plan_table(results, LAW_ALONE)
     assert not reasons
-    figure, drawn = draw("plan", results.replace(test_plan=table), SETTINGS)
+    figure, drawn = draw("plan", results.replace(test_plan=table), LAW_ALONE)
     assert nothing_is_cut_off(figure)
     of_torque = table[table["target"] == "torque"]
     chosen = drawn[(drawn["series"] == "chosen") & (drawn["panel"] == "a")]

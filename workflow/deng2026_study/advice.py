@@ -13,7 +13,8 @@ one with enough film is advised. The rules are applied in two steps:
 
 The paper states neither an order of its rules nor a number for "hot" and "fast". So the result is a
 band over scenarios: the rules in each order, each limit times some factors, at each supply
-temperature. `best_share` of the table of cage slip says how sure the best oil itself is.
+temperature. In a simulated campaign the true traction has a band of its own. `best_share` of the
+table of cage slip says how sure the best oil itself is.
 
 Decides: which oil the paper advises at an operating point, and how firm that is.
 """
@@ -46,6 +47,8 @@ NO_CHOICE = ("no film", OUTSIDE, NO_EQUILIBRIUM)
 SlipMap = tuple[list[str], pd.DataFrame, FloatArray, FloatArray, FloatArray]
 # An oil stays the best one if it is the best in this share of the draws.
 STAYS_BEST_SHARE = 0.95
+# The traction behind a band: the fitted law, or the truth of a simulated campaign.
+BY_LAW, BY_TRUTH = "law", "truth"
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
 BY_RULES = "rules"
 # Columns that identify a scenario of the rules.
@@ -72,9 +75,21 @@ def advice_in_band(
     if nominal.empty:
         return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
     cage_slip = _slip_at_band_temperatures(oils, results.cage_slip, settings)
+    return {"slip_advice": nominal, "advice_band": _band(cage_slip, settings, BY_LAW)}
+
+
+def _band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> pd.DataFrame:
+    """Table `advice_band`: how often the advice of each scenario is good.
+
+    Args:
+        cage_slip: Table of cage slip at all temperatures of the band.
+        settings: `gates` and `studies`.
+        traction: `BY_LAW` or `BY_TRUTH`: the traction behind the table of cage slip.
+    """
+    selection = study_settings(settings).selection
     slip_map = _slip_map(cage_slip, selection)
     choices = [
-        _choices(slip_map, changed, lambda_limit).assign(**scenario)
+        _choices(slip_map, changed, settings.gates.lambda_limit).assign(**scenario)
         for scenario, changed in _scenarios(selection)
     ]
     judged = pd.concat(choices)
@@ -84,29 +99,41 @@ def advice_in_band(
     band = judged.melt(keys, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
     counts = band.groupby([*keys, "choice"], sort=False)["agrees"]
     band = counts.agg(operating_points="size", agreeing_points="sum").reset_index()
-    return {"slip_advice": nominal, "advice_band": joined([band], "advice_band")}
+    return joined([band.assign(traction=traction)], "advice_band")
 
 
 def advice_by_truth(
     advice: pd.DataFrame,
+    band: pd.DataFrame,
     results: CampaignTables,
     settings: Settings,
     constants: Mapping[str, FloatArray],
 ) -> dict[str, pd.DataFrame]:
-    """The advice with its judgement by the true traction, and the map of that traction.
+    """The advice with its judgement by the true traction, the map and the band of that traction.
 
     Args:
         advice: Table of advice by the fitted law.
+        band: Its band.
         results: Table of cage slip.
         settings: The settings.
         constants: The printed constants of each oil.
 
     Returns:
-        The tables `slip_advice` and `true_cage_slip`; the latter is empty if mu was measured.
+        The tables `slip_advice`, `advice_band` and `true_cage_slip`. If mu was measured, the last
+        one is empty and the others are those by the law.
     """
     if settings.campaign.twin is None or advice.empty:
-        return {"slip_advice": advice, "true_cage_slip": tables.empty("true_cage_slip")}
+        return {
+            "slip_advice": advice,
+            "advice_band": band,
+            "true_cage_slip": tables.empty("true_cage_slip"),
+        }
     truth = true_map(results.cage_slip, settings, constants)
+    at_band_temperatures = [truth]
+    for temperature in _missing_temperatures(results.cage_slip, settings):
+        points = results.cage_slip.assign(inlet_temperature_c=temperature)
+        at_band_temperatures.append(true_map(points, settings, constants))
+    band_of_truth = _band(pd.concat(at_band_temperatures), settings, BY_TRUTH)
     judged = advise(truth, study_settings(settings).selection, settings.gates.lambda_limit)
     keys = ["bearing", "inlet_temperature_c", "pitch_speed_mm_rpm", "axial_load_n"]
     of_truth = judged[[*keys, "best_oil", "judgement"]].rename(
@@ -116,6 +143,7 @@ def advice_by_truth(
     with_truth = of_law.merge(of_truth, on=keys, how="left")
     return {
         "slip_advice": joined([with_truth], "slip_advice"),
+        "advice_band": joined([band, band_of_truth], "advice_band"),
         "true_cage_slip": joined([truth], "true_cage_slip"),
     }
 
@@ -125,17 +153,21 @@ def _slip_at_band_temperatures(
 ) -> pd.DataFrame:
     """Table of cage slip, with rows for the supply temperatures of the band that it lacks."""
     points = operating_points(cage_slip).drop(columns="bearing")
-    band_temperatures = set(study_settings(settings).selection.band.inlet_temperature_c)
-    missing = band_temperatures - set(points["inlet_temperature_c"])
     groups = [
         (oil, "stress", points.assign(inlet_temperature_c=temperature))
-        for temperature in sorted(missing)
+        for temperature in _missing_temperatures(cage_slip, settings)
         for oil in oils
     ]
     if not groups:
         return cage_slip
     calculated = Cases(settings.tested_bearing(), groups).run()
     return pd.concat([cage_slip, calculated], ignore_index=True)
+
+
+def _missing_temperatures(cage_slip: pd.DataFrame, settings: Settings) -> list[float]:
+    """Supply temperatures of the band that the table of cage slip lacks."""
+    band_temperatures = set(study_settings(settings).selection.band.inlet_temperature_c)
+    return sorted(band_temperatures - set(cage_slip["inlet_temperature_c"]))
 
 
 def _oils_of_rules(selection: SelectionSettings) -> list[str]:

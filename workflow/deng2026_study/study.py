@@ -378,7 +378,6 @@ def _choice(results: CampaignTables) -> Section:
     counts = others["judgement"].value_counts()
     # one row per choice and scenario: other limits, orders of the rules and temperatures
     scenarios = results.advice_band
-    agreeing_share = scenarios["agreeing_points"] / scenarios["operating_points"]
     # an oil occurs once for each operating point where it is the best one or nearly so
     good_oils = judged["good_oils"].explode().tolist()
     drawn = stays_best(results.cage_slip, STAYS_BEST_SHARE)
@@ -390,7 +389,10 @@ def _choice(results: CampaignTables) -> Section:
         agreeing=len(judged) - len(others),
         others={OTHER_CHOICES[str(judgement)]: count for judgement, count in counts.items()},
         best=others["best_oil"].value_counts().to_dict(),
-        band=agreeing_share.groupby(scenarios["choice"], sort=False).agg(["min", "max"]),
+        bands={
+            traction: _ends_of_band(of_traction)
+            for traction, of_traction in scenarios.groupby("traction", sort=False)
+        },
         varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
         truth=choice_by_truth(advice, results.true_cage_slip),
@@ -398,6 +400,16 @@ def _choice(results: CampaignTables) -> Section:
         drawn=drawn if drawn["draws_answered"].any() else None,
     )
     return Section("choice", "Choice of oil", sentences)
+
+
+def _ends_of_band(scenarios: pd.DataFrame) -> pd.DataFrame:
+    """Smallest and largest share of points at which each choice agrees, by choice.
+
+    Args:
+        scenarios: Rows of the table `advice_band` of one traction.
+    """
+    share = scenarios["agreeing_points"] / scenarios["operating_points"]
+    return share.groupby(scenarios["choice"], sort=False).agg(["min", "max"])
 
 
 def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, float] | None:
@@ -411,6 +423,7 @@ def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, floa
         return None
     judged = advice[~advice["true_judgement"].isin(NO_CHOICE)]
     slips = truth[truth["cage_slip"] > _SLIPPING]
+    torque_error = (truth["law_torque_n_m"] / truth["torque_n_m"] - 1).abs()
     known_slips = slips["cage_slip_inside"].dropna()
     known_torques = truth["torque_inside"].dropna()
     return {
@@ -422,7 +435,8 @@ def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, floa
         "torques": len(known_torques),
         "torques_inside": int(known_torques.sum()),
         "slip_error": float((slips["law_cage_slip"] / slips["cage_slip"] - 1).abs().median()),
-        "torque_error": float((truth["law_torque_n_m"] / truth["torque_n_m"] - 1).abs().median()),
+        "torque_error": float(torque_error.median()),
+        "largest_torque_error": float(torque_error.max()),
     }
 
 

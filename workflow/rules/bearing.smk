@@ -65,10 +65,31 @@ rule bearing_maps:
         "../scripts/bearing_maps.py"
 
 
+rule bearing_temperatures:
+    "Cage slip over speed and load at further oil temperatures, for the explorer of the report."
+    input:
+        **finished("points", "surface_sizes", *FITTED),
+    output:
+        **written("cage_slip_by_temperature"),
+        made=made("bearing-temperatures"),
+    log:
+        "<logs>/bearing-temperatures.log",
+    params:
+        code=lambda wildcards: code(
+            "bearing_temperatures.py", tables=rules.bearing_temperatures.output.keys()
+        ),
+        config=part(
+            *("rigs", "oils", "bearings", "bearing", "gates", "seed"),
+            campaign=("torque",),
+        ),
+    script:
+        "../scripts/bearing_temperatures.py"
+
+
 rule test_plan:
     "Rig conditions to test next: those that most reduce the uncertainty of torque or cage slip."
     input:
-        **finished("coefficients", "fit_quality", "refits", "curve_residuals", "points"),
+        **finished("curve_residuals", "points", "surface_sizes", *FITTED),
     output:
         **written("test_plan"),
         made=made("test-plan"),
@@ -78,7 +99,8 @@ rule test_plan:
     params:
         code=lambda wildcards: code("test_plan.py", tables=rules.test_plan.output.keys()),
         config=part(
-            "rigs", "oils", "bearings", "bearing", "film", "gates", "plan", campaign=("torque",)
+            *("rigs", "oils", "bearings", "bearing", "film", "gates", "plan", "seed"),
+            campaign=("torque",),
         ),
     script:
         "../scripts/test_plan.py"

@@ -109,7 +109,8 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
 
     (a) Best oil by the friction equilibrium with the fitted law: of the oils that hold the cage the
     one with the least torque; if none holds it, the one with the least slip. Dots: it stays the
-    best oil in at least 95 % of the draws of all uncertain inputs. (b) Oil that the rules of the
+    best oil in at least 95 % of the draws of all uncertain inputs. Rings: the best oil by the
+    true traction of a simulated campaign is another one. (b) Oil that the rules of the
     paper advise, with its cage slip at friction equilibrium. Symbols: the advised oil is neither
     the best one nor nearly as good, and why. White: no oil is best, or none is advised. Abscissa:
     dmN, pitch diameter times speed (million mm rpm). Ordinate: axial load (kN).
@@ -131,6 +132,7 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
         for oil in oils
     ]
     handles += _draw_sure(best, advice, results.cage_slip)
+    handles += _draw_wrong_by_truth(best, advice)
     handles += _draw_judgements(advised, advice)
     for panel in (best, advised):
         handles += _draw_undecided(panel, advice)
@@ -144,6 +146,19 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     unique = {handle.get_label(): handle for handle in handles}
     sheet.legend(list(unique.values()), f"{title}; {style.DMN_AS_SPEED}")
     return sheet
+
+
+def is_wrong_by_truth(advice: pd.DataFrame) -> "pd.Series[bool]":
+    """Operating points whose best oil by the fitted law is not that by the true traction.
+
+    False where either of them is not known, and where mu was measured.
+
+    Args:
+        advice: Table of advice.
+    """
+    is_known = ~advice["judgement"].isin(NO_CHOICE) & (advice["true_judgement"] != "")
+    is_known &= ~advice["true_judgement"].isin(NO_CHOICE)
+    return is_known & (advice["true_best_oil"] != advice["best_oil"])
 
 
 def _draw_oils(
@@ -176,6 +191,17 @@ def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> l
     panel.dots("stays best", sure["speed"], sure["load_kn"], look, oil=oils, label="stays best")
     label = f"best in {100 * STAYS_BEST_SHARE:.0f} % of the draws"
     return [style.line_handle(label, linestyle="", **look)] if len(sure) else []
+
+
+def _draw_wrong_by_truth(panel: Panel, advice: pd.DataFrame) -> list[Any]:
+    """Rings where the true traction has another best oil; entries of the legend."""
+    wrong = advice[is_wrong_by_truth(advice)]
+    panel.keep("wrong by truth", wrong["speed"], wrong["load_kn"])
+    if wrong.empty:
+        return []
+    ring: style.Look = {"color": "black", "markerfacecolor": "none", "markeredgewidth": 0.8}
+    panel.axis.plot(wrong["speed"], wrong["load_kn"], "o", markersize=6.5, **ring)
+    return [style.symbol_handle("another best oil by the truth", "o", markersize=5, **ring)]
 
 
 def _draw_judgements(panel: Panel, advice: pd.DataFrame) -> list[Any]:

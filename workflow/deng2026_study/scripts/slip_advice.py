@@ -15,6 +15,7 @@ with run.job(snakemake) as job:
     oils = oils_in_bearings(job.tables.coefficients, job.tables.fit_quality, job.settings)
     frames = advice_in_band(oils, job.tables, job.settings)
     constants = printed_constants(Path(snakemake.input.printed))
-    frames |= advice_by_truth(frames["slip_advice"], job.tables, job.settings, constants)
+    advice, band = frames["slip_advice"], frames["advice_band"]
+    frames |= advice_by_truth(advice, band, job.tables, job.settings, constants)
     frames["published_tests"] = published_tests_table(published, oils, job.settings)
     job.write(frames)

@@ -16,8 +16,7 @@ from oilfilm.fits.measured_curves import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.answers import CAUSES, Budget, budgets
-from oilfilm.torque.bearing_torque import oils_of_results
+from oilfilm.torque.answers import CAUSES, Budget
 from oilfilm.torque.feasible_tests import counted
 from oilfilm.torque.next_tests import NextTests, Request, plan_oil, request_of
 from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs
@@ -53,9 +52,10 @@ _NAMES = {
     "inlet_temperature_c": "temperature",
 }
 ASSUMPTION = (
-    "The plan allows for an error of the law's form (plan.form_error). Only the uncertainty from "
-    "the law is planned for. `oilfilm bearing` shows all shares of the variance, with the ranges "
-    "that were drawn."
+    "The plan allows for an error of the law's form: what the measured surface leaves open, and "
+    "bearing.law_error_beyond where it has no interval. Only the uncertainty from the law is "
+    "planned for. `oilfilm bearing` shows all shares of the variance, with the ranges that were "
+    "drawn."
 )
 
 
@@ -116,22 +116,12 @@ def _texts_of_tests(
     """Plans of tests as texts, and the reasons for missing plans."""
     texts: list[str] = []
     reasons: list[str] = []
-    target = request.targets[0]
-    # with refits: the share of the law in the uncertainty of the bearing
-    in_bearings = {}
-    if request.bearing is not None and target in BEARING_TARGETS:
-        in_bearings = {oil.name: oil for oil in oils_of_results(results, settings)}
     fitted_oils = set(results.configured.coefficients["oil"])
     fitted = [oil for oil in settings.oils if oil in fitted_oils]
     for oil in _chosen_oils(options, fitted, f"{folder}: no fit of oil"):
         try:
-            budget = None
-            if request.bearing is not None and oil in in_bearings:
-                of_oil = in_bearings[oil]
-                budget = budgets(of_oil, request.bearing, request.duty, settings)[target]
             for tests in plan_oil(results, settings, oil, request):
-                lines = _lines_of_tests(tests, request.count, settings, budget)
-                texts.append("\n".join(lines))
+                texts.append("\n".join(_lines_of_tests(tests, request.count, settings)))
         except OilfilmError as reason:
             reasons.append(str(reason))
     if texts:
@@ -243,13 +233,20 @@ def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
         )
 
 
-def _lines_of_budget(oil: str, target: str, budget: Budget) -> Iterator[str]:
-    """The whole uncertainty of a target in a bearing, and what to measure in place of traction."""
+def _lines_of_budget(oil: str, target: str, budget: Budget, irreducible: float) -> Iterator[str]:
+    """The whole uncertainty of a target in a bearing, and what to measure in place of traction.
+
+    Args:
+        oil: Name of the oil.
+        target: The target.
+        budget: What makes the target uncertain.
+        irreducible: Part of the uncertainty that no test of traction reduces.
+    """
     name, _, _ = _PRINTED[target]
     yield (
         f"{oil}: standard uncertainty of the {name} from everything that is known to be uncertain: "
-        f"{_printed(target, budget.uncertainty)}. Traction tests can reduce "
-        f"{budget.law_share:.0%} of its variance."
+        f"{_printed(target, budget.uncertainty)}. Traction has a share of {budget.law_share:.0%} "
+        f"in its variance. With exact traction it would be {_printed(target, irreducible)}."
     )
     if budget.is_of_law:
         return
@@ -265,22 +262,19 @@ def _lines_of_budget(oil: str, target: str, budget: Budget) -> Iterator[str]:
         )
 
 
-def _lines_of_tests(
-    plan: NextTests, count: int, settings: Settings, budget: Budget | None
-) -> Iterator[str]:
+def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator[str]:
     """The tests that make a target more certain, in sentences and a table.
 
     Args:
         plan: The tests.
         count: Number of tests that were asked for.
         settings: The settings.
-        budget: What makes the target uncertain in the bearing; None where that is not known.
     """
-    if budget is not None and budget.cause:
-        yield from _lines_of_budget(plan.oil, plan.wanted.target, budget)
-        if plan.wanted.target == "torque" and not budget.is_of_law:
-            return
     target = plan.wanted.target
+    if plan.budget is not None and plan.budget.cause:
+        yield from _lines_of_budget(plan.oil, target, plan.budget, plan.irreducible)
+        if target == "torque" and not plan.budget.is_of_law:
+            return
     name, _, _ = _PRINTED[target]
     measured = plan.information
     bearing = f" in {plan.bearing}" if plan.bearing else ""
@@ -303,14 +297,18 @@ def _lines_of_tests(
     yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{beyond}."
     tests = plan.table().query("test_order > 0").sort_values("test_order")
     if len(tests):
-        after = [_printed(target, value) for value in tests["uncertainty_with_plan"]]
-        yield _as_text(tests[["test_order", *_RUN_COLUMNS]].assign(uncertainty_then=after))
-        yield f"Largest after the plan: {_largest(plan, plan.design.end)}."
+        columns = {"law_uncertainty_then": [_printed(target, part) for part in plan.design.after]}
+        if plan.irreducible:
+            columns["uncertainty_then"] = [
+                _printed(target, whole) for whole in tests["uncertainty_with_plan"]
+            ]
+        yield _as_text(tests[["test_order", *_RUN_COLUMNS]].assign(**columns))
+        yield f"Largest part by the law after the plan: {_largest(plan, plan.design.end)}."
     if len(tests) < count:
         more = "more " if len(tests) else ""
         yield (
-            f"No {more}test is worth measuring: each makes the {name} more certain by less "
-            f"than {settings.plan.smallest_gain:.2g} of its uncertainty (plan.smallest_gain)."
+            f"No {more}test is worth measuring: each reduces the law's part of the uncertainty of "
+            f"the {name} by less than {settings.plan.smallest_gain:.2g} of it (plan.smallest_gain)."
         )
 
 

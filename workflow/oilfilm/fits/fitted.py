@@ -49,6 +49,8 @@ _TABLES_OF_A_FIT = (
 # Names of `Support`, by their codes.
 _SUPPORT_NAMES = np.array([support.name.lower() for support in Support])
 _SUPPORT_TEXT = _SUPPORT_NAMES.dtype
+# Smallest slip at which the error of a law is looked up: a relative error of mu needs mu.
+_SMALLEST_SLIP = 0.005
 # Points predicted at once: about what fits a processor's cache.
 _POINTS_PER_CHUNK = 1 << 14
 
@@ -262,6 +264,30 @@ class FittedLaw:
         NaN where there is no interval.
         """
         return self.surface.level(level) if self.surface is not None else float("nan")
+
+    def form_error(self, conditions: FloatArray, slip: FloatArray, beyond: float) -> FloatArray:
+        """Relative standard error of the law's form at each point, shape (points,).
+
+        Where the surface of measured mu has an interval, it is the error of the surface without
+        that of a run, joined with the distance of the law from the surface.
+
+        Args:
+            conditions: Rows of the law's conditions, shape (points, conditions).
+            slip: Slide-roll ratio of each point, shape (points,).
+            beyond: The error where there is no such interval.
+        """
+        if self.surface is None:
+            return np.full(len(slip), beyond)
+        run_sd = np.nan_to_num(self.coefficients.run_sd)
+        predicted = self.predict(conditions, np.maximum(np.abs(slip), _SMALLEST_SLIP))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            log_lower = np.log(predicted.obs_ci_lower)
+            log_upper = np.log(predicted.obs_ci_upper)
+            away = (log_lower + log_upper) / 2 - np.log(predicted.traction_coefficient)
+        run_and_form = (log_upper - log_lower) / 2 / normal_quantile(CONFIDENCE)
+        form = np.sqrt(np.maximum(run_and_form**2 - run_sd**2, 0.0))
+        error = np.hypot(form, away)
+        return np.where(np.isfinite(error), error, beyond)
 
     def remarks(self, line: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
         """Remarks on the traction at one operating point, in sentences; printed laws have some.

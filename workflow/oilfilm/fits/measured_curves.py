@@ -19,7 +19,9 @@ Decides: which errors the points of a run share, and how large they are; how muc
 would tell.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -241,7 +243,7 @@ _CORRELATION_JITTER = 1e-9
 
 @dataclass(frozen=True)
 class FormError:
-    """Relative error of the law's form over the operating points, as a Gaussian process.
+    """Error of the law's form over its standard deviation, as a Gaussian process.
 
     Its correlation falls with the distance d as exp(-d^2/2), d in units of `length`. The process is
     a sum over a few centres with independent normal weights, so that precisions of curves add up.
@@ -250,21 +252,18 @@ class FormError:
         J. Quinonero-Candela, C. E. Rasmussen, J. Mach. Learn. Res. 6 (2005) 1939 (few centres).
 
     Attributes:
-        size: Standard deviation.
         length: Correlation length of each of ln W/3, ln U and T, shape (3,).
         centres: Coordinates of the centres, as `form_coordinates` gives them, shape (centres, 3).
     """
 
-    size: float
     length: FloatArray
     centres: FloatArray
 
     @classmethod
-    def spread_over(cls, size: float, length: FloatArray, coordinates: FloatArray) -> "FormError":
+    def spread_over(cls, length: FloatArray, coordinates: FloatArray) -> "FormError":
         """The process with centres at some of the operating points, as far apart as possible.
 
         Args:
-            size: Standard deviation.
             length: Correlation lengths, shape (3,).
             coordinates: Operating points, as `form_coordinates` gives them, shape (points, 3). The
                 first one is a centre.
@@ -277,7 +276,7 @@ class FormError:
             if exceeds(_CENTRE_DISTANCE**2, to_nearest.max()):
                 break
             chosen.append(int(first_largest(to_nearest)))
-        return cls(size, length, coordinates[chosen])
+        return cls(length, coordinates[chosen])
 
     def weights(self, coordinates: FloatArray) -> FloatArray:
         """Error per unit of each standard normal weight.
@@ -293,7 +292,7 @@ class FormError:
         root = np.linalg.cholesky(self._correlation(self.centres) + jitter)
         flat_coordinates = coordinates.reshape(-1, coordinates.shape[-1])
         correlation = self._correlation(flat_coordinates)
-        weights = self.size * np.linalg.solve(root, correlation.T).T
+        weights = np.linalg.solve(root, correlation.T).T
         return weights.reshape(*coordinates.shape[:-1], centres)
 
     def _correlation(self, coordinates: FloatArray) -> FloatArray:
@@ -302,7 +301,7 @@ class FormError:
         return np.asarray(np.exp(-0.5 * (lengths_away**2).sum(axis=-1)))
 
 
-NO_FORM_ERROR = FormError(0.0, np.ones(3), np.empty((0, 3)))
+NO_FORM_ERROR = FormError(np.ones(3), np.empty((0, 3)))
 
 
 def form_coordinates(
@@ -328,7 +327,8 @@ class Information:
     """Information of the measured curves about the constants that the data decide.
 
     The parameters are these constants, the calibration errors of the rig's sensors in their
-    standard uncertainties, and the weights of the form's error.
+    standard uncertainties, and the weights of the form's error. The size of the form's error is
+    that which the measured curves leave, so that only further curves tell of these weights.
 
     Attributes:
         law: The fitted law.
@@ -338,7 +338,9 @@ class Information:
         sizes: Variances of the errors of a curve, from the residuals of the fit.
         calibration: Standard uncertainty of each sensor's calibration, shape (sensors,).
         slip: Slide-roll ratios of the curve with the most points.
-        form: Error of the law's form.
+        form_error: Gives the relative standard error of the law's form that the measured curves
+            leave. Its arguments are rows of the law's conditions, and the slip of each row.
+        form: Error of the law's form, over its size.
     """
 
     law: Law
@@ -348,17 +350,23 @@ class Information:
     sizes: ErrorSizes
     calibration: FloatArray
     slip: FloatArray
+    form_error: Callable[[FloatArray, FloatArray], FloatArray]
     form: FormError = NO_FORM_ERROR
 
-    def of_curves(self, curves: Curves) -> FloatArray:
-        """Precision that each of some curves would add, shape (curves, parameters, parameters)."""
+    def of_curves(self, curves: Curves, form_error: FloatArray) -> FloatArray:
+        """Precision that each of some curves would add, shape (curves, parameters, parameters).
+
+        Args:
+            curves: The curves.
+            form_error: Relative standard error of the law's form at each point, shape (points,).
+        """
         effect = effects(self.law, self.internal, curves)
         observations = curves.observations(self.law)
         mu = self.law.traction(self.internal, observations)
         weights_of_curve = self.form.weights(self.form_coordinates(curves))
         by_constants = self.law.jacobian(self.internal, observations)[:, self.free]
         by_calibration = effect[:, : len(SENSORS)] * self.calibration
-        by_form = mu[:, np.newaxis] * weights_of_curve[curves.curve]
+        by_form = (mu * form_error)[:, np.newaxis] * weights_of_curve[curves.curve]
         rows = np.hstack([by_constants, by_calibration, by_form])
         return precision(rows, effect, self.sizes, curves.curve)
 
@@ -372,7 +380,9 @@ class Information:
         constants = int(self.free.sum())
         prior = np.ones(constants + len(SENSORS) + len(self.form.centres))
         prior[:constants] = 0.0
-        return np.asarray(np.diag(prior) + self.of_curves(self.curves).sum(axis=0))
+        no_form_error = np.zeros(len(self.curves.slip))
+        of_measured = self.of_curves(self.curves, no_form_error)
+        return np.asarray(np.diag(prior) + of_measured.sum(axis=0))
 
     def without_calibration(
         self, precision: FloatArray, gradients: FloatArray
@@ -390,19 +400,20 @@ class Information:
         return precision, np.delete(gradients, sensors, axis=-1)
 
     def gradients(
-        self, by_constants: FloatArray, lever: FloatArray, coordinates: FloatArray
+        self, by_constants: FloatArray, by_form_error: FloatArray, coordinates: FloatArray
     ) -> FloatArray:
         """Gradients of quantities by all parameters, shape (quantities, parameters).
 
         Args:
             by_constants: Derivatives by the free constants, shape (quantities, free).
-            lever: Change of each quantity per relative change of mu, shape (quantities,).
+            by_form_error: Change of each quantity by an error of the law's form of one standard
+                deviation, shape (quantities,).
             coordinates: Operating points whose mu a quantity depends on, as `form_coordinates`
                 gives them, shape (quantities, operating points, 3).
         """
         mean_weights = self.form.weights(coordinates).mean(axis=1)
-        by_form = lever[:, np.newaxis] * mean_weights
-        by_calibration = np.zeros((len(lever), len(SENSORS)))
+        by_form = by_form_error[:, np.newaxis] * mean_weights
+        by_calibration = np.zeros((len(by_form_error), len(SENSORS)))
         return np.hstack([by_constants, by_calibration, by_form])
 
     def form_coordinates(self, curves: Curves) -> FloatArray:
@@ -414,7 +425,11 @@ class Information:
 
 
 def measured_information(
-    fitted: FittedLaw, points: pd.DataFrame, oil: str, calibration: Calibration | None
+    fitted: FittedLaw,
+    points: pd.DataFrame,
+    oil: str,
+    calibration: Calibration | None,
+    law_error_beyond: float,
 ) -> Information:
     """Information of the measured curves of an oil about the constants of its law.
 
@@ -423,6 +438,8 @@ def measured_information(
         points: Table of points; those of the oil are used.
         oil: Name of the oil.
         calibration: Calibration of the rig's sensors; without it they are assumed exact.
+        law_error_beyond: Relative standard error of the law's form where the surface of measured mu
+            has no interval.
 
     Raises:
         OilfilmError: The fit has no constants, no refits, or does not follow a condition; or the
@@ -468,6 +485,7 @@ def measured_information(
         sizes=error_sizes(jacobian, effect, residual, curves.curve),
         calibration=np.array([getattr(calibration, key, 0.0) for key in _CALIBRATION_KEYS]),
         slip=np.sort(curves.slip[curves.curve == longest]),
+        form_error=partial(fitted.form_error, beyond=law_error_beyond),
     )
 
 

@@ -13,6 +13,8 @@ from oilfilm import tables
 from oilfilm.fits.soundness_words import what_could_be_seen
 from oilfilm.tables.campaign_tables import CampaignTables
 
+# Beginning of the warning that a rig spins.
+_RIG_SPIN = "rig_spin:"
 # What a size of `usual_errors` is, in words.
 _ERRORS = {
     "gain": "traction force",
@@ -58,6 +60,27 @@ def of_several_rigs(runs: pd.DataFrame) -> str:
         f"The runs are of {rigs} rigs, and what rigs differ by counts as scatter of runs: the "
         "interval holds less often where a rig ran one level of a condition alone, and for another "
         "rig."
+    )
+
+
+def of_spinning_rigs(runs: pd.DataFrame, oil: str) -> str:
+    """Why an interval does not contain the spin of a rig; empty where the spin is small.
+
+    The spin of a rig is a warning of one of its runs where mu lacks more than 1 % by it.
+
+    Args:
+        runs: Table of runs, of all oils.
+        oil: Name of the oil.
+    """
+    spins = runs["warning"].map(lambda warnings: any(w.startswith(_RIG_SPIN) for w in warnings))
+    of_oil = runs[(runs["oil"] == oil) & (runs["verdict"] == "accepted")]
+    rigs = sorted(set(runs.loc[spins.astype(bool), "rig"]) & set(of_oil["rig"]))
+    if not rigs:
+        return ""
+    return (
+        f"The interval does not contain the spin of {', '.join(rigs)}, which lowers mu by more "
+        "than 1 % at the lowest slips (warning rig_spin). The spin is no scatter: the next run on "
+        "the rig has the same. A contact without spin, as in a bearing, has more traction there."
     )
 
 

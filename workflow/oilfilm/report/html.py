@@ -17,6 +17,7 @@ from markupsafe import Markup
 from oilfilm import tables
 from oilfilm.base.figure_catalogue import figures
 from oilfilm.report import captions
+from oilfilm.report.bearing_explorer import bearing_explorer
 from oilfilm.report.document import Section, meanings
 from oilfilm.report.explorer import explorer, law_script
 from oilfilm.report.release_id import UNRELEASED
@@ -103,6 +104,7 @@ def html(
     signals = _signals(results, refused)
     data = explorer(results, settings)
     data["points"] = drawn_points(results.points, settings.report.points_max)
+    data["bearing"] = bearing_explorer(results, settings)
     context = {
         "sections": sections,
         "words": meanings(sections).items(),
@@ -118,7 +120,11 @@ def html(
         "gallery": gallery,
         "signals": signals,
         "data": data,
-        "scripts": [Markup(law_script(LAWS.values())), _asset("page.js")],  # noqa: S704
+        "scripts": [
+            Markup(law_script(LAWS.values())),  # noqa: S704  (our own text)
+            _asset("page.js"),
+            _asset("bearing.js"),
+        ],
     }
     page_without_pictures = _template().render(context, embedded={})
     room = settings.report.size_max_mb * 1e6 - len(page_without_pictures.encode())

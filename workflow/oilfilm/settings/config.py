@@ -378,6 +378,9 @@ class CageSlipSettings(Group):
     pitch_speed_mm_rpm: q.Several[q.PitchSpeedMmRpm] = key("Pitch diameter times speed.")
     axial_load_n: q.Several[q.LoadN] = key("Axial loads.")
     inlet_temperature_c: q.TemperatureC = key("Oil temperature.")
+    further_temperature_c: q.Unique[q.TemperatureC] = key(
+        "Further oil temperatures, at every second speed and load, for the report's explorer."
+    )
     slip_limit: q.Tolerance = key("Cage slip from which on a bearing slips.")
 
 
@@ -446,13 +449,6 @@ class PlanLevels(Group):
     inlet_temperature_c: q.Rising[q.TemperatureC] = key("Inlet temperatures, rising.")
 
 
-class FormErrorSettings(Group):
-    """How far the form of a law may be wrong where it was not tested."""
-
-    size: q.RelativeError = key("Standard deviation of its relative error.")
-    length: q.PositiveShare = key("Distance over which it changes, over the span of the tests.")
-
-
 class PlanSettings(Group):
     """Which tests to run next."""
 
@@ -461,7 +457,9 @@ class PlanSettings(Group):
     largest_traction: float = key(
         "Largest traction coefficient to expect where nothing was measured.", unit="1", gt=0, le=1
     )
-    form_error: FormErrorSettings = key("Error of the law's form.")
+    form_error_length: q.PositiveShare = key(
+        "Distance over which the error of a law's form changes, over the span of the tests."
+    )
     smallest_gain: q.Share = key("Relative fall of the uncertainty that is worth a test.")
     duty_points: list[DutyPoint] = key(
         "Points of the bearing; else those of `torque.matrix` or `bearing.cage_slip`.", default=[]

@@ -17,6 +17,7 @@ NEEDS: dict[tuple[str, ...], tuple[str, ...]] = {
         "torque_control",
         "torque_inversion",
         "cage_slip",
+        "cage_slip_by_temperature",
         "bearing_answers",
         "variance_shares",
         "heat_balance",

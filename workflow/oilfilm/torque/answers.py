@@ -19,13 +19,20 @@ from oilfilm.bearing.inputs import INPUTS
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils, best_shares
-from oilfilm.torque.torque_uncertainty import FACTOR_TERMS
+from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, UNCERTAIN
 
 DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
 # Most operating points of a campaign with shares of variance, which take as long as ten intervals.
 _MOST_SHARED_POINTS = 8
 # Causes that tests of traction make smaller.
 _BY_TRACTION_TESTS = ("law", "runs", "rig")
+# Everything else together: what is left where the law and its rig are exact. The scatter of runs is
+# among it, because one more run does not make the next one scatter less.
+_BESIDE_THE_LAW = {
+    "irreducible": tuple(
+        name for cause, names in UNCERTAIN.items() if cause not in ("law", "rig") for name in names
+    )
+}
 _UM_PER_M = 1e6
 # Numbers from which on three digits leave none behind the decimal point.
 _LARGE = 100
@@ -197,15 +204,19 @@ def named_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[str,
 class Budget(NamedTuple):
     """What makes torque or cage slip of an oil uncertain, over several operating points.
 
+    Uncertainties are relative for the torque, absolute for the slip.
+
     Attributes:
-        uncertainty: Root mean square of the standard uncertainty: relative for the torque,
-            absolute for the slip; NaN where it is not known.
+        uncertainty: Root mean square of the standard uncertainty; NaN where it is not known.
+        irreducible: Standard uncertainty that is left at each operating point where the law and
+            its rig are exact, shape (points,); NaN where it is not known.
         cause: The cause with the largest median share; empty where it is not known.
         share: Its share.
         law_share: Share of the law, its rig and its runs.
     """
 
     uncertainty: float
+    irreducible: FloatArray
     cause: str
     share: float
     law_share: float
@@ -225,27 +236,29 @@ def budgets(
         oil: The oil with its refits.
         bearing: The bearing.
         duty: Operating points, rows of load, speed and temperature.
-        settings: `bearing`, `gates` and `seed`.
+        settings: `bearing` and `seed`.
     """
-    points = operating_points(bearing, *duty.T).drop_duplicates()
-    has_shares = _chosen_points(len(points))
-    answered = answers([oil], bearing, points, settings, lambda terms: has_shares)
-    terms = answered.points
+    points = operating_points(bearing, *duty.T)
+    terms, _, drawing = Cases(bearing, [(oil, "stress", points)]).assessed(settings.seed)
     uncertainties = {
         "torque": terms["torque_n_m_uncertainty"] / terms["torque_n_m"],
         "cage_slip": terms["cage_slip_uncertainty"],
     }
-    of_causes = {"torque": "torque_share", "cage_slip": "slip_share"}
+    of_causes = drawing.shares(np.flatnonzero(_chosen_points(len(points))))
+    irreducible = drawing.shares(np.arange(len(points)), _BESIDE_THE_LAW).set_index("point")
+    columns = {"torque": "torque_share", "cage_slip": "slip_share"}
     result = {}
     for target, uncertainty in uncertainties.items():
         rms = float(np.sqrt((uncertainty**2).mean()))
-        median = answered.shares.groupby("variance_cause")[of_causes[target]].median().dropna()
+        share_left = irreducible[columns[target]].reindex(terms.index).astype(float)
+        left = (uncertainty * np.sqrt(share_left)).to_numpy(dtype=float)
+        median = of_causes.groupby("variance_cause")[columns[target]].median().dropna()
         if median.empty:
-            result[target] = Budget(rms, "", np.nan, np.nan)
+            result[target] = Budget(rms, left, "", np.nan, np.nan)
             continue
         cause = str(median.idxmax())
         law_share = float(median[list(_BY_TRACTION_TESTS)].sum())
-        result[target] = Budget(rms, cause, float(median[cause]), law_share)
+        result[target] = Budget(rms, left, cause, float(median[cause]), law_share)
     return result
 
 

@@ -575,23 +575,86 @@ def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
 
 def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
     """Cage slip of each oil over the speeds and axial loads of `bearing.cage_slip`."""
-    if not oils:
-        return tables.empty("cage_slip")
-    bearing = settings.tested_bearing()
     levels = settings.bearing.cage_slip
-    pitch_speed, load = np.meshgrid(levels.pitch_speed_mm_rpm, levels.axial_load_n, indexing="ij")
+    return _map_of_cage_slip(
+        "cage_slip",
+        oils,
+        settings,
+        levels.pitch_speed_mm_rpm,
+        levels.axial_load_n,
+        [levels.inlet_temperature_c],
+    )
+
+
+def cage_slip_by_temperature_table(
+    oils: Sequence[OilInBearing], settings: Settings
+) -> pd.DataFrame:
+    """Cage slip of each oil at further temperatures, at every second speed and axial load."""
+    levels = settings.bearing.cage_slip
+    temperatures = [
+        temperature
+        for temperature in levels.further_temperature_c
+        if temperature != levels.inlet_temperature_c
+    ]
+    return _map_of_cage_slip(
+        "cage_slip_by_temperature",
+        oils,
+        settings,
+        every_second(levels.pitch_speed_mm_rpm),
+        every_second(levels.axial_load_n),
+        temperatures,
+    )
+
+
+def every_second(levels: Sequence[float]) -> list[float]:
+    """Every second level in rising order, both ends among them.
+
+    Examples:
+        >>> every_second([1.0, 2.0, 3.0, 4.0])
+        [1.0, 3.0, 4.0]
+    """
+    rising = sorted(levels)
+    chosen = rising[::2]
+    return chosen if chosen[-1] == rising[-1] else [*chosen, rising[-1]]
+
+
+def _map_of_cage_slip(
+    table: str,
+    oils: Sequence[OilInBearing],
+    settings: Settings,
+    pitch_speeds_mm_rpm: Sequence[float],
+    loads_n: Sequence[float],
+    temperatures_c: Sequence[float],
+) -> pd.DataFrame:
+    """Cage slip of each oil, with its uncertainty, at all combinations of levels.
+
+    Args:
+        table: Name of the table.
+        oils: Oils with their laws.
+        settings: The settings.
+        pitch_speeds_mm_rpm: Pitch diameter times speed.
+        loads_n: Axial loads.
+        temperatures_c: Oil temperatures.
+    """
+    if not oils or not temperatures_c:
+        return tables.empty(table)
+    bearing = settings.tested_bearing()
+    temperature, pitch_speed, load = np.meshgrid(
+        temperatures_c, pitch_speeds_mm_rpm, loads_n, indexing="ij"
+    )
     points = pd.DataFrame(
         {
             "axial_load_n": load.ravel(),
             "pitch_speed_mm_rpm": pitch_speed.ravel(),
             "inner_speed_rpm": pitch_speed.ravel() / (bearing.pitch_diameter_m * MM_PER_M),
-            "inlet_temperature_c": levels.inlet_temperature_c,
+            "inlet_temperature_c": temperature.ravel(),
         }
     )
     cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
     terms, draws, _ = cases.assessed(settings.seed)
-    shares = best_shares(draws, len(oils), levels.slip_limit, settings.gates.lambda_limit)
-    return joined([terms.assign(**shares)], "cage_slip")
+    slip_limit = settings.bearing.cage_slip.slip_limit
+    shares = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
+    return joined([terms.assign(**shares)], table)
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:

@@ -1,7 +1,14 @@
 """Planner: tests at rig conditions that most reduce the uncertainty of a bearing's torque.
 
-The form of the law may be wrong by a few per cent, which change over the conditions. Hence tests
-near the conditions of the bearing's contacts are better than a power law far from them.
+The form of the law may be wrong, by as much as the measured surface leaves open and by more where
+nothing was tested. Hence tests near the conditions of the bearing's contacts are better than a
+power law far from them.
+
+Tests of traction reduce the law's part of the uncertainty alone. Drag, feed oil and temperatures of
+the rings leave the rest, which the table `test_plan` has as well. Tests are chosen by the law's
+part: the rest does not change their order. No test is planned for the torque where another cause
+makes the largest share of its variance. Tests for the cage slip are planned in any case, because
+oils that share their drag differ by their laws.
 
 `oilfilm.torque.run_plan` plans the runs without which no law can be judged.
 
@@ -25,11 +32,12 @@ from oilfilm.fits.measured_curves import (
     measured_information,
 )
 from oilfilm.fits.problem import Curves
+from oilfilm.physics.contact import Floats
 from oilfilm.settings.config import PlanLevels, PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.answers import DUTY, duty_points
-from oilfilm.torque.bearing_torque import joined, oils_in_bearings
+from oilfilm.torque.answers import DUTY, Budget, budgets, duty_points
+from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_of_results
 from oilfilm.torque.feasible_tests import PlannedRig, counted, judge_tests
 from oilfilm.torque.operating_grid import Film, Grid
 from oilfilm.torque.wanted_quantities import (
@@ -52,11 +60,13 @@ class Candidates:
     Attributes:
         tests: One row per test: P, U, T, load, largest slip, lambda at that slip.
         curves: Points of the tests.
+        form_error: Relative standard error of the law's form at each point, shape (points,).
         left_out: Number of conditions left out, by the limit that they are beyond.
     """
 
     tests: pd.DataFrame
     curves: Curves
+    form_error: FloatArray
     left_out: dict[str, int]
 
 
@@ -102,7 +112,8 @@ def candidates(
         curve=np.repeat(np.arange(len(feasible_tests)), is_reached.sum(axis=1)),
         slip=all_slips[is_reached],
     )
-    return Candidates(feasible_tests, curves, judged.left_out)
+    form_error = information.form_error(curves.conditions[curves.curve], curves.slip)
+    return Candidates(feasible_tests, curves, form_error, judged.left_out)
 
 
 def _all_tests(levels: PlanLevels) -> pd.DataFrame:
@@ -138,20 +149,29 @@ class NextTests:
     Attributes:
         oil: Name of the oil.
         bearing: Name of the bearing; empty for the target traction.
+        budget: What makes the target uncertain in the bearing; None where that is not known.
+        irreducible: Part of the uncertainty that no test of traction reduces, as a root mean square
+            over the wanted quantities.
         information: Information of the measured curves.
         wanted: Quantities whose uncertainty is to be reduced.
         candidates: Tests that the rig can run.
         gradients: Gradients of these quantities by all parameters of `information`.
-        design: The chosen tests, and the uncertainty before and after them.
+        design: The chosen tests, and the law's part of the uncertainty before and after them.
     """
 
     oil: str
     bearing: str
+    budget: Budget | None
+    irreducible: float
     information: Information
     wanted: Wanted
     candidates: Candidates
     gradients: FloatArray
     design: Design
+
+    def whole(self, of_law: Floats) -> FloatArray:
+        """The whole uncertainty with some parts by the law, of the shape of these parts."""
+        return np.hypot(of_law, self.irreducible)
 
     def table(self) -> pd.DataFrame:
         """Rows of the table `test_plan`."""
@@ -160,14 +180,15 @@ class NextTests:
         order = np.zeros(len(tests), dtype=np.int64)
         order[design.chosen] = np.arange(1, len(design.chosen) + 1)
         uncertainty_with_plan = np.full(len(tests), np.nan)
-        uncertainty_with_plan[design.chosen] = design.after
+        uncertainty_with_plan[design.chosen] = self.whole(design.after)
         return tests.assign(
             oil=self.oil,
             bearing=self.bearing,
             target=self.wanted.target,
             test_order=order,
-            uncertainty_now=design.before,
-            uncertainty_with_test=design.alone,
+            uncertainty_without_law=self.irreducible,
+            uncertainty_now=float(self.whole(design.before)),
+            uncertainty_with_test=self.whole(design.alone),
             uncertainty_with_plan=uncertainty_with_plan,
         )
 
@@ -210,7 +231,8 @@ def plan_oil(
     """The tests to run next for an oil, one plan for each target.
 
     Args:
-        results: Tables coefficients, fit_quality, refits and points.
+        results: Tables coefficients, fit_quality, refits, curve_residuals, surfaces, surface_sizes
+            and points.
         settings: The settings.
         oil: Name of the oil.
         request: The request.
@@ -226,48 +248,46 @@ def plan_oil(
             f"config/oils/{oil}.yaml and list it under `oils` of the campaign."
         )
     fitted = FittedLaw.of_configured(results, oil)
-    information = measured_information(fitted, results.points, oil, rig.calibration)
+    beyond = settings.bearing.law_error_beyond
+    information = measured_information(fitted, results.points, oil, rig.calibration, beyond)
     film = Film(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels
     feasible = candidates(levels, rig, film, settings.gates.lambda_limit, information)
-    wanted_by_target = _wanted(results, settings, oil, request, information, rig)
-    return [
-        _next_tests(oil, request, settings.plan, wanted_by_target[target], information, feasible)
-        for target in request.targets
-    ]
+    plans = []
+    of_bearing = [target for target in request.targets if target in BEARING_TARGETS]
+    if request.bearing is not None and of_bearing:
+        in_bearing = _in_bearing(results, settings, oil)
+        wanted_by_target = wanted_in_bearing(
+            in_bearing, request.bearing, request.duty, information, rig.contact
+        )
+        budget_by_target = budgets(in_bearing, request.bearing, request.duty, settings)
+        for target in of_bearing:
+            budget = budget_by_target[target]
+            wanted = wanted_by_target[target].where(
+                np.isfinite(budget.irreducible), "too many draws have no equilibrium"
+            )
+            plans.append(
+                _next_tests(oil, request, settings.plan, wanted, information, feasible, budget)
+            )
+    if "traction" in request.targets:
+        wanted = wanted_traction(settings.plan.traction_at, information, rig.contact)
+        plans.append(_next_tests(oil, request, settings.plan, wanted, information, feasible))
+    return plans
 
 
-def _wanted(
-    results: CampaignTables,
-    settings: Settings,
-    oil: str,
-    request: Request,
-    information: Information,
-    rig: PlannedRig,
-) -> dict[str, Wanted]:
-    """The quantities of a request, by target.
+def _in_bearing(results: CampaignTables, settings: Settings, oil: str) -> OilInBearing:
+    """An oil with its law in bearings, and everything that its uncertainty is made of.
 
     Raises:
-        OilfilmError: The law cannot be used in the bearing, or as `wanted_in_bearing` and
-            `wanted_traction`.
+        OilfilmError: The law cannot be used in a bearing.
     """
-    wanted_by_target: dict[str, Wanted] = {}
-    is_for_bearing = not set(request.targets).isdisjoint(BEARING_TARGETS)
-    if request.bearing is not None and is_for_bearing:
-        quality = results.fit_quality[results.fit_quality["oil"] == oil]
-        oil_in_bearing = oils_in_bearings(results.coefficients, quality, settings)
-        if not oil_in_bearing:
-            raise OilfilmError(
-                f"{oil}: the rigs of the campaign have different contacts, so that its law cannot "
-                "be used in a bearing. Plan for traction, or for a campaign of one rig."
-            )
-        wanted_by_target |= wanted_in_bearing(
-            oil_in_bearing[0], request.bearing, request.duty, information, rig.contact
-        )
-    if "traction" in request.targets:
-        points = settings.plan.traction_at
-        wanted_by_target["traction"] = wanted_traction(points, information, rig.contact)
-    return wanted_by_target
+    for in_bearing in oils_of_results(results, settings):
+        if in_bearing.name == oil:
+            return in_bearing
+    raise OilfilmError(
+        f"{oil}: the rigs of the campaign have different contacts, so that its law cannot "
+        "be used in a bearing. Plan for traction, or for a campaign of one rig."
+    )
 
 
 def _next_tests(
@@ -277,24 +297,44 @@ def _next_tests(
     wanted: Wanted,
     information: Information,
     feasible: Candidates,
+    budget: Budget | None = None,
 ) -> NextTests:
-    """The tests of one oil that make the wanted quantities most certain."""
+    """The tests of one oil that make the wanted quantities most certain.
+
+    Args:
+        oil: Name of the oil.
+        request: The request.
+        plan: Settings of plans.
+        wanted: The quantities.
+        information: Information of the measured curves.
+        feasible: Tests that the rig can run.
+        budget: What makes the quantities uncertain in a bearing; None for mu.
+    """
     form = _form_error(plan, wanted, information, feasible.curves)
     information_with_form = replace(information, form=form)
-    gradients = information_with_form.gradients(wanted.gradients, wanted.lever, wanted.coordinates)
-    design = choose(
-        information_with_form.precision,
-        information_with_form.of_curves(feasible.curves),
-        gradients,
-        request.count,
-        plan.smallest_gain,
+    gradients = information_with_form.gradients(
+        wanted.gradients, wanted.by_form_error, wanted.coordinates
     )
     bearing = ""
-    if request.bearing is not None and wanted.target in BEARING_TARGETS:
+    count = request.count
+    irreducible = 0.0
+    if request.bearing is not None and budget is not None:
         bearing = request.bearing.name
+        irreducible = float(np.sqrt(np.mean(budget.irreducible[wanted.points] ** 2)))
+        if wanted.target == "torque" and not budget.is_of_law:
+            count = 0
+    design = choose(
+        information_with_form.precision,
+        information_with_form.of_curves(feasible.curves, feasible.form_error),
+        gradients,
+        count,
+        plan.smallest_gain,
+    )
     return NextTests(
         oil=oil,
         bearing=bearing,
+        budget=budget,
+        irreducible=irreducible,
         information=information_with_form,
         wanted=wanted,
         candidates=feasible,
@@ -306,14 +346,14 @@ def _next_tests(
 def _form_error(
     plan: PlanSettings, wanted: Wanted, information: Information, tests: Curves
 ) -> FormError:
-    """Possible error of the law's form, with lengths relative to the span of the feasible tests."""
+    """Error of the law's form over its size, with lengths relative to the span of the tests."""
     of_tests = information.form_coordinates(tests)
     of_wanted = wanted.coordinates.reshape(-1, of_tests.shape[1])
     of_measured = information.form_coordinates(information.curves)
     span = np.maximum(np.ptp(of_tests, axis=0), _SMALLEST_SPAN)
-    length = plan.form_error.length * span
+    length = plan.form_error_length * span
     coordinates = np.concatenate([of_wanted, of_measured, of_tests])
-    return FormError.spread_over(plan.form_error.size, length, coordinates)
+    return FormError.spread_over(length, coordinates)
 
 
 def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:

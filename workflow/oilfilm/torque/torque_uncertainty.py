@@ -74,9 +74,6 @@ _PAIRS = 50
 _LATTICE = 21
 # Draws that are solved together, which bounds the memory.
 _SOLVED_AT_ONCE = 30_000
-# Smallest slip at which the error of a law is looked up: a relative error of mu needs mu.
-_SMALLEST_SLIP = 0.005
-_NORMAL_95 = float(scipy.special.ndtri(_INTERVAL[1]))
 
 # Standard normal numbers by their names, shapes (draws,).
 Numbers = Mapping[str, FloatArray]
@@ -108,18 +105,14 @@ def has_draws(fitted: FittedLaw) -> bool:
 def law_error(law: LawInBearing, calculated: pd.DataFrame, beyond: float) -> FloatArray:
     """Relative standard error of the law's form at operating points, shape (points,).
 
-    It is the larger one of both contacts. Where the surface of measured mu has an interval the
-    error is that of the surface less that of a run, and the distance of the law from the surface.
+    It is the larger one of both contacts.
 
     Args:
         law: The law.
         calculated: Pressures, speed, oil temperature and slip of the contacts.
-        beyond: The error where there is no such interval.
+        beyond: The error where the surface of measured mu has no interval.
     """
-    if law.fitted.surface is None:
-        return np.full(len(calculated), beyond)
-    slip = np.maximum(np.abs(calculated["inner_slide_roll_ratio"]), _SMALLEST_SLIP).to_numpy()
-    run_sd = np.nan_to_num(law.fitted.coefficients.run_sd)
+    slip = calculated["inner_slide_roll_ratio"].to_numpy(dtype=float)
     errors = []
     for ring in ("inner", "outer"):
         pressure = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
@@ -130,15 +123,7 @@ def law_error(law: LawInBearing, calculated: pd.DataFrame, beyond: float) -> Flo
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
         conditions = np.column_stack([levels[name] for name in law.fitted.law.conditions])
-        predicted = law.fitted.predict(conditions, slip)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            log_lower = np.log(predicted.obs_ci_lower)
-            log_upper = np.log(predicted.obs_ci_upper)
-            away = (log_lower + log_upper) / 2 - np.log(predicted.traction_coefficient)
-        run_and_form = (log_upper - log_lower) / 2 / _NORMAL_95
-        form = np.sqrt(np.maximum(run_and_form**2 - run_sd**2, 0.0))
-        error = np.hypot(form, away)
-        errors.append(np.where(np.isfinite(error), error, beyond))
+        errors.append(law.fitted.form_error(conditions, slip, beyond))
     return np.maximum(*errors)
 
 
@@ -250,8 +235,10 @@ class Drawing:
             results[..., self.which] = self._solved(numbers, np.arange(len(self.which)))
         return results
 
-    def shares(self, wanted: IndexArray) -> pd.DataFrame:
-        """Share of the variance of torque and cage slip by each of `UNCERTAIN`.
+    def shares(
+        self, wanted: IndexArray, causes: Mapping[str, tuple[str, ...]] = UNCERTAIN
+    ) -> pd.DataFrame:
+        """Share of the variance of torque and cage slip by each of some causes.
 
         The share is a total effect: the part of the variance that is left if all else is known
         (M. J. W. Jansen, Comput. Phys. Commun. 117 (1999) 35). Near a jump of the cage the shares
@@ -259,6 +246,7 @@ class Drawing:
 
         Args:
             wanted: Indices of the points; those without draws are left out.
+            causes: Causes, each with the names of its random numbers.
 
         Returns:
             One row per point and cause: `point`, `variance_cause`, `torque_share`, `slip_share`.
@@ -278,11 +266,11 @@ class Drawing:
         joined = []
         for numbers, others in zip(first, second, strict=True):
             variants = [numbers]
-            for names in UNCERTAIN.values():
+            for names in causes.values():
                 variants.append({**numbers, **{name: others[name] for name in names}})
             joined.append({name: np.concatenate([v[name] for v in variants]) for name in numbers})
         solved = self._solved(joined, chosen)
-        values = solved.reshape(len(DRAWN), 1 + len(UNCERTAIN), _PAIRS, len(chosen))
+        values = solved.reshape(len(DRAWN), 1 + len(causes), _PAIRS, len(chosen))
         first_values, redrawn = values[:, :1], values[:, 1:]
         with np.errstate(invalid="ignore", divide="ignore"):
             variance = np.nanvar(first_values, axis=2, ddof=1) + np.nanvar(redrawn, axis=2, ddof=1)
@@ -290,8 +278,8 @@ class Drawing:
         torque_share, slip_share, _ = shares
         return pd.DataFrame(
             {
-                "point": np.tile(self.which[chosen], len(UNCERTAIN)),
-                "variance_cause": np.repeat(list(UNCERTAIN), len(chosen)),
+                "point": np.tile(self.which[chosen], len(causes)),
+                "variance_cause": np.repeat(list(causes), len(chosen)),
                 "torque_share": torque_share.ravel(),
                 "slip_share": slip_share.ravel(),
             }

@@ -6,19 +6,20 @@ it.
 Decides: at which operating points a quantity depends smoothly on the constants of a law.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.units import BoolArray, FloatArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.fits.measured_curves import Information, form_coordinates
 from oilfilm.fits.problem import Curves
 from oilfilm.physics.contact import Contact
 from oilfilm.settings.config import PointOfTraction
 from oilfilm.torque.bearing_torque import OilInBearing
+from oilfilm.torque.torque_uncertainty import law_error
 from oilfilm.traction.law import CONDITIONS, to_constants
 
 BEARING_TARGETS = ("torque", "cage_slip")
@@ -38,10 +39,13 @@ class Wanted:
     Attributes:
         target: `torque`, `cage_slip` or `traction`.
         labels: Operating point of each quantity, as text.
+        points: Index of each quantity's operating point among those that were asked for, shape
+            (quantities,).
         gradients: Gradients by the free internal constants, shape (quantities, free). Those of
             torque and traction are relative to the value.
         lever: Change of each quantity per relative change of all traction, in the unit of
             `gradients`.
+        form_error: Relative standard error of the law's form there, shape (quantities,).
         coordinates: Conditions of the contacts that matter, as `form_coordinates` gives them,
             shape (quantities, contacts, 3).
         left_out: Operating points without such a gradient, with the reason.
@@ -49,10 +53,45 @@ class Wanted:
 
     target: str
     labels: list[str]
+    points: IndexArray
     gradients: FloatArray
     lever: FloatArray
+    form_error: FloatArray
     coordinates: FloatArray
     left_out: list[str]
+
+    def where(self, is_known: BoolArray, reason: str) -> "Wanted":
+        """The quantities without those of some operating points.
+
+        Args:
+            is_known: Whether an operating point that was asked for stays.
+            reason: Why the others are left out.
+
+        Raises:
+            OilfilmError: None stays.
+        """
+        stays = is_known[self.points]
+        dropped = [label for label, keep in zip(self.labels, stays, strict=True) if not keep]
+        left_out = self.left_out + [f"{label}: {reason}" for label in dropped]
+        if not stays.any():
+            raise OilfilmError(
+                f"no duty point has a known uncertainty ({left_out[0]}). Choose other duty points."
+            )
+        return replace(
+            self,
+            labels=[label for label, keep in zip(self.labels, stays, strict=True) if keep],
+            points=self.points[stays],
+            gradients=self.gradients[stays],
+            lever=self.lever[stays],
+            form_error=self.form_error[stays],
+            coordinates=self.coordinates[stays],
+            left_out=left_out,
+        )
+
+    @property
+    def by_form_error(self) -> FloatArray:
+        """Change of each quantity by one standard error of the law's form, shape (quantities,)."""
+        return self.lever * self.form_error
 
 
 def wanted_in_bearing(
@@ -97,6 +136,7 @@ def wanted_in_bearing(
         )
     unmoved = terms.iloc[: len(duty)]
     coordinates = _coordinates_of_contacts(unmoved, duty, contact)[is_smooth]
+    form_error = law_error(oil.laws["stress"], unmoved[is_smooth], oil.settings.law_error_beyond)
     wanted = {}
     for target in BEARING_TARGETS:
         smooth_values = values[target][:, is_smooth]
@@ -107,8 +147,10 @@ def wanted_in_bearing(
         wanted[target] = Wanted(
             target=target,
             labels=labels,
+            points=np.flatnonzero(is_smooth),
             gradients=gradient[:, :-1],
             lever=gradient[:, -1],
+            form_error=form_error,
             coordinates=coordinates,
             left_out=left_out,
         )
@@ -230,8 +272,10 @@ def wanted_traction(
     return Wanted(
         target="traction",
         labels=labels,
+        points=np.arange(len(mu)),
         gradients=slopes / mu[:, np.newaxis],
         lever=np.ones(len(mu)),
+        form_error=information.form_error(conditions, slip),
         coordinates=coordinates[:, np.newaxis],
         left_out=[],
     )

@@ -371,10 +371,10 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
     (m/s). Ordinate: maximum Hertz pressure P (GPa, top) or inlet temperature T
     (\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated friction
     torque
-    by one more curve. Only the uncertainty from the law counts, its form included, as root mean
-    square over the duty points. The third condition has its best level. Numbers: tests to run
-    next, in this order. Circles: measured runs. White: the rig cannot run the test with a full
-    film.
+    by one more curve: the whole uncertainty, with drag, feed oil and ring temperatures, as root
+    mean square over the duty points. The third condition has its best level. Numbers: tests to run
+    next, in this order; there are none where another cause than the law makes the largest share of
+    the variance. Circles: measured runs. White: the rig cannot run the test with a full film.
     """
     tests = results.test_plan
     remaining_share = tests["uncertainty_with_test"] / tests["uncertainty_now"]

@@ -1,0 +1,129 @@
+"""Data of the report's explorer of a bearing: torque, loss, cage slip and best oil at any point.
+
+`bearing.js` interpolates between the operating points that the workflow has calculated, so that the
+page needs no friction equilibrium. The map of cage slip has one oil temperature. The change by
+another temperature comes from a coarser map of several temperatures.
+
+Decides: from which calculated points the bearing's explorer interpolates.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.base.units import FloatArray
+from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.bearing_torque import every_second
+
+# Names in the page, and columns of the tables.
+_VALUES = {
+    "torque": "torque_n_m",
+    "torqueLower": "torque_n_m_lower",
+    "torqueUpper": "torque_n_m_upper",
+    "slip": "cage_slip",
+    "slipLower": "cage_slip_lower",
+    "slipUpper": "cage_slip_upper",
+    "film": "lambda_ratio",
+    "share": "best_share",
+}
+_LOAD, _SPEED, _TEMPERATURE = "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"
+_AXES = {
+    "load": (_LOAD, "Axial load", "N"),
+    "speed": (_SPEED, "Speed of the inner ring", "rpm"),
+    "temperature": (_TEMPERATURE, "Oil temperature", "\N{DEGREE SIGN}C"),
+}
+# Steps of a slider.
+_STEPS = 200
+# Significant digits of the values in the page.
+_DIGITS = 5
+
+
+def bearing_explorer(results: CampaignTables, settings: Settings) -> dict[str, Any] | None:
+    """Everything that the bearing's explorer needs, as plain values for JSON.
+
+    Args:
+        results: Tables `cage_slip` and `cage_slip_by_temperature`.
+        settings: All settings of the campaign.
+
+    Returns:
+        `axes`: the sliders. `temperature`: oil temperature of `fine`. `fine` and `coarse`: levels
+        of load, speed and temperature, and by oil the values at all their combinations, with the
+        temperature fastest. None where the campaign has no map of cage slip.
+    """
+    fine = results.cage_slip
+    if fine.empty:
+        return None
+    coarse = pd.concat([_at_coarse_levels(fine), results.cage_slip_by_temperature])
+    levels = {name: sorted(coarse[column].unique()) for name, (column, *_) in _AXES.items()}
+    fine_levels = {name: sorted(fine[column].unique()) for name, (column, *_) in _AXES.items()}
+    oils = list(dict.fromkeys(fine["oil"]))
+    return {
+        "campaign": settings.campaign.name,
+        "bearing": str(fine["bearing"].iloc[0]),
+        "slipLimit": settings.bearing.cage_slip.slip_limit,
+        "filmLimit": settings.gates.lambda_limit,
+        "axes": [_slider(name, fine_levels, levels) for name in _AXES],
+        "temperature": fine_levels["temperature"][0],
+        "fine": {"levels": list(fine_levels.values()), "oils": _by_oil(fine, oils)},
+        "coarse": {"levels": list(levels.values()), "oils": _by_oil(coarse, oils)},
+        "oils": oils,
+    }
+
+
+def _at_coarse_levels(fine: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the map of cage slip at every second level of load and speed."""
+    loads = every_second(fine[_LOAD].unique().tolist())
+    speeds = every_second(fine[_SPEED].unique().tolist())
+    return fine[fine[_LOAD].isin(loads) & fine[_SPEED].isin(speeds)]
+
+
+def _slider(
+    name: str, fine: dict[str, list[float]], coarse: dict[str, list[float]]
+) -> dict[str, Any]:
+    """A slider over one of `_AXES`; it starts at a level in the middle of the map.
+
+    Args:
+        name: Name of the axis.
+        fine: Levels of the map by axis.
+        coarse: Levels of the coarser map by axis.
+    """
+    _, label, unit = _AXES[name]
+    levels = coarse[name]
+    span = levels[-1] - levels[0]
+    # a step of 1, 10 or 100: the numbers of the sliders are round
+    step = 10.0 ** max(0, np.floor(np.log10(span / _STEPS))) if span > 0 else 1.0
+    return {
+        "name": name,
+        "label": label,
+        "unit": unit,
+        "low": float(np.ceil(levels[0] / step) * step),
+        "high": float(np.floor(levels[-1] / step) * step),
+        "step": step,
+        "start": float(np.round(fine[name][len(fine[name]) // 2] / step) * step),
+    }
+
+
+def _by_oil(table: pd.DataFrame, oils: Sequence[str]) -> list[dict[str, Any]]:
+    """Values of each oil at all combinations of levels, and whether each is one of a single motion.
+
+    A point has no single motion where the cage may roll or skid, or where that is not known.
+    """
+    by_oil = []
+    for oil in oils:
+        rows = table[table["oil"] == oil].sort_values([_LOAD, _SPEED, _TEMPERATURE])
+        is_single = ~rows["bistable"].astype("boolean").fillna(True).to_numpy(dtype=bool)
+        is_single &= rows["torque_n_m_lower"].notna().to_numpy()
+        values: dict[str, Any] = {
+            name: _plain(rows[column].to_numpy(dtype=float)) for name, column in _VALUES.items()
+        }
+        values["single"] = [int(single) for single in is_single]
+        by_oil.append(values)
+    return by_oil
+
+
+def _plain(values: FloatArray) -> list[float | None]:
+    """Numbers with few digits for JSON; null where they are not known."""
+    return [float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None for value in values]
