@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.api.axes import given_or_new
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
 from oilfilm.base.units import BoolArray, FloatArray
@@ -88,12 +89,12 @@ class BearingTorque:
             axes: Axes of matplotlib to draw into; new ones if not given.
 
         Returns:
-            The axes.
-        """
-        if axes is None:
-            from matplotlib import pyplot  # noqa: PLC0415 - loads slowly, and only this needs it
+            The axes. `plot().figure.savefig(FILE)` writes a file.
 
-            _, axes = pyplot.subplots(layout="constrained")
+        Raises:
+            OilfilmError: `axes` are no axes, or matplotlib is missing.
+        """
+        axes = given_or_new(axes)
         names = {
             "inner_speed_rpm": "Speed of the inner ring (rpm)",
             "axial_load_n": "Axial load (N)",
