@@ -14,8 +14,8 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.api.axes import given_or_new
+from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.home import CONFIG
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -259,9 +259,7 @@ def bearing_torque(
             f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
             "Run snakemake, or correct `results`."
         )
-    settings_folder = Path(config) if config is not None else Path("config")
-    if config is None and not settings_folder.is_dir():
-        settings_folder = CONFIG
+    settings_folder = config_folder(None if config is None else Path(config))
     file = named_file(settings_folder, "bearing", bearing, "the bearing")
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     settings = resolve(settings_folder, {"campaign": str(footer.get("campaign"))})
