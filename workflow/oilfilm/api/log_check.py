@@ -200,7 +200,7 @@ def _stranger(campaign: str) -> str:
 def _removed_logs(campaign: str, raw: Path) -> Iterator[str]:
     """Sentences on the logs of a campaign that an earlier run has read and that are missing now."""
     for folder in (campaign, f"{campaign}-torque"):
-        first_seen = FirstSeen(campaign, folder, raw.parent / "first_seen")
+        first_seen = FirstSeen(campaign, folder, folder=raw.parent / "first_seen")
         logs = named_logs(raw / folder) if (raw / folder).is_dir() else ()
         sentence = first_seen.gone(f"data/raw/{folder}/{name}" for name, _ in logs)
         if sentence:
