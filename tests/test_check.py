@@ -8,14 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+import oilfilm
 import torque_logs
 from allocations import peak_bytes
 from bad_logs import csv, good
 from campaigns import LABORATORY, ROOT, laboratory_campaign, write_campaign
 from command_line import printed_objects
 from damages import SOUND
+from oilfilm.api.log_check import CONSEQUENCES, WIDTH, verdict_lines
 from oilfilm.cli import main
-from oilfilm.cli.check import CONSEQUENCES, WIDTH, verdict_lines
 from oilfilm.curation.gate import RULES
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import read_bytes
@@ -269,6 +270,24 @@ def test_small_log_takes_no_memory_for_the_largest_one(tmp_path: Path) -> None:
     assert peak() < 8e6
 
 
+def test_a_program_gets_the_verdicts_of_the_command(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "good.csv").write_bytes(csv())
+    (tmp_path / "short.csv").write_bytes(csv()[:300])
+    from_command = checked(capsys, tmp_path, *CONFIG)
+    result = oilfilm.check(tmp_path, config=ROOT / "config")
+    assert [log["verdict"] for log in result.logs] == [log["verdict"] for log in from_command]
+    assert not result.accepted
+    assert oilfilm.check(str(tmp_path / "good.csv"), config=ROOT / "config").accepted
+    frame = result.to_frame().set_index("file")
+    assert frame.loc[str(tmp_path / "good.csv"), "verdict"] == "accepted"
+    assert frame.loc[str(tmp_path / "short.csv"), "verdict"] == "refused"
+    assert "REFUSED" in repr(result) and "folder of no campaign" in result.notes[0]
+    with pytest.raises(oilfilm.OilfilmError, match=r"missing\.csv: cannot be read"):
+        oilfilm.check(tmp_path / "missing.csv")
+
+
 def test_too_little_memory_ends_in_a_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -278,6 +297,6 @@ def test_too_little_memory_ends_in_a_sentence(
     def no_memory(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("oilfilm.cli.check.ingest_logs", no_memory)
+    monkeypatch.setattr("oilfilm.api.log_check.ingest_logs", no_memory)
     assert main(["check", str(path), *CONFIG]) == 2
     assert "memory" in capsys.readouterr().err

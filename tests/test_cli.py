@@ -17,6 +17,8 @@ from oilfilm.cli import main
 from oilfilm.cli.arguments import quantity
 from oilfilm.fits.soundness import finished_fits
 from oilfilm.fits.surface_search import with_surface
+from oilfilm.physics.contact import max_hertz_pressure
+from oilfilm.settings.resolve import resolve
 from oilfilm.torque.answers import CAUSES
 from oilfilm.torque.torque_uncertainty import UNCERTAIN
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -66,6 +68,28 @@ def test_prediction_mistakes_are_told(results: Path, capsys: pytest.CaptureFixtu
     ):
         assert ask(results, **changed) == 2
         assert message in capsys.readouterr().err
+
+
+def test_a_load_is_a_pressure_in_the_contact_of_the_rig(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    campaign = resolve(ROOT / "config", {"campaign": "demo"})
+    (rig,) = campaign.rigs.values()
+    contact = rig.contact()
+    assert contact is not None
+    # by Hertz with the rig's file; the command takes it from the runs
+    load_n = np.array(45.0)
+    pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
+    pressure_gpa = float(pressure_pa) / 1e9
+    with_load = {name: value for name, value in AT.items() if name != "--stress"}
+    words = [word for option in (with_load | {"--load": "45N"}).items() for word in option]
+    assert main(["predict", "--oil", "4102", "--results", str(results), *words]) == 0
+    text = capsys.readouterr().out
+    assert f"45 N is a maximum pressure of {pressure_gpa:.4g} GPa" in text
+    assert ask(results, stress=f"{pressure_gpa}GPa") == 0
+    assert capsys.readouterr().out.splitlines()[0] == text.splitlines()[0]
+    assert ask(results, load="45N") == 2
+    assert "does not take --load. It takes --stress, --speed" in capsys.readouterr().err
 
 
 def test_bare_number_is_in_the_unit_asked_for() -> None:

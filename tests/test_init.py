@@ -310,9 +310,9 @@ def test_nothing_is_overwritten_or_left_behind(tmp_path: Path) -> None:
         ("p", [*logs, *again], r"has the name of .*Rename one"),
         ("p", [unfit], "cannot be in the name of a log"),
         ("a b", logs, "cannot be a name"),
-        ("2026.03", logs, "reads as 2026.03"),
-        ("007", logs, "reads as 7"),
-        ("no", logs, "reads as False"),
+        ("2026.03", logs, "read it as a number"),
+        ("007", logs, "read it as a number"),
+        ("no", logs, "or another value"),
     ):
         with pytest.raises(OilfilmError, match=sentence):
             make_project(tmp_path / folder, given)

@@ -23,9 +23,9 @@ import numpy as np
 import pandas as pd
 
 import oilfilm
+from oilfilm.api.log_check import check_files, report
 from oilfilm.base.digests import file_digest
 from oilfilm.base.home import HOME
-from oilfilm.cli.check import check_files, report
 from oilfilm.curation.curate import collect, curate_ingested, curate_share
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.exports.campaign import export_campaign
@@ -163,7 +163,7 @@ def way_of_limit() -> list[Step]:
     begin_where_read(judged, settings.gates, "lambda_limit")
     with traced(judged):
         curate_ingested(ingested, TractionRig(settings))
-    shown = Step("`oilfilm check` prints the verdicts.", "workflow/oilfilm/cli/check.py")
+    shown = Step("`oilfilm check` prints the verdicts.", "workflow/oilfilm/api/log_check.py")
     checked = check_files(logs, settings_of_campaign(), _RAW.parent)
     with traced(shown):
         report(checked)

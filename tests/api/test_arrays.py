@@ -4,6 +4,7 @@ import itertools
 import pickle
 import runpy
 from collections.abc import Callable
+from inspect import signature
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,10 @@ from matplotlib.figure import Figure
 import oilfilm
 from known_laws import known_law
 from oilfilm.api.arrays import ArrayFit
+from oilfilm.api.fit_keys import FitKeys
+from oilfilm.settings.config import FitSettings
 
-QUICK = {"searches": 2, "bootstrap": 20}
+QUICK: FitKeys = {"searches": 2, "bootstrap": 20}
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +55,46 @@ def test_columns_of_a_frame_may_have_any_index(points: pd.DataFrame, fitted: Arr
     conditions = shuffled.groupby(["P", "U", "T"], sort=False).ngroup()
     again = oilfilm.fit(*(shuffled[name] for name in points), curve=conditions, **QUICK)
     pd.testing.assert_frame_equal(again.constants, fitted.constants)
+
+
+def test_columns_of_different_rows_are_refused(points: pd.DataFrame) -> None:
+    by_slip = points.sort_values("S")
+    with pytest.raises(oilfilm.OilfilmError, match="the same labels in another order"):
+        oilfilm.fit(points["P"], points["U"], points["T"], by_slip["S"], by_slip["mu"], **QUICK)
+    condition = by_slip.groupby(["P", "U", "T"]).ngroup()
+    with pytest.raises(oilfilm.OilfilmError, match=r"and curve.*another order"):
+        oilfilm.fit(*(points[name] for name in points), curve=condition, **QUICK)
+    with pytest.raises(oilfilm.OilfilmError, match="132 and 131 rows"):
+        oilfilm.fit(points["P"], 30.0, 70.0, points["S"], points["mu"].iloc[1:], **QUICK)
+
+
+def test_arrays_of_xarray_are_fitted_by_their_dimensions(fitted: ArrayFit) -> None:
+    xarray = pytest.importorskip("xarray")
+    levels = {"P": [1.0, 1.25, 1.5], "U": [25.0, 40.0], "T": [50.0, 120.0]}
+    data = xarray.Dataset(coords={**levels, "S": np.linspace(0, 0.3, 11)})
+    mu = known_law("4102").predict_at(data["P"], data["U"], data["T"], data["S"])
+    # the order of the dimensions does not count
+    turned = mu.traction_coefficient.transpose("S", "T", "U", "P")
+    again = oilfilm.fit(data["P"], data["U"], data["T"], data["S"], turned, **QUICK)
+    np.testing.assert_allclose(again.constants["value"], fitted.constants["value"], rtol=1e-6)
+    with pytest.raises(oilfilm.OilfilmError, match="array without names of dimensions"):
+        oilfilm.fit(data["P"], data["U"], data["T"], data["S"].to_numpy(), turned, **QUICK)
+    with pytest.raises(oilfilm.OilfilmError, match="different coordinates"):
+        oilfilm.fit(data["P"], data["U"], data["T"], data["S"].isel(S=slice(3)), turned, **QUICK)
+
+
+def test_settings_are_typed_as_they_are_declared() -> None:
+    declared = {
+        name: field.annotation
+        for name, field in FitSettings.model_fields.items()
+        # the law is an argument of its own
+        if name != "law"
+    }
+    assert FitKeys.__annotations__ == declared
+
+
+def test_signature_of_fit_is_short_enough_to_be_read() -> None:
+    assert len(str(signature(oilfilm.fit))) < 360
 
 
 def test_quantities_are_converted(points: pd.DataFrame, fitted: ArrayFit) -> None:
@@ -150,6 +193,7 @@ def test_points_taken_apart_are_warned_of(points: pd.DataFrame) -> None:
         ("U", lambda speed: 0 * speed, r"found 0 m/s.*expected above 0 to 500 m/s\.$"),
         ("T", lambda celsius: celsius + 273.15, "in kelvins"),
         ("mu", lambda mu: np.nan * mu, "no number"),
+        ("T", lambda celsius: celsius.astype(str) + " degC", "inlet_temperature_c: expected num"),
     ],
 )
 def test_impossible_numbers_are_refused_with_their_likely_unit(
@@ -190,12 +234,48 @@ def test_calibration_widens_the_interval_of_the_laws_mean(points: pd.DataFrame) 
 def test_a_fit_is_summed_up_and_pickled(fitted: ArrayFit) -> None:
     shown = fitted.summary()
     assert "132 points in 12 curves" in shown
+    assert "R2 1.00000" in shown
     frame = fitted.to_frame()
     np.testing.assert_allclose(frame["fitted"] + frame["residual"], frame["traction_coefficient"])
     again = pickle.loads(pickle.dumps(fitted))
     pd.testing.assert_frame_equal(again.constants, fitted.constants)
     assert again.predict(1.2, 30, 70, 0.05) is not None
     assert {"fit", "fit_table", "predict", "read_fit"} <= set(dir(oilfilm))
+
+
+def test_constants_have_the_level_of_their_intervals_and_their_correlations(
+    points: pd.DataFrame,
+) -> None:
+    noise = 1e-3 * np.random.default_rng(4).standard_normal(len(points))
+    noisy = points.assign(mu=points["mu"] * (1 + noise))
+    fit = oilfilm.fit(*(noisy[name] for name in noisy), **QUICK)
+    assert "joint 95% intervals" in fit.summary()
+    correlations = fit.correlations
+    np.testing.assert_allclose(np.diag(correlations), 1)
+    # of A0 and A1 by the definition, over the constants of the refits
+    first, second = fit.law.coefficients.spread[:, :2].T
+    expected = np.cov(first, second)[0, 1] / (first.std(ddof=1) * second.std(ddof=1))
+    assert correlations.loc["A0", "A1"] == pytest.approx(expected)
+    # by the residuals that the table of points has
+    residual = fit.to_frame()["residual"]
+    assert fit.r_squared == pytest.approx(
+        1 - residual.var(ddof=0) / noisy["mu"].var(ddof=0), abs=1e-6
+    )
+
+
+def test_a_condition_without_a_number_is_outside(fitted: ArrayFit) -> None:
+    predicted = fitted.predict([np.nan, 1.2, 1.2], 30, 70, [0.05, np.nan, 0.05])
+    assert predicted.outside.tolist() == [True, True, False]
+
+
+def test_a_plot_that_cannot_be_drawn_is_told(
+    fitted: ArrayFit, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(oilfilm.OilfilmError, match=r"found 'a\.png'; expected axes"):
+        fitted.plot("a.png")
+    monkeypatch.setattr("oilfilm.api.axes.find_spec", lambda name: None)
+    with pytest.raises(oilfilm.OilfilmError, match="needs matplotlib"):
+        fitted.plot()
 
 
 def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None:

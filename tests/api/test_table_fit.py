@@ -1,10 +1,13 @@
 """A table of mu in many dialects: planted constants come back, or the true reason is told."""
 
+import shlex
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import polars
+import pyarrow
 import pytest
 
 import oilfilm
@@ -128,6 +131,38 @@ def test_slip_that_no_rig_has_is_percent_where_the_unit_is_silent(points: pd.Dat
     assert any("in %: as a ratio" in note for note in found.notes)
 
 
+def test_data_frames_of_polars_and_arrow_are_read(points: pd.DataFrame) -> None:
+    expected = read_mu_table(points).points
+    for table in (polars.from_pandas(points), pyarrow.Table.from_pandas(points)):
+        pd.testing.assert_frame_equal(read_mu_table(table).points, expected)
+    with pytest.raises(oilfilm.OilfilmError, match=r"found a dict; expected the path"):
+        oilfilm.fit_table(points.to_dict())
+
+
+@pytest.mark.parametrize("ending", ["png", "svg"])
+def test_the_same_plot_has_the_same_bytes(
+    points: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
+) -> None:
+    monkeypatch.setattr(oilfilm, "fit_table", partial(oilfilm.fit_table, **QUICK))
+    table = tmp_path / "a.csv"
+    points.to_csv(table, index=False)
+    pictures = [tmp_path / f"{number}.{ending}" for number in range(2)]
+    for picture in pictures:
+        assert main(["fit", str(table), "--plot", str(picture)]) == 0
+    first, second = (picture.read_bytes() for picture in pictures)
+    assert first == second
+
+
+def test_a_plot_is_refused_before_anything_is_fitted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["fit", "missing.csv", "--plot", str(tmp_path / "a.pdf")]) == 2
+    assert "expected a file that ends in .png or .svg" in capsys.readouterr().err
+    monkeypatch.setattr("oilfilm.api.axes.find_spec", lambda name: None)
+    assert main(["fit", "missing.csv", "--plot", str(tmp_path / "a.png")]) == 2
+    assert "needs matplotlib" in capsys.readouterr().err
+
+
 def test_command_prints_plots_and_saves_what_predict_reads(
     points: pd.DataFrame,
     tmp_path: Path,
@@ -139,8 +174,13 @@ def test_command_prints_plots_and_saves_what_predict_reads(
     table, saved, picture = (tmp_path / name for name in ("a.csv", "saved", "a.png"))
     in_dialect(points.assign(**{MU: noisy}), "english").to_csv(table, index=False)
     assert main(["fit", str(table), "--save", str(saved), "--plot", str(picture)]) == 0
-    assert "64 points in 8 curves" in capsys.readouterr().out
+    printed = capsys.readouterr().out
+    assert "64 points in 8 curves" in printed
     assert picture.read_bytes().startswith(b"\x89PNG")
+    # the command that is shown as the next one can be pasted
+    example = printed.partition("Then, as an example: oilfilm ")[2]
+    assert main(shlex.split(example)) == 0
+    assert "mu = " in capsys.readouterr().out
     assert {"report.html", "summary.txt", "exports", "tables"} == {p.name for p in saved.iterdir()}
     assert (saved / "exports/oil/traction_oil.py").is_file()
     at = ["--stress", "1.25GPa", "--speed", "30m/s", "--temperature", "80degC", "--slip", "5%"]

@@ -18,7 +18,7 @@ from oilfilm.settings.base import Group
 from oilfilm.settings.campaign import CampaignFile, Semantics
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
-from oilfilm.settings.resolve import campaign_names, resolve, resolve_given
+from oilfilm.settings.resolve import campaign_names, resolve, resolve_given, safe_name
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import OilFile
 from oilfilm.settings.yaml_file import read_yaml
@@ -193,7 +193,7 @@ def test_oil_of_a_project_wins_over_the_one_that_comes_with_oilfilm(folder: Path
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"), [(1000.0, "decimal number"), ("a" * 300, "at most 100"), ("", "a name")]
+    ("name", "expected"), [(1000.0, "as a number"), ("a" * 300, "at most 100"), ("", "a name")]
 )
 def test_name_that_cannot_be_a_file_is_refused(folder: Path, name: object, expected: str) -> None:
     with pytest.raises(OilfilmError, match=expected):
@@ -294,3 +294,16 @@ def test_every_key_of_the_configuration_is_read_somewhere() -> None:
         key for key, name in names.items() if not re.search(rf"\.{name}\b|[\"']{name}[\"']", read)
     }
     assert unread == BY_NAME
+
+
+@pytest.mark.parametrize("name", ["2026.03", "1e5", "no", "0123", "1_000", "nan"])
+def test_a_name_that_the_command_line_would_change_is_refused_everywhere(name: str) -> None:
+    with pytest.raises(OilfilmError, match=f"'{name}' cannot be a name, because"):
+        safe_name(name, "campaign")
+    with pytest.raises(OilfilmError, match=f"'{name}' cannot be a name, because"):
+        resolve(ROOT / "config", {"campaign": name})
+
+
+@pytest.mark.parametrize("name", ["4102", "june", "2026-03", "2026-03-01", "v1.2", "no1", "-a"])
+def test_a_name_that_stays_as_it_is_typed_is_allowed(name: str) -> None:
+    assert safe_name(name, "campaign") == name

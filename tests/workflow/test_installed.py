@@ -99,6 +99,8 @@ def test_workflow_of_a_host(installed: Path, released_project: Path, tmp_path: P
     )
     pd.testing.assert_frame_equal(here, there)
     assert not (tmp_path / "results").exists()
+    assert (tmp_path / "rig/data/first_seen/own.sha256").is_file()
+    assert not (tmp_path / "data/first_seen").exists()
 
 
 def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_path: Path) -> None:

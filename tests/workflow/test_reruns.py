@@ -85,7 +85,7 @@ WORDS = (
     Edit(f"{LIBRARY}/fits/fitted.py", "raise OilfilmError(", "raise OilfilmError('!' + "),
     Edit(f"{LIBRARY}/settings/campaign.py", "What it is.", "The title."),
     Edit(f"{LIBRARY}/run/job.py", '"done\\n"', '"ended\\n"'),
-    Edit(f"{LIBRARY}/cli/check.py", "import", "import os\nimport"),
+    Edit(f"{LIBRARY}/api/log_check.py", "import", "import os\nimport"),
 )
 
 

@@ -5,6 +5,7 @@ In other programs and notebooks:
 - `oilfilm.fit(P, U, T, S, mu)` fits a traction law to arrays;
 - `oilfilm.fit_table("mu.csv")` does so with a table of mu;
 - `oilfilm.read_fit(folder, oil)` reads a fit of the workflow;
+- `oilfilm.check("data/raw/june")` judges raw logs;
 - `oilfilm.predict(law, constants, P, U, T, S)` evaluates a law;
 - `oilfilm.bearing_torque("mainshaft-167", load, speed, temperature)` gives a bearing's friction.
 """
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     # what editors complete and type checkers see
     from oilfilm.api.arrays import fit
     from oilfilm.api.bearing_torque import bearing_torque
+    from oilfilm.api.log_check import check
     from oilfilm.api.table_fit import fit_table
     from oilfilm.base.errors import OilfilmError
     from oilfilm.fits.fitted import predict, read_fit
@@ -26,6 +28,7 @@ __all__ = [
     "OilfilmError",
     "__version__",
     "bearing_torque",
+    "check",
     "fit",
     "fit_table",
     "predict",
@@ -35,6 +38,7 @@ __all__ = [
 _MODULES = {
     "OilfilmError": "oilfilm.base.errors",
     "bearing_torque": "oilfilm.api.bearing_torque",
+    "check": "oilfilm.api.log_check",
     "fit": "oilfilm.api.arrays",
     "fit_table": "oilfilm.api.table_fit",
     "predict": "oilfilm.fits.fitted",

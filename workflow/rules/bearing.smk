@@ -14,6 +14,7 @@ rule torque_runs:
         code=lambda wildcards: code("torque_runs.py", tables=rules.torque_runs.output.keys()),
         files=lambda wildcards: digests_of_logs(TORQUE_RAW, TORQUE_FILES),
         acknowledged=ACKNOWLEDGED,
+        first_seen=FIRST_SEEN,
         sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
         config=part(
             "oils", "rigs", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")

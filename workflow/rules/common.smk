@@ -62,6 +62,8 @@ if SIMULATED:
 if TORQUE_SIMULATED:
     TWINS.append(TORQUE_RAW)
 RESULTS = prefixed("results", CAMPAIGN.name)
+# Folder of the digests that measured logs had when a run first read them.
+FIRST_SEEN = prefixed("data/first_seen").as_posix()
 # Folders that a run writes to.
 WRITTEN = [RESULTS] + [prefixed(folder) for folder in TWINS]
 

@@ -59,6 +59,7 @@ checkpoint collect:
         oils=OILS,
         measured=not SIMULATED,
         acknowledged=ACKNOWLEDGED,
+        first_seen=FIRST_SEEN,
         # here and not in `points`, where each share depends on its own rows alone
         run_sheet={
             path: digest[:16]

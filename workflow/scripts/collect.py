@@ -15,7 +15,7 @@ with run.job(snakemake) as job:
     inputs, outputs, params = snakemake.input, snakemake.output, snakemake.params
     if params.measured:
         digests = read_listings(*map(Path, inputs.digests))
-        first_seen = FirstSeen(job.settings.campaign.name)
+        first_seen = FirstSeen(job.settings.campaign.name, folder=Path(params.first_seen))
         first_seen.check_and_add(digests, params.acknowledged)
         removed_logs = first_seen.gone(digests)
         if removed_logs:

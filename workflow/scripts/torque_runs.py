@@ -16,7 +16,9 @@ with run.job(snakemake) as job:
     curated = check_logs(logs, job.settings, TorqueRig, RunSheet.of_plain(snakemake.params.sheet))
     digests = logs.by_path()
     if not logs.simulated:
-        first_seen = FirstSeen(job.settings.campaign.name, folder)
+        first_seen = FirstSeen(
+            job.settings.campaign.name, folder, folder=Path(snakemake.params.first_seen)
+        )
         first_seen.check_and_add(digests, snakemake.params.acknowledged)
         removed_logs = first_seen.gone(digests)
         if removed_logs:

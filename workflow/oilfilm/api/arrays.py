@@ -4,20 +4,24 @@ Decides: fits on arrays, without files.
 """
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
+from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.api.axes import given_or_new
+from oilfilm.api.fit_keys import FitKeys
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
+from oilfilm.base.labels import aligned
 from oilfilm.fits.certificate_words import certificate
 from oilfilm.fits.conditions import levels_of
 from oilfilm.fits.fit import fit_oil
@@ -42,6 +46,9 @@ _UNNAMED_OIL = "oil"
 _POINTS_PER_DRAWN_CURVE = 200
 # More curves in one plot hide each other.
 _MOST_DRAWN_CURVES = 5
+# Correlations from this size on are named in the summary, the largest ones first.
+_STRONG_CORRELATION = 0.9
+_MOST_SHOWN_CORRELATIONS = 5
 # Measured points are marked beside a curve if each condition differs by at most this share.
 _SAME_AS_DRAWN = 0.01
 
@@ -80,9 +87,39 @@ class ArrayFit:
 
     @property
     def constants(self) -> pd.DataFrame:
-        """Constants by name, with standard errors and joint intervals; NaN where unknown."""
+        """Constants by name, with standard errors and joint intervals; NaN where unknown.
+
+        The intervals hold all constants at once, with the confidence `sign_confidence` of the
+        settings (Bonferroni). Each is therefore wider than an interval of one constant alone.
+        """
         columns = ["constant", "value", "standard_error", "lower", "upper"]
         return self.tables.coefficients[columns].set_index("constant")
+
+    @property
+    def correlations(self) -> pd.DataFrame:
+        """Correlations of the constants over the refits of the bootstrap, a square table.
+
+        NaN for a constant that is the same in all refits, and for all of them without refits.
+        """
+        names = [constant.name for constant in self.law.law.constants]
+        refits = pd.DataFrame(self.law.coefficients.spread, columns=names)
+        fitted_names = [name for name in names if name in self.constants.index]
+        return refits[fitted_names].corr()
+
+    @property
+    def r_squared(self) -> float:
+        """Share of the variance of mu that the law explains; NaN where mu does not vary.
+
+        It says little where mu varies much. Judge a fit by `verdict` and by the misfit.
+        """
+        conditions = self.points[list(self.law.law.conditions)].to_numpy(float)
+        slip = self.points[SLIP].to_numpy(float)
+        measured = self.points[_MU].to_numpy(float)
+        of_law = self.law.without_interval().predict(conditions, slip).traction_coefficient
+        variation = float(np.sum((measured - measured.mean()) ** 2))
+        if variation == 0:
+            return float("nan")
+        return 1 - float(np.sum((measured - of_law) ** 2)) / variation
 
     @cached_property
     def soundness(self) -> dict[str, Any]:
@@ -131,10 +168,37 @@ class ArrayFit:
             f"{quality['n_points']} points in {quality['n_curves']} curves; misfit "
             f"{quality['relative_rms']:.2%} of mu (rms), at curves left out "
             f"{quality['left_out_rmse'] / quality['rmse']:.2f} times that; "
-            f"BIC {quality['bic']:.1f}"
+            f"R2 {self.r_squared:.5f}; BIC {quality['bic']:.1f}"
         )
-        lines = [self.law.law.formula, counts, self.constants.to_string(), self.verdict]
+        lines = [self.law.law.formula, counts, self.constants.to_string()]
+        lines += self._lines_on_constants()
+        lines.append(self.verdict)
         return "\n".join(lines)
+
+    def _lines_on_constants(self) -> Iterator[str]:
+        """What the intervals of the constants are, and which constants are correlated."""
+        if self.constants["lower"].isna().all():
+            return
+        level = f"{self.settings.sign_confidence:.0%}"
+        yield (
+            f"lower, upper: joint {level} intervals, which hold all constants at once "
+            f"({level} by Bonferroni)"
+        )
+        correlations = self.correlations
+        names = correlations.index
+        pairs = {
+            f"{names[row]} {names[column]}": float(correlations.iloc[row, column])
+            for row, column in combinations(range(len(names)), 2)
+        }
+        strong = {pair: r for pair, r in pairs.items() if abs(r) >= _STRONG_CORRELATION}
+        if not strong:
+            return
+        strongest = sorted(strong, key=lambda pair: -abs(strong[pair]))
+        shown = [f"{pair} {strong[pair]:.2f}" for pair in strongest[:_MOST_SHOWN_CORRELATIONS]]
+        yield (
+            f"correlations of {_STRONG_CORRELATION:g} or more: {len(strong)} of {len(pairs)} pairs "
+            f"of constants: {', '.join(shown)}; all: `correlations`"
+        )
 
     def to_frame(self) -> pd.DataFrame:
         """The points with mu of the law, its intervals and the residual."""
@@ -196,12 +260,12 @@ class ArrayFit:
                 points from low to high traction.
 
         Returns:
-            The axes.
-        """
-        if axes is None:
-            from matplotlib import pyplot  # noqa: PLC0415 - loads slowly, and only this needs it
+            The axes. `plot().figure.savefig(FILE)` writes a file.
 
-            _, axes = pyplot.subplots(layout="constrained")
+        Raises:
+            OilfilmError: `axes` are no axes, or matplotlib is missing.
+        """
+        axes = given_or_new(axes)
         axes.plot(self.points[SLIP], self.points[_MU], ".", color="0.85", zorder=0)
         operating_points = self._tested_operating_points()
         if at is None:
@@ -263,14 +327,15 @@ def fit(
     traction_coefficient: Any,
     *,
     law: str = PAPER_LAW.name,
-    curve: npt.ArrayLike | None = None,
+    curve: Any = None,
     calibration: Mapping[str, float] | None = None,
-    **settings: Any,
+    **settings: Unpack[FitKeys],
 ) -> ArrayFit:
     """Fit a traction law to measured points.
 
     Plain numbers are in the units below; quantities of pint are converted to them. All arrays
-    broadcast against each other; a column of a data frame is an array as well.
+    broadcast against each other, arrays of xarray by the names of their dimensions. Columns of
+    pandas must have one index; columns of polars and arrays of NumPy belong together by position.
 
     Args:
         max_hertz_pressure: P of each point, in GPa.
@@ -287,37 +352,49 @@ def fit(
         settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
 
     Raises:
-        OilfilmError: There is no such law or setting, or the shapes of the arrays do not match.
+        OilfilmError: There is no such law or setting, or the shapes or the labels of the arrays do
+            not match.
 
     Returns:
         The fit. Its verdict gives the reason where the data cannot be fitted.
 
     Examples:
-        Twelve curves on a known law give its constants back:
+        27 curves on a known law give its constants back:
 
         >>> import oilfilm
         >>> constants = [-0.01567792, 1.6654, -0.5014, -0.1065]
         >>> constants += [0.63482685, 1.2727, -0.4139, -1.2181]
         >>> constants += [24.43483717, 0.3964, 0.1591, -0.7121]
-        >>> levels = [1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3]
+        >>> levels = [1.0, 1.25, 1.5], [25, 32, 40], [50, 80, 120], [0.01, 0.03, 0.1, 0.3]
         >>> at = np.meshgrid(*levels)
         >>> mu = oilfilm.predict("deng2026", constants, *at).traction_coefficient
         >>> fitted = oilfilm.fit(*at, mu, searches=2, bootstrap=20)
         >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
         {'A0': -0.016, 'A1': 1.665}
+        >>> bool(fitted.soundness["sound"])
+        True
         >>> float(fitted.predict(1.2, 30, 70, 0.05).traction_coefficient)
         0.0107...
     """
-    values = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-    names = (*CONDITIONS, SLIP)
-    arrays = [in_unit(value, name) for value, name in zip(values, names, strict=True)]
-    arrays.append(np.asarray(traction_coefficient, float))
+    values = (
+        max_hertz_pressure,
+        entrainment_speed,
+        inlet_temperature,
+        slide_roll_ratio,
+        traction_coefficient,
+    )
+    columns = (*CONDITIONS, SLIP, _MU)
+    arguments = dict(zip(columns, values, strict=True))
+    if curve is not None:
+        arguments["curve"] = curve
+    arguments, _ = aligned(arguments)
+    curve = arguments.pop("curve", None)
+    arrays = [in_unit(value, name) for name, value in arguments.items()]
     try:
         broadcast = np.broadcast_arrays(*arrays)
     except ValueError as error:
         shapes = ", ".join(str(array.shape) for array in arrays)
         raise OilfilmError(f"the arrays have shapes that do not match: {shapes}.") from error
-    columns = (*names, _MU)
     points = pd.DataFrame(
         {column: array.ravel() for column, array in zip(columns, broadcast, strict=True)}
     )
@@ -330,7 +407,7 @@ def fit_points(
     law: str,
     curve: npt.ArrayLike | None = None,
     calibration: Mapping[str, float] | None = None,
-    **settings: Any,
+    **settings: Unpack[FitKeys],
 ) -> ArrayFit:
     """Fit a law to points; the common part of `fit` and `fit_table`.
 

@@ -13,8 +13,9 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.api.axes import given_or_new
+from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.home import CONFIG
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -88,12 +89,12 @@ class BearingTorque:
             axes: Axes of matplotlib to draw into; new ones if not given.
 
         Returns:
-            The axes.
-        """
-        if axes is None:
-            from matplotlib import pyplot  # noqa: PLC0415 - loads slowly, and only this needs it
+            The axes. `plot().figure.savefig(FILE)` writes a file.
 
-            _, axes = pyplot.subplots(layout="constrained")
+        Raises:
+            OilfilmError: `axes` are no axes, or matplotlib is missing.
+        """
+        axes = given_or_new(axes)
         names = {
             "inner_speed_rpm": "Speed of the inner ring (rpm)",
             "axial_load_n": "Axial load (N)",
@@ -258,9 +259,7 @@ def bearing_torque(
             f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
             "Run snakemake, or correct `results`."
         )
-    settings_folder = Path(config) if config is not None else Path("config")
-    if config is None and not settings_folder.is_dir():
-        settings_folder = CONFIG
+    settings_folder = config_folder(None if config is None else Path(config))
     file = named_file(settings_folder, "bearing", bearing, "the bearing")
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     settings = resolve(settings_folder, {"campaign": str(footer.get("campaign"))})

@@ -13,12 +13,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import pandas as pd
+import pyarrow
 
 from oilfilm.api.arrays import ArrayFit, fit_points
+from oilfilm.api.fit_keys import FitKeys
 from oilfilm.api.mu_columns import (
     AskedError,
     TableColumn,
@@ -95,7 +97,7 @@ _OPTIONS = {
 
 
 def fit_table(
-    table: Path | str | pd.DataFrame,
+    table: Path | str | pd.DataFrame | Any,
     *,
     ball_radius_m: float | None = None,
     materials: str = "steel,steel",
@@ -103,7 +105,7 @@ def fit_table(
     oil: str | None = None,
     at: Mapping[str, float] | None = None,
     columns: str | Mapping[str, str] = "",
-    **settings: Any,
+    **settings: Unpack[FitKeys],
 ) -> ArrayFit:
     """Fit a traction law to a table of mu: csv, tsv, xlsx, ods, Parquet or a data frame.
 
@@ -112,7 +114,8 @@ def fit_table(
     temperature; and, where there are such columns, oil and curve.
 
     Args:
-        table: The table. Units are in the names or in the row below them: `speed [mm/s]`.
+        table: The table: a file, or a data frame of pandas, polars or another library that has the
+            Arrow interface. Units are in the names or in the row below them: `speed [mm/s]`.
         ball_radius_m: Radius of the ball on a flat disc, in m: load becomes pressure.
         materials: Materials of ball and disc: steel, silicon-nitride, glass, or 206GPa:0.3.
         law: Name of the law. If not given, a law of pressure, or of load where the pressure is not
@@ -134,7 +137,7 @@ def fit_table(
         >>> constants = [-0.01567792, 1.6654, -0.5014, -0.1065]
         >>> constants += [0.63482685, 1.2727, -0.4139, -1.2181]
         >>> constants += [24.43483717, 0.3964, 0.1591, -0.7121]
-        >>> levels = [1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3]
+        >>> levels = [1.0, 1.25, 1.5], [25, 32, 40], [50, 80, 120], [0.01, 0.03, 0.1, 0.3]
         >>> names = ["p [GPa]", "U [m/s]", "T [degC]", "SRR"]
         >>> table = pd.MultiIndex.from_product(levels, names=names).to_frame(index=False)
         >>> at = table.to_numpy().T
@@ -142,6 +145,8 @@ def fit_table(
         >>> fitted = oilfilm.fit_table(table, searches=2, bootstrap=20)
         >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
         {'A0': -0.016, 'A1': 1.665}
+        >>> bool(fitted.soundness["sound"])
+        True
     """
     conditions_of_all = dict(at or {})
     pressure_of_load = None
@@ -256,7 +261,7 @@ class Stated:
     speed_m_s: float | None = None
 
 
-def read_mu_table(table: Path | str | pd.DataFrame, stated: Stated | None = None) -> MuTable:
+def read_mu_table(table: Path | str | pd.DataFrame | Any, stated: Stated | None = None) -> MuTable:
     """Read csv, tsv, xlsx, ods or Parquet, or a data frame.
 
     Args:
@@ -266,9 +271,9 @@ def read_mu_table(table: Path | str | pd.DataFrame, stated: Stated | None = None
     Raises:
         OilfilmError: A column is missing, doubtful or without a unit, or a number is impossible.
     """
-    if isinstance(table, pd.DataFrame):
+    if not isinstance(table, (str, Path)):
         name = "the data frame"
-        texts = [("", _tab_separated(table))]
+        texts = [("", _tab_separated(_as_pandas(table)))]
     else:
         name = str(table)
         texts = _file_texts(Path(table), MuTable(name))
@@ -289,6 +294,24 @@ def read_mu_table(table: Path | str | pd.DataFrame, stated: Stated | None = None
         reason = str(fault).removeprefix(f"{name}: ")
         mu_table.notes.append(f"the sheet {title!r} is not read: {cut(reason)}")
     return mu_table
+
+
+def _as_pandas(table: Any) -> pd.DataFrame:
+    """A data frame of any library as one of pandas.
+
+    Raises:
+        OilfilmError: It is no data frame.
+    """
+    if isinstance(table, pd.DataFrame):
+        return table
+    # the interface by which polars, pyarrow, DuckDB and others hand over tables
+    if not hasattr(table, "__arrow_c_stream__"):
+        raise OilfilmError(
+            f"fit_table: found a {type(table).__name__}; expected the path of a file, or a data "
+            "frame of pandas or polars. For arrays use `oilfilm.fit`."
+        )
+    converted: pd.DataFrame = pyarrow.table(table).to_pandas()
+    return converted
 
 
 def _joined_sheets(parts: Sequence[tuple[str, MuTable]], joined: MuTable) -> MuTable:

@@ -14,6 +14,9 @@ from importlib import import_module
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.parser import check_command, parser
 
+# Packages of the extra `report`; all others beside the core are of the workflow.
+_PACKAGES_OF_REPORT = ("matplotlib", "PIL")
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command.
@@ -34,10 +37,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         missing_package = (error.name or "oilfilm").partition(".")[0]
         if missing_package == "oilfilm":
             raise
+        extra = "report" if missing_package in _PACKAGES_OF_REPORT else "workflow"
         print(
             f"The package {error.name} is not installed. This needs more than the core of "
-            "oilfilm. Install it with its workflow: pip install '.[workflow]' in the folder of its "
-            "code, or pip install 'WHEEL[workflow]' with the path of its wheel.",
+            f"oilfilm. Install it with its {extra}: pip install '.[{extra}]' in the folder of its "
+            f"code, or pip install 'WHEEL[{extra}]' with the path of its wheel.",
             file=sys.stderr,
         )
         return 2

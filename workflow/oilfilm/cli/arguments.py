@@ -1,6 +1,6 @@
 """What several commands share: typed quantities, folders, and answers as one line of JSON.
 
-Decides: which units a typed quantity may have; where a command looks for settings and results.
+Decides: which units a typed quantity may have; where a command looks for results.
 """
 
 import argparse
@@ -13,26 +13,13 @@ from typing import Any
 import numpy as np
 
 from oilfilm import tables
+from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.home import CONFIG
 from oilfilm.base.units import conversion
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.logs.base import LARGEST_READING
 from oilfilm.settings.resolve import read_config
 from oilfilm.traction.law import QUANTITIES
-
-
-def config_folder(typed: Path | None) -> Path:
-    """The configuration folder: as typed, else `config` of the current folder, else oilfilm's."""
-    if typed:
-        return typed
-    project = Path("config")
-    return project if project.is_dir() else CONFIG
-
-
-def project_folder(config: Path | None) -> Path:
-    """The folder of logs and results: that above a typed configuration folder, else the current."""
-    return config.parent if config else Path()
 
 
 def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:

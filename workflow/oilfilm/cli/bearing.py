@@ -5,7 +5,8 @@ import argparse
 import numpy as np
 
 from oilfilm.api.bearing_torque import bearing_torque
-from oilfilm.cli.arguments import campaign_folder, config_folder, json_line, quantity
+from oilfilm.api.folders import config_folder
+from oilfilm.cli.arguments import campaign_folder, json_line, quantity
 
 
 def run(options: argparse.Namespace) -> int:

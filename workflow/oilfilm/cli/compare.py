@@ -18,6 +18,7 @@ from oilfilm import tables
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.units import BoolArray
 from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
+from oilfilm.cli.plot_file import refuse_plot, write_plot
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
@@ -60,6 +61,7 @@ class NamedFit(NamedTuple):
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
+    refuse_plot(options.plot)
     named_fits = read_fits(options.folders, options.oil)
     fits = {name: named.oil.fit for name, named in named_fits.items()}
     conditions = middle_of_tested(fits, typed_conditions(options))
@@ -81,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
         drawn_slips = np.linspace(0, largest_slip, _POINTS_PER_DRAWN_CURVE + 1)[1:]
         curves = side_by_side(fits, conditions, drawn_slips, pairs)
         simulated = any("simulated" in named.source for named in named_fits.values())
-        _draw(curves, conditions, simulated=simulated).savefig(options.plot)
+        write_plot(_draw(curves, conditions, simulated=simulated), options.plot)
         print(f"Written: {options.plot}")
     return 0
 

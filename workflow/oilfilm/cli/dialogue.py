@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import yaml
 
+from oilfilm.api.log_check import check_files, verdict_lines
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import conversion
 from oilfilm.cli.arguments import quantity
-from oilfilm.cli.check import check_files, verdict_lines
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.logs.header import split_unit
 from oilfilm.logs.ingest import read_bytes

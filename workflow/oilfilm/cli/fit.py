@@ -1,16 +1,23 @@
 """The command `oilfilm fit`: a law fitted to a table of mu."""
 
 import argparse
+import shlex
 from collections.abc import Iterator
+from pathlib import Path
 
 import oilfilm
 from oilfilm.api.arrays import ArrayFit
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.cli.arguments import quantity, typed_conditions
+from oilfilm.cli.parser import CONDITION_OPTIONS
+from oilfilm.cli.plot_file import refuse_plot, write_plot
+from oilfilm.fits.fitted import SLIP
+from oilfilm.traction.law import QUANTITIES
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where nothing could be fitted."""
+    refuse_plot(options.plot)
     radius = options.ball_radius
     if options.save is not None and options.save.exists():
         raise OilfilmError(f"{options.save}: exists already. Name a new folder with --save.")
@@ -25,13 +32,23 @@ def run(options: argparse.Namespace) -> int:
     )
     print("\n".join(map(printable, _lines(fit))))
     if options.plot:
-        fit.plot().figure.savefig(options.plot)
+        write_plot(fit.plot().figure, options.plot)
         print(f"Written: {printable(options.plot)}")
     if options.save:
         fit.save(options.save)
         print(f"Written: {printable(options.save)}: tables, exports, summary.txt, report.html")
-        print(f"Then: oilfilm predict --results {options.save} --oil {fit.oil} --help")
+        print(f"Then, as an example: {_predict_command(fit, options.save)}")
     return int(fit.constants["value"].isna().all())
+
+
+def _predict_command(fit: ArrayFit, folder: Path) -> str:
+    """The command that predicts mu of a saved fit in the middle of its tested conditions."""
+    words = ["oilfilm", "predict", "--results", str(folder), "--oil", fit.oil]
+    for option, (name, _, _) in CONDITION_OPTIONS.items():
+        if name in fit.law.law.conditions:
+            words += [option, f"{fit.points[name].median():.3g}{QUANTITIES[name].unit}"]
+    words += ["--slip", f"{fit.points[SLIP].median():.2g}"]
+    return shlex.join(words)
 
 
 def _lines(fit: ArrayFit) -> Iterator[str]:
@@ -39,5 +56,4 @@ def _lines(fit: ArrayFit) -> Iterator[str]:
     yield f"{fit.source}: {len(fit.points)} points in {n_curves} curves"
     for note in fit.notes:
         yield f"  {note}"
-    yield f"mu = {fit.law.law.equation}"
-    yield from repr(fit).splitlines()
+    yield from fit.summary().splitlines()

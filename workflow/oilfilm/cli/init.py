@@ -16,7 +16,6 @@ from pathlib import Path
 from shlex import quote
 
 import pandas as pd
-import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oilfilm.base.atomic_write import atomic_folder
@@ -182,13 +181,6 @@ def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
             be read.
     """
     name = safe_name(folder.resolve().name, folder)
-    as_number = yaml.safe_load(name)
-    if isinstance(as_number, float) or str(as_number) != name:
-        # the command line of snakemake reads `campaign=2026.03` as a number
-        raise OilfilmError(
-            f"{folder}: {name!r} cannot be the name of a campaign, because it reads as "
-            f"{as_number!r}. Put a letter before it."
-        )
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise OilfilmError(
             f"{folder}: exists already and is not empty. Name a new or an empty folder."

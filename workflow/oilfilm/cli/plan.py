@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from oilfilm.api.folders import config_folder, project_folder
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
-from oilfilm.cli.arguments import campaign_folder, config_folder, project_folder, quantity
+from oilfilm.cli.arguments import campaign_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.fits.measured_curves import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_file, resolve

@@ -17,6 +17,8 @@ from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
 from oilfilm.fits.support_words import why_no_support
 
+_PRESSURE, _LOAD = "max_hertz_pressure_gpa", "load_n"
+
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
@@ -53,6 +55,7 @@ def prediction(
     Raises:
         OilfilmError: The fit has no value there, or a condition is missing or too many.
     """
+    operating_point, pressure_of_load = _with_pressure(fit, operating_point)
     _refuse_other_conditions(fit, oil, operating_point)
     for name, value in operating_point.items():
         refuse_impossible(np.array([value]), name)
@@ -78,7 +81,7 @@ def prediction(
     if not np.isfinite(row["traction_coefficient"]):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
     evaluated_conditions = fit.on_line(conditions)
-    sentences = list(_intervals(fit, oil, row))
+    sentences = [*_intervals(fit, oil, row), *pressure_of_load]
     if fit.surface is not None and not fit.surface.sizes.converged:
         sentences.append(
             "NOT SURE: the search of the surface ended before its maximum; the interval rests on "
@@ -92,6 +95,36 @@ def prediction(
         )
     sentences += _warnings(fit, [*evaluated_conditions[0], operating_point[SLIP]], row)
     return row, sentences
+
+
+def _with_pressure(
+    fit: FittedLaw, operating_point: Mapping[str, float]
+) -> tuple[dict[str, float], list[str]]:
+    """The operating point with the pressure in place of the load, and a sentence that says so.
+
+    The contact is that of the runs behind the fit. Nothing changes where the law takes the load, or
+    where the pressure is given as well.
+
+    Raises:
+        OilfilmError: The contact is not known, or the runs have several.
+    """
+    point = dict(operating_point)
+    if _LOAD not in point or _LOAD in fit.law.conditions or _PRESSURE in point:
+        return point, []
+    load_n = point.pop(_LOAD)
+    refuse_impossible(np.array([load_n]), _LOAD)
+    load_at_1_gpa = np.nan if fit.surface is None else fit.surface.contact.load_at_1_gpa
+    if not np.isfinite(load_at_1_gpa):
+        raise OilfilmError(
+            "--load: the law takes the maximum Hertz pressure, and the contact that gives it is "
+            "not known: the runs of the fit have no load, several contacts or no surface. Give the "
+            "pressure: --stress 1.2GPa."
+        )
+    point[_PRESSURE] = float(np.cbrt(load_n / load_at_1_gpa))
+    sentence = (
+        f"{load_n:g} N is a maximum pressure of {point[_PRESSURE]:.4g} GPa in the rig's contact"
+    )
+    return point, [sentence]
 
 
 def _intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str]:
@@ -143,9 +176,11 @@ def _refuse_other_conditions(
     conditions = set(fit.law.conditions)
     others = operating_point.keys() - conditions - {SLIP}
     if others:
+        option_of = {name: option for option, (name, _, _) in CONDITION_OPTIONS.items()}
         raise OilfilmError(
-            f"{oil}: the law {fit.law.name} does not take {', '.join(sorted(others))}. It takes "
-            f"{', '.join(fit.law.conditions)}."
+            f"{oil}: the law {fit.law.name} does not take "
+            f"{', '.join(option_of[name] for name in sorted(others))}. It takes "
+            f"{', '.join(option_of.get(name, name) for name in fit.law.conditions)}."
         )
     not_followed = {fixed.condition for fixed in fit.coefficients.fixed}
     missing = conditions - not_followed - operating_point.keys()

@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
+from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import printable
-from oilfilm.cli.arguments import config_folder
 from oilfilm.releases.compare import compare
 from oilfilm.releases.release import rebuild
 from oilfilm.releases.stored_release import StoredRelease, fetch_release, pin

@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 
+from oilfilm.api.folders import config_folder, project_folder
+from oilfilm.api.log_check import judged_logs, kinds_of_folders, verdict_lines
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.cli.arguments import config_folder, project_folder
-from oilfilm.cli.check import judged_logs, kinds_of_folders, verdict_lines
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import named_logs
@@ -36,8 +36,8 @@ def run(options: argparse.Namespace) -> int:
     """
     if options.config is None and not Path("config/config.yaml").is_file():
         raise OilfilmError(
-            "config/config.yaml: there is no such file, so the logs to be watched are not known. Go "
-            "to the folder of the project, or name its configuration folder with --config. "
+            "config/config.yaml: there is no such file, so the logs to be watched are not known. "
+            "Go to the folder of the project, or name its configuration folder with --config. "
             "`oilfilm init FOLDER LOG...` makes a project."
         )
     config = config_folder(options.config)

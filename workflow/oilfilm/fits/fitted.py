@@ -3,7 +3,6 @@
 Decides: traction at a condition, wherever it is needed, and where it is refused.
 """
 
-import importlib
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -17,6 +16,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
+from oilfilm.base.labels import aligned
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition, away, from_text
@@ -149,8 +149,8 @@ class Prediction:
         mean_ci_lower: Lower end of the interval of the law's mean curve, which holds if the law is
             true; NaN where the fit has none.
         mean_ci_upper: Upper end.
-        outside: True where a condition or the slip is outside the tested box, or where the
-            nearest tested conditions are more than their spacing away.
+        outside: True where a condition or the slip is outside the tested box or not known (NaN),
+            or where the nearest tested conditions are more than their spacing away.
         distance: Distance from the tested box in tested ranges, for the condition farthest out; 0
             inside, NaN where the box is unknown, infinite where `away`.
         away: True where a condition that the fit does not follow is not on its tested level or
@@ -420,13 +420,14 @@ class FittedLaw:
         law_lower, law_upper = np.sort(sign * law_ends, axis=0)
         distance = np.where(is_away, np.inf, self._distance(conditions, slip))
         spacings = self.spacings(conditions)
+        is_not_given = is_unknown.any(axis=1) | np.isnan(slip)
         return Prediction(
             traction_coefficient=sign * mu,
             obs_ci_lower=run_lower,
             obs_ci_upper=run_upper,
             mean_ci_lower=law_lower,
             mean_ci_upper=law_upper,
-            outside=(distance > 0) | exceeds(spacings, 1.0),
+            outside=is_not_given | (distance > 0) | exceeds(spacings, 1.0),
             distance=distance,
             away=is_away,
             spacings=spacings,
@@ -499,11 +500,9 @@ class FittedLaw:
                 f"the law {self.law.name} is one of {', '.join(self.law.conditions)}; use the "
                 "method predict of the fitted law, which takes rows of them."
             )
-        aligned, labelled = _aligned(
-            max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio
-        )
-        names = (*CONDITIONS, SLIP)
-        arrays = [in_unit(value, name) for value, name in zip(aligned, names, strict=True)]
+        values = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
+        arguments, labelled = aligned(dict(zip((*CONDITIONS, SLIP), values, strict=True)))
+        arrays = [in_unit(value, name) for name, value in arguments.items()]
         broadcast = np.broadcast_arrays(*arrays)
         shape = broadcast[0].shape
         columns = [np.asarray(array, dtype=float).ravel() for array in broadcast]
@@ -853,22 +852,26 @@ def refuse_impossible(values: FloatArray, name: str) -> None:
 
 
 def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
-    """Values of a condition or of the slide-roll ratio; quantities of pint are converted.
+    """Values of a condition, the slide-roll ratio or mu; quantities of pint are converted.
 
     Args:
         value: Numbers in the unit of the column `name`, or a quantity of pint.
         name: Name of the column.
 
     Raises:
-        OilfilmError: The quantity has a unit of something else, or a value is impossible.
+        OilfilmError: The quantity has a unit of something else, or a value is no number or
+            impossible.
     """
-    unit = "dimensionless" if name == SLIP else QUANTITIES[name].unit
+    unit = QUANTITIES[name].unit if name in QUANTITIES else "dimensionless"
     if hasattr(value, "magnitude") and hasattr(value, "to"):
         try:
             value = value.to(unit).magnitude
         except Exception as error:
             raise OilfilmError(f"{name}: {error}; expected a unit such as {unit}.") from error
-    values = np.asarray(value, dtype=float)
+    try:
+        values = np.asarray(value, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise OilfilmError(f"{name}: expected numbers in {unit}, but {error}.") from None
     refuse_impossible(values, name)
     return values
 
@@ -923,30 +926,3 @@ def predict(
     return FittedLaw(law, coefficients).predict_at(
         max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio, level
     )
-
-
-def _aligned(*arguments: Any) -> tuple[tuple[Any, ...], Callable[[npt.NDArray[Any], str], Any]]:
-    """The arguments in a form that broadcasts, and a function that labels an array like them.
-
-    Arrays of xarray broadcast by the names of their dimensions. Columns of pandas must have one
-    index.
-
-    Returns:
-        The arguments, and a function of an array of the broadcast shape and a name.
-
-    Raises:
-        OilfilmError: Two columns of pandas have different indices.
-    """
-    if any(hasattr(value, "dims") for value in arguments):
-        xarray = importlib.import_module("xarray")
-        arrays = []
-        for value in arguments:
-            arrays.append(value if hasattr(value, "dims") else xarray.DataArray(value))
-        broadcast = xarray.broadcast(*arrays)
-        return broadcast, lambda array, name: broadcast[0].copy(data=array).rename(name)
-    indices = [value.index for value in arguments if isinstance(value, pd.Series)]
-    if not indices:
-        return arguments, lambda array, name: array
-    if not all(index.equals(indices[0]) for index in indices):
-        raise OilfilmError("the columns have different indices; take them from one data frame.")
-    return arguments, lambda array, name: pd.Series(array, indices[0], name=name)

@@ -12,7 +12,6 @@ from oilfilm.base.atomic_write import write_text
 from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.raw_files import listed, listing
 
-FOLDER = Path("data/first_seen")
 # So many digits of a sha256 tell any two logs of a campaign apart.
 _DIGITS_SHOWN = 16
 _LINE = re.compile(r"(?P<digest>[0-9a-f]{64})  (?P<log>data/raw/.+)")
@@ -30,7 +29,7 @@ class FirstSeen:
         OilfilmError: A line of the listing is damaged.
     """
 
-    def __init__(self, campaign: str, logs: str = "", folder: Path = FOLDER) -> None:
+    def __init__(self, campaign: str, logs: str = "", *, folder: Path) -> None:
         self._campaign = campaign
         self._path = folder / f"{logs or campaign}.sha256"
         self._digests: dict[str, str] = {}

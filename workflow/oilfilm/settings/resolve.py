@@ -460,10 +460,26 @@ def safe_name(name: object, named_at: object) -> str:
         OilfilmError: It cannot; the sentence begins with `named_at`.
     """
     text = str(name)
-    is_allowed = not isinstance(name, float) and _NAME.fullmatch(text)
-    if not is_allowed or len(text.encode()) > _LONGEST_NAME:
+    if not _NAME.fullmatch(text) or len(text.encode()) > _LONGEST_NAME:
         raise OilfilmError(
             f"{named_at}: {cut(name, 20)!r} cannot be a name: use letters, digits, '-', '_' and "
-            f"'.', at most {_LONGEST_NAME} bytes, not starting with '.', and no decimal number."
+            f"'.', at most {_LONGEST_NAME} bytes, not starting with '.'."
+        )
+    if isinstance(name, float) or not _is_read_as_it_is_written(text):
+        raise OilfilmError(
+            f"{named_at}: {text!r} cannot be a name, because the command line and YAML read it as "
+            "a number or another value. Put a letter before it."
         )
     return text
+
+
+def _is_read_as_it_is_written(name: str) -> bool:
+    """Whether the command line of Snakemake and YAML give a name back: not 2026.03, 1e5 or no."""
+    try:
+        number = float(name)
+    except ValueError:
+        try:
+            return str(yaml.safe_load(name)) == name
+        except yaml.YAMLError:
+            return True
+    return number.is_integer() and str(int(number)) == name
