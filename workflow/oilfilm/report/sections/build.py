@@ -24,7 +24,7 @@ from oilfilm.fits.conditions import from_text
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE, normal_quantile
 from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.fits.surface_words import of_several_rigs, of_surface
+from oilfilm.fits.surface_words import of_surface
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report.document import (
     Fact,
@@ -78,7 +78,7 @@ def fits(results: CampaignTables) -> Section:
         "report/sections/fits.jinja",
         fitted=tables.rows(quality[quality["rmse"].notna()]),
         wrong={oil: what_is_wrong(row) for oil, row in verdicts.items()},
-        of_surface={oil: _of_surface(results, oil, row) for oil, row in verdicts.items()},
+        of_surface={oil: of_surface(results, oil, row) for oil, row in verdicts.items()},
         lost=[
             {"oil": row["oil"], "certificate": certificate(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
@@ -93,13 +93,6 @@ def fits(results: CampaignTables) -> Section:
         show_table(lack_of_fit, "lack_of_fit"),
     ]
     return Section("fits", "Fits", sentences, shown_tables)
-
-
-def _of_surface(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
-    """What the surface of an oil says, and what its interval does not know."""
-    sentences = of_surface(results, oil, verdict)
-    rigs = of_several_rigs(results.runs[results.runs["oil"] == oil])
-    return [*sentences, rigs] if sentences and rigs else sentences
 
 
 def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
