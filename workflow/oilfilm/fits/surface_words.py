@@ -57,8 +57,7 @@ def of_rigs(rig_of_runs: Sequence[str] | None, rig_gain_sd: float) -> str:
     """
     if rig_of_runs is None:
         return (
-            "The data name no rigs, so all runs count as those of one rig: a difference of rigs "
-            "would count as scatter of runs, and the interval does not hold for another rig."
+            "The data name no rigs: all runs count as those of one rig, on which the next one is."
         )
     rigs = len(set(rig_of_runs))
     if rigs < 2 or np.isnan(rig_gain_sd):
