@@ -190,6 +190,14 @@ def test_a_large_campaign_knows_each_rig(measured, fitted, monkeypatch):
     assert set(large.covariance.curves.rig[chosen]) == {0, 1, 2}
 
 
+def test_the_sizes_of_a_large_campaign_come_from_curves_of_each_rig(measured, monkeypatch):
+    # two curves are asked for, and there are three rigs
+    monkeypatch.setattr(surface_module, "_CURVES_FOR_SIZES", 2)
+    sample = surface_module._sample(measured.in_canonical_order())
+    assert len(sample.conditions) < 6
+    assert set(sample.rig) == {0, 1, 2}
+
+
 @pytest.mark.parametrize("kind", ["norm", "logn", "heavy"])
 @pytest.mark.parametrize("conditions", [CONFOUNDED, mixed_rigs()], ids=["confounded", "mixed"])
 def test_interval_holds_new_runs_on_other_rigs(conditions, kind):

@@ -466,7 +466,12 @@ def _sample(ordered: Measurements) -> Measurements:
         return ordered
     chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
     next_ones = np.minimum(chosen + 1, curves - 1)
-    return ordered.of_curves(np.union1d(chosen, next_ones))
+    rows = np.union1d(chosen, next_ones)
+    if ordered.rig is not None:
+        # a rig of few runs shows what rigs differ by as well
+        _, of_rigs = np.unique(ordered.rig, return_index=True)
+        rows = np.union1d(rows, of_rigs)
+    return ordered.of_curves(rows)
 
 
 def _blocks(points: int) -> Iterator[slice]:
