@@ -12,7 +12,7 @@ of the surface (`benchmarks/surface.py`).
 
 Without `--quick` the table of the documentation is written anew after each row.
 
-Takes 35 minutes in one process with one thread of linear algebra; `--quick` 2, `few` 6.
+Takes 20 minutes in one process with one thread of linear algebra; `--quick` 2.
 """
 
 import itertools
