@@ -7,20 +7,24 @@ at new conditions of the tested region, where the fit is sound. The interval of 
 of the surface (`benchmarks/surface.py`).
 
     python benchmarks/coverage.py [replicates]
+    python benchmarks/coverage.py --quick            (plans of 12 and 18 runs, one campaign each)
     python benchmarks/coverage.py few [campaigns]    (width of the law's own interval of 12 runs)
 
-Takes 10 minutes.
+Without `--quick` the table of the documentation is written anew after each row.
+
+Takes 20 minutes in one process with one thread of linear algebra; `--quick` 2.
 """
 
 import itertools
 import sys
-from concurrent.futures import ProcessPoolExecutor
+import time
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from threadpoolctl import threadpool_limits
 
 from oilfilm import tables
 from oilfilm.base.randomness import generator
@@ -44,6 +48,8 @@ TRUTHS = (
     *("eyring", "carreau", "tanh", "heated film"),
 )
 LEVELS = ([1.0, 1.25, 1.5], [25.0, 30.0, 35.0, 40.0], [25.0, 50.0, 70.0, 85.0, 100.0, 120.0])
+PLANS = (72, 24, 18, 12)
+QUICK_PLANS = (18, 12)
 NEW_CONDITIONS = 30
 SLIPS = np.linspace(0.01, 0.3, 30)
 TABLE = ROOT / "docs/explanation/coverage.csv"
@@ -199,9 +205,8 @@ def check_few(campaigns: int = 200) -> None:
     The right half width at a point is the 95 % quantile of the error over all campaigns.
     """
     for oil in OILS:
-        with ProcessPoolExecutor(1) as pool:
-            cases = [(oil, number) for number in range(campaigns)]
-            error, half = map(np.array, zip(*pool.map(few, cases, chunksize=8), strict=True))
+        campaigns_of_oil = [few((oil, number)) for number in range(campaigns)]
+        error, half = map(np.array, zip(*campaigns_of_oil, strict=True))
         ratio = np.median(half, axis=0) / np.quantile(np.abs(error), 0.95, axis=0)
         held = np.mean(np.abs(error) <= half)
         print(
@@ -210,24 +215,40 @@ def check_few(campaigns: int = 200) -> None:
         )
 
 
-def main(replicates: int = 3) -> None:
-    """Print the table, and renew the one of the documentation."""
-    cases = [
-        (truth, oil, curves, common, number)
-        for truth in TRUTHS
-        for curves in (72, 24, 18, 12)
-        for common in (False, True)
-        for oil in OILS
-        for number in range(replicates)
-    ]
-    with ProcessPoolExecutor(2) as pool:
-        rows = pd.DataFrame(list(pool.map(trial, cases, chunksize=4)))
+def main(replicates: int = 3, plans: tuple[int, ...] = PLANS, path: Path | None = TABLE) -> None:
+    """Print the table, and renew the one of the documentation.
+
+    Args:
+        replicates: Campaigns of each truth, plan, oil and kind of calibration.
+        plans: Numbers of curves.
+        path: Where the table goes, anew after each row; nowhere if it is not given.
+    """
     wanted = ["mean", "own half", "sound", "mean if sound"]
-    table = rows.groupby(["truth", "curves", "common"], sort=False)[wanted].mean()
-    print(table.round(3).to_string())
-    table.round(3).reset_index().to_csv(TABLE, index=False, lineterminator="\n")
+    rows = []
+    for truth, curves, common in itertools.product(TRUTHS, plans, (False, True)):
+        start = time.perf_counter()
+        campaigns = pd.DataFrame(
+            [
+                trial((truth, oil, curves, common, number))
+                for oil in OILS
+                for number in range(replicates)
+            ]
+        )
+        means = campaigns[wanted].astype(float).mean().round(3)
+        rows.append({"truth": truth, "curves": curves, "common": common, **means})
+        seconds = time.perf_counter() - start
+        print(*rows[-1].values(), f"{seconds:.0f} s", flush=True)
+        if path:
+            pd.DataFrame(rows).to_csv(path, index=False, lineterminator="\n")
 
 
 if __name__ == "__main__":
-    check = {"few": check_few}.get("".join(sys.argv[1:2]), main)
-    check(*(int(argument) for argument in sys.argv[1:] if argument.isdigit()))
+    numbers = [int(argument) for argument in sys.argv[1:] if argument.isdigit()]
+    with threadpool_limits(limits=1, user_api="blas"):
+        match sys.argv[1:2]:
+            case ["few"]:
+                check_few(*numbers)
+            case ["--quick"]:
+                main(1, QUICK_PLANS, None)
+            case _:
+                main(*numbers)

@@ -32,12 +32,12 @@ import pandas as pd
 from oilfilm.base.randomness import generator
 from oilfilm.surface.label_swap import swapped_temperatures
 from oilfilm.surface.misreading import misread_runs
-from oilfilm.surface.steadiness import largest_change, smallest_changes
+from oilfilm.surface.steadiness import largest_change, smallest_changes, smallest_seen
 from oilfilm.surface.surface import Surface, fit_surface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from bad_campaigns import FAULTS, GRADUAL, WITHOUT_LABEL, BadCampaign, bad_campaign
+from bad_campaigns import FAULTS, GRADUAL, WITHOUT_LABEL, BadCampaign, bad_campaign, day_and_night
 from lawless_truths import TRUTHS
 from surface_campaigns import SLIPS, fitted_law
 
@@ -129,7 +129,8 @@ def bad(order: str, seeds: int, truths: tuple[str, ...]) -> None:
 def printed_size(campaign: BadCampaign, surface: Surface, fault: object) -> float:
     """The smallest change that is printed for the effect and the course of the fault.
 
-    It is infinite for runs that nothing tells apart but mu: no size is printed for these.
+    Sizes are printed for a trend and a step. That of day and night is found in the same way. It is
+    infinite for runs that nothing tells apart but mu: no size is printed for these.
     """
     smallest = smallest_changes(surface.misfit_covariance, campaign.order)
     effect = campaign.planted.effect
@@ -137,6 +138,9 @@ def printed_size(campaign: BadCampaign, surface: Surface, fault: object) -> floa
         return 0.0
     if fault in WITHOUT_LABEL:
         return np.inf
+    if fault is day_and_night:
+        # it has a course of its own, which goes from -1 to 1
+        return smallest_seen(surface.misfit_covariance, effect, campaign.pattern / 2)
     grows = np.unique(campaign.pattern).size > 2
     return (smallest.trend if grows else smallest.step)[effect]
 

@@ -14,9 +14,13 @@ the same errors. The columns:
     point, curve factors of a single answer and of a band
     kappa        misfit of the law
     s            seconds per fit
+    one of them  of designs with several rigs: share inside of runs on one of these rigs, which is
+                 not named; `inside` and all other columns are those of runs on other rigs
+    named        the same, where the rig of each new run is named
 
     python benchmarks/surface.py                     (24 and 12 runs, one seed)
     python benchmarks/surface.py all [seeds]         (ten designs, each with one kind of errors)
+    python benchmarks/surface.py rigs [seeds]        (designs of three rigs, five kinds of errors)
     python benchmarks/surface.py table [seeds]       (all truths x designs x kinds of errors)
     python benchmarks/surface.py gaps [seeds]        (slips between and beyond the tested ones)
     python benchmarks/surface.py scale               (time and memory over the number of runs)
@@ -40,11 +44,13 @@ import pandas as pd
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.surface.surface import fit_surface
+from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.reduction import ANOTHER_RIG
+from oilfilm.surface.surface import Surface, fit_surface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from lawless_truths import INDEPENDENT_TRUTHS, TRUTHS
+from lawless_truths import INDEPENDENT_TRUTHS, TRUTHS, LawlessTruth
 from surface_campaigns import (
     PRESSURES,
     SPEEDS,
@@ -67,7 +73,17 @@ ERROR_KINDS = ("norm", "logn", "heavy", "het", "slip0")
 SLIP_REGIONS = {"< .005": (0, 0.005), "< .02": (0.005, 0.02), "< .1": (0.02, 0.1), "> .1": (0.1, 1)}
 CORNERS = (ends(PRESSURES), ends(SPEEDS), ends(TEMPERATURES))
 TWELVE = grid(ends(PRESSURES), ends(SPEEDS), (25.0, 72.0, 120.0))
-CUBE = grid(PRESSURES, (25.0, 32.0, 40.0), (25.0, 72.0, 120.0))
+CUBE_LEVELS = (PRESSURES, (25.0, 32.0, 40.0), (25.0, 72.0, 120.0))
+CUBE = grid(*CUBE_LEVELS)
+
+
+def mixed_rigs() -> FloatArray:
+    """The 27 conditions, each level of each condition on each of three rigs that take turns."""
+    pressures, speeds, temperatures = CUBE_LEVELS
+    rows = []
+    for (i, pressure), (j, speed) in itertools.product(enumerate(pressures), enumerate(speeds)):
+        rows += [(pressure, speed, temperatures[(i + j + rig) % 3]) for rig in range(3)]
+    return np.array(rows)
 
 
 @dataclass(frozen=True)
@@ -89,6 +105,7 @@ DESIGNS = {
     "20 random": Design(lambda random: random_conditions(20, random), PlantedErrors(kind="slip0")),
     # each rig runs one temperature, and new runs are those of three other rigs: a hard case
     "27, 3 rigs": Design(lambda _: CUBE, PlantedErrors(rig_gain=0.01)),
+    "27, rigs mixed": Design(lambda _: mixed_rigs(), PlantedErrors(rig_gain=0.01)),
     "19, no corners": Design(lambda _: without_corners(), PlantedErrors(kind="heavy")),
     "36 = 3x2x3 x2": Design(
         lambda _: np.repeat(grid(PRESSURES, ends(SPEEDS), (25.0, 72.0, 120.0)), 2, axis=0),
@@ -102,6 +119,8 @@ DESIGNS = {
     "8 = 2x2x2": Design(lambda _: grid(*CORNERS), PlantedErrors()),
     "2x2x2 x3": Design(lambda _: np.repeat(grid(*CORNERS), 3, axis=0), PlantedErrors()),
 }
+# Designs of several rigs; new runs are those of other rigs.
+OF_RIGS = ("27, 3 rigs", "27, rigs mixed")
 # Tested slips, and slips that are asked for.
 GAPS = (
     ((0.01, 0.05, 0.25), 0.12),
@@ -130,7 +149,9 @@ def campaign(
     errors = replace(design.errors, kind=kind or design.errors.kind)
     random = generator(23, "surface", truth_name, design_name, str(seed))
     conditions = design.conditions(random)
-    points = simulated(truth, conditions, random, errors)
+    random_rigs = generator(23, "rigs", truth_name, design_name, str(seed))
+    rig_gains = errors.rig_gain * random_rigs.standard_normal(3)
+    points = simulated(truth, conditions, random, errors, rig_gains=rig_gains)
     law = fitted_law(points)
     start = time.perf_counter()
     surface = fit_surface(points, law)
@@ -141,7 +162,8 @@ def campaign(
     slips = np.exp(random.uniform(np.log(0.0015), np.log(0.3), NEW_SLIPS))
     new = simulated(truth, new_conditions, random, errors, np.sort(slips))
     factors = surface.interval_factors
-    prediction = surface.predict(new.point_conditions, new.slip)
+    rig = ANOTHER_RIG if errors.rig_gain else None
+    prediction = surface.predict(new.point_conditions, new.slip, rig)
     supported = prediction.support == 0
     lower, upper = prediction.interval(factors.point)
     inside = (lower <= new.mu) & (new.mu <= upper)
@@ -172,7 +194,45 @@ def campaign(
         "curve": factors.curve,
         "kappa": surface.verdict.kappa,
         "s": seconds,
+        **(on_same_rigs(surface, truth, new, errors, rig_gains) if errors.rig_gain else {}),
     }
+
+
+def on_same_rigs(
+    surface: Surface,
+    truth: LawlessTruth,
+    new: Measurements,
+    errors: PlantedErrors,
+    rig_gains: FloatArray,
+) -> dict[str, float]:
+    """Share inside of new runs on the rigs of a campaign, which are named or not.
+
+    Args:
+        surface: The surface of the campaign.
+        truth: The truth.
+        new: New runs, which give the conditions and slips.
+        errors: Sizes of the errors.
+        rig_gains: Gains of the rigs of the campaign.
+    """
+    slips = np.unique(new.slip)
+    random = generator(23, "same rigs", str(new.mu[0]))
+    runs = simulated(truth, new.conditions, random, errors, slips, rig_gains)
+    shares = {}
+    for name, rigs in {"one of them": (None,), "named": range(3)}.items():
+        inside, half, deviation = [], [], []
+        for rig in rigs:
+            of_rig = (
+                np.ones(len(runs.mu), dtype=bool) if rig is None else runs.rig[runs.curve] == rig
+            )
+            prediction = surface.predict(runs.point_conditions[of_rig], runs.slip[of_rig], rig)
+            lower, upper = prediction.interval(surface.interval_factors.point)
+            supported, mu = prediction.support == 0, runs.mu[of_rig]
+            inside += ((lower <= mu) & (mu <= upper))[supported].tolist()
+            half += (np.log(upper / lower) / 2)[supported].tolist()
+            deviation += np.abs(np.log(np.maximum(mu, 1e-9) / prediction.mu))[supported].tolist()
+        shares[name] = float(np.mean(inside))
+        shares[f"{name}, w/i"] = float(np.median(half) / np.quantile(deviation, 0.95))
+    return shares
 
 
 def coverage(
@@ -284,6 +344,8 @@ def main(arguments: list[str]) -> None:
             coverage(tuple(DESIGNS), tuple(TRUTHS), (None,), seeds)
         case ["table"]:
             coverage(tuple(DESIGNS), tuple(TRUTHS), ERROR_KINDS, seeds, TABLE)
+        case ["rigs"]:
+            coverage(OF_RIGS, tuple(TRUTHS), ERROR_KINDS, seeds)
         case ["gaps"]:
             gaps(seeds)
         case ["scale"]:

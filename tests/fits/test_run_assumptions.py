@@ -10,7 +10,7 @@ from oilfilm import tables
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.fits.surface_search import searched_surface
 from oilfilm.settings.resolved import Settings
-from oilfilm.settings.rig import ErrorsBetweenRuns, Rig
+from oilfilm.settings.rig import Calibration, ErrorsBetweenRuns, Rig
 from oilfilm.surface.effects import RunErrorSizes
 from surface_campaigns import PlantedErrors, fitted_law, latin, simulated
 
@@ -59,6 +59,41 @@ def test_a_surface_from_its_tables_rests_on_the_same_assumptions(config: Setting
     for name in ("gain", "zero", "slip_scale", "temperature_k", "noise"):
         median = getattr(assumed.errors, name).median
         assert getattr(again.errors, name).median == pytest.approx(median, rel=1e-12)
+
+
+def calibrated(force: float, load: float) -> Rig:
+    """A rig with a calibration."""
+    calibration = Calibration(
+        traction_force_relative=force, load_relative=load, speed_relative=0.01, temperature_c=1.0
+    )
+    return Rig(name="rig", source="a test", calibration=calibration)
+
+
+def test_rigs_are_expected_to_differ_by_their_calibration(config: Settings) -> None:
+    # mu is force over load: 0.003 and 0.004 together are 0.005
+    rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
+    assumed = RunAssumptions.of_settings(config.same_condition, rigs, ["b", "a"])
+    assert assumed.errors.rig_gain.median == pytest.approx(0.005)
+    assert "rig_gain" not in assumed.usual_errors
+    assert assumed.rigs == ("a", "b")
+    unknown = RunAssumptions.of_settings(config.same_condition, [*rigs, rig()], ["b", "a"])
+    assert unknown.errors.rig_gain == RunErrorSizes().rig_gain
+    assert "rig_gain" in unknown.usual_errors
+
+
+def test_one_rig_is_not_expected_to_differ(config: Settings) -> None:
+    assumed = RunAssumptions.of_settings(config.same_condition, [rig()], ["a", "a"])
+    assert "rig_gain" not in assumed.usual_errors
+    assert "rig_gain" not in {row["size"] for row in assumed.size_rows("4050")}
+
+
+@pytest.mark.parametrize("rig_of_runs", [None, ["a", "a"], ["a", "b"]])
+def test_rigs_of_runs_survive_their_tables(config: Settings, rig_of_runs: list[str] | None) -> None:
+    rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
+    assumed = RunAssumptions.of_settings(config.same_condition, rigs, rig_of_runs)
+    again = RunAssumptions.of_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
+    assert again.rig_of_runs == assumed.rig_of_runs
+    assert again.errors.rig_gain.median == pytest.approx(assumed.errors.rig_gain.median)
 
 
 def test_a_stated_temperature_error_counts_where_no_run_is_repeated(config: Settings) -> None:

@@ -1,11 +1,10 @@
 """What is said of a surface beside the verdict: each number that a reader needs is in it."""
 
 import numpy as np
-import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.run_assumptions import RunAssumptions
-from oilfilm.fits.surface_words import of_several_rigs, of_spinning_rigs, of_surface
+from oilfilm.fits.surface_words import of_rigs, of_spinning_rigs, of_surface
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import rows
 
@@ -50,10 +49,16 @@ def test_a_search_without_a_maximum_is_said() -> None:
     assert len(said(search_converged=False)) > len(said())
 
 
-def test_several_rigs_are_counted() -> None:
-    runs = pd.DataFrame({"rig": ["a", "b", "b", "c"], "verdict": ["accepted"] * 3 + ["refused"]})
-    assert "2 rigs" in of_several_rigs(runs)
-    assert of_several_rigs(runs[runs["rig"] == "b"]) == ""
+def test_several_rigs_are_counted_with_what_they_differ_by() -> None:
+    text = of_rigs(["a", "b", "b"], 0.0123)
+    assert "2 rigs" in text and "1.2%" in text
+    assert of_rigs(["b", "b"], np.nan) == ""
+
+
+def test_data_that_name_no_rigs_say_so() -> None:
+    assert "no rigs" in of_rigs(None, np.nan)
+    assert "no rigs" in said(rig_of_runs=None)
+    assert "no rigs" not in said(rig_of_runs=["b"])
 
 
 def test_errors_that_no_rig_states_are_named() -> None:

@@ -80,6 +80,7 @@ def simulated(
     random: np.random.Generator,
     errors: PlantedErrors | None = None,
     slips: FloatArray = SLIPS,
+    rig_gains: FloatArray | None = None,
 ) -> Measurements:
     """Measured points, one curve per row of conditions.
 
@@ -89,13 +90,16 @@ def simulated(
         random: Draws the errors.
         errors: Their sizes.
         slips: Slips of every curve.
+        rig_gains: Gains of the three rigs; drawn if they are not given.
     """
     errors = errors or PlantedErrors()
     curves = len(conditions)
     gain = errors.gain * random.standard_normal(curves)
     if errors.kind == "logn":
         gain = 0.01 * (np.exp(0.7 * random.standard_normal(curves)) - 1)
-    gain += errors.rig_gain * random.standard_normal(3)[np.arange(curves) % 3]
+    drawn = errors.rig_gain * random.standard_normal(3)
+    rig = np.arange(curves) % 3
+    gain += (drawn if rig_gains is None else rig_gains)[rig]
     zero = errors.zero * random.standard_normal(curves)
     scale = 1 + errors.slip_scale * random.standard_normal(curves)
     offset = 1e-4 * random.standard_normal(curves) * (errors.kind == "slip0")
@@ -111,7 +115,7 @@ def simulated(
     if errors.kind == "het":
         noise *= 1 + 0.005 / mu
     measured = mu * (1 + gain[curve]) * (1 + noise) + zero[curve]
-    return Measurements(conditions, curve, slip, measured)
+    return Measurements(conditions, curve, slip, measured, rig=rig if errors.rig_gain > 0 else None)
 
 
 def fitted_law(measurements: Measurements) -> FreeLaw:

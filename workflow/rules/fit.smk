@@ -50,6 +50,7 @@ rule surface:
             for table in OF_FIT
         },
         points="<parts>/collect/{oil}/points.parquet",
+        runs="<parts>/collect/{oil}/runs.parquet",
     output:
         **{table: f"<parts>/surface/{{oil}}/{table}.parquet" for table in OF_SURFACE},
         made=made("surface-{oil}", oil=OILS),

@@ -50,6 +50,7 @@ checkpoint collect:
         **written("points", "runs", "quarantine", "coverage", "gate_counts"),
         spreadsheet="<tables>/quarantine.csv",
         of_oil=expand("<parts>/collect/{oil}/points.parquet", oil=OILS),
+        runs_of_oil=expand("<parts>/collect/{oil}/runs.parquet", oil=OILS),
         made=made("collect"),
     log:
         "<logs>/collect.log",

@@ -34,10 +34,12 @@ with run.job(snakemake) as job:
         }
     )
     write_csv(quarantine, Path(outputs.spreadsheet))
-    for oil, path in zip(params.oils, outputs.of_oil, strict=True):
+    paths_of_oil = zip(outputs.of_oil, outputs.runs_of_oil, strict=True)
+    for oil, (points_path, runs_path) in zip(params.oils, paths_of_oil, strict=True):
         # the footer names only the logs of this oil: the log of another oil changes no byte
         runs_of_oil = runs[runs["oil"] == oil]
         log_digests = dict(zip(runs_of_oil["file"], runs_of_oil["sha256"], strict=True))
         inputs_of_oil = {f"logs of {oil}": settings_digest(log_digests)[:16]}
         provenance = {**job.provenance, "inputs": inputs_of_oil}
-        tables.write(points[points["oil"] == oil], "points", Path(path), provenance)
+        tables.write(points[points["oil"] == oil], "points", Path(points_path), provenance)
+        tables.write(runs_of_oil, "runs", Path(runs_path), provenance)

@@ -159,6 +159,7 @@ def predict(command: Command) -> None:
     command.conditions("{meaning}, as {example}")
     meaning = "slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%"
     command.text("--slip", meaning, required=True)
+    command.text("--rig", "rig of the next run, where runs are of several; or: another")
     command.flag("--json", "print one JSON object")
     command.results()
 

@@ -16,6 +16,7 @@ from oilfilm.cli.arguments import campaign_folder, json_line, quantity, typed_co
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
 from oilfilm.fits.support_words import why_no_support
+from oilfilm.fits.surface_words import next_rig
 
 _PRESSURE, _LOAD = "max_hertz_pressure_gpa", "load_n"
 
@@ -32,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
         folder, campaign_facts = campaign_folder(options.results)
         fit = read_fit(folder, options.oil)
         source = f"from campaign {campaign_facts['campaign']}, {campaign_facts['data']} data"
-    predicted, sentences = prediction(fit, options.oil, operating_point)
+    predicted, sentences = prediction(fit, options.oil, operating_point, options.rig)
     sentences.append(source)
     if options.json:
         print(json_line({**predicted, "law": fit.law.name, "sentences": sentences}))
@@ -42,7 +43,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def prediction(
-    fit: FittedLaw, oil: str, operating_point: Mapping[str, float]
+    fit: FittedLaw, oil: str, operating_point: Mapping[str, float], rig: str | None = None
 ) -> tuple[dict[str, Any], list[str]]:
     """Prediction of a fit at one operating point: a row of `Prediction.to_frame`, and sentences.
 
@@ -51,6 +52,7 @@ def prediction(
         oil: Name of its oil.
         operating_point: Slide-roll ratio and conditions by their columns' names. A condition that
             the fit does not follow may be left out. mu is then given at its tested level.
+        rig: Rig of the next run, as `FittedLaw.predict` takes it.
 
     Raises:
         OilfilmError: The fit has no value there, or a condition is missing or too many.
@@ -61,8 +63,10 @@ def prediction(
         refuse_impossible(np.array([value]), name)
     slip = np.array([operating_point[SLIP]])
     conditions = np.array([[operating_point.get(name, np.nan) for name in fit.law.conditions]])
+    if rig is not None and fit.surface is None:
+        raise OilfilmError(f"{oil}: --rig {rig} needs the interval of a run; {fit.no_interval}.")
     try:
-        predicted = fit.predict(conditions, slip)
+        predicted = fit.predict(conditions, slip, rig=rig)
     except ValueError as error:
         raise OilfilmError(f"{oil}: {error}.") from None
     if np.isnan(fit.coefficients.constants).any():
@@ -87,6 +91,8 @@ def prediction(
             "NOT SURE: the search of the surface ended before its maximum; the interval rests on "
             "its last step"
         )
+    if fit.surface is not None:
+        sentences += next_rig(fit.surface, rig)
     sentences += fit.remarks(evaluated_conditions, slip)
     sentences += [f"NOT SOUND: {reason}" for reason in fit.wrong]
     for condition in fit.coefficients.fixed:

@@ -383,6 +383,7 @@ class FittedLaw:
         slip: FloatArray,
         level: float = CONFIDENCE,
         whole_curve: bool = False,
+        rig: str | None = None,
     ) -> Prediction:
         """mu with its intervals at each point.
 
@@ -395,6 +396,11 @@ class FittedLaw:
                 (`interval_level`).
             whole_curve: Whether the interval of the next run should hold all points of its curve,
                 as a band needs that is drawn over a curve.
+            rig: Rig of the next run, where the runs are of several rigs; "another" for one that
+                made none of them. If it is not given, the next run is on one of these rigs.
+
+        Raises:
+            ValueError: Nothing is known of this rig.
         """
         is_away = np.zeros(len(conditions), dtype=bool)
         for away_from_condition in self.away_from(conditions).values():
@@ -409,7 +415,7 @@ class FittedLaw:
         known = np.flatnonzero(np.isfinite(mu) & np.isfinite(slip))
         if self.surface is not None and len(known):
             at = (conditions[known], np.abs(slip[known]))
-            answer = self.surface.answer(self.law, *at, level, whole_curve)
+            answer = self.surface.answer(self.law, *at, level, whole_curve, rig)
             run_ends[:, known] = answer.lower, answer.upper
             support[known] = _SUPPORT_NAMES[answer.support]
             if self.surface.no_law_fits:

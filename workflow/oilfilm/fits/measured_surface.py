@@ -6,7 +6,7 @@ constants of the law they give the whole surface again.
 Decides: which points a surface takes.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any
@@ -22,7 +22,7 @@ from oilfilm.surface.interval import IntervalFactors, normal_factor
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
-from oilfilm.surface.reduction import box_of
+from oilfilm.surface.reduction import ANOTHER_RIG, box_of
 from oilfilm.surface.reml import size_names
 from oilfilm.surface.support import Support
 from oilfilm.surface.surface import Surface, SurfaceSizes, surface_of_sizes
@@ -51,6 +51,8 @@ LIMITS = (
 )
 # Share of the readings that may be below zero by chance.
 _RARE = 0.005
+# Stands for a rig that made none of the runs.
+ANOTHER = "another"
 # Searches of the sizes of a surface, as in `SurfaceSizes`.
 SEARCHES = ("first", "misfit", "interval")
 
@@ -174,8 +176,45 @@ class OilSurface:
         """The level of an interval: the wanted one, or less where the conditions are few."""
         return min(wanted, self.factors.level)
 
+    @property
+    def rigs(self) -> tuple[str, ...]:
+        """Names of the rigs between which the surface tells; empty for one rig, or unknown ones."""
+        names = self.assumptions.rigs
+        return names if self.measurements.rig_count > 1 else ()
+
+    def rig_number(self, rig: str | None) -> int | None:
+        """The number of the rig of the next run, as `Surface.predict` takes it.
+
+        Args:
+            rig: As in `answer`.
+
+        Raises:
+            ValueError: There is no such rig.
+        """
+        if rig is None:
+            return None
+        if not self.rigs:
+            raise ValueError(
+                "the runs are of one rig, or their rigs are not named: nothing is known of the rig "
+                f"{rig!r} beside them. Leave the rig out"
+            )
+        if rig == ANOTHER:
+            return ANOTHER_RIG
+        if rig not in self.rigs:
+            raise ValueError(
+                f"no run is of the rig {rig!r}. The rigs of the runs are {', '.join(self.rigs)}; "
+                f"{ANOTHER!r} stands for one that is not among them"
+            )
+        return self.assumptions.rigs.index(rig)
+
     def answer(
-        self, law: Law, conditions: FloatArray, slip: FloatArray, level: float, whole_curve: bool
+        self,
+        law: Law,
+        conditions: FloatArray,
+        slip: FloatArray,
+        level: float,
+        whole_curve: bool,
+        rig: str | None = None,
     ) -> SurfaceAnswer:
         """mu and its interval at rows of a law's conditions.
 
@@ -185,7 +224,13 @@ class OilSurface:
             slip: Slide-roll ratio, not below 0, shape (points,); at 0 there is no interval.
             level: Wanted level.
             whole_curve: Whether the band should hold all points of a curve.
+            rig: Rig of the next run; `ANOTHER` for one that made none of the runs. If it is not
+                given, the next run is on one of the rigs of the runs.
+
+        Raises:
+            ValueError: There is no such rig, or the runs show no difference of rigs.
         """
+        number = self.rig_number(rig)
         count = len(slip)
         mu, lower, upper = np.zeros(count), np.full(count, np.nan), np.full(count, np.nan)
         support = np.full(count, int(Support.SUPPORTED))
@@ -194,7 +239,7 @@ class OilSurface:
         has_value[has_value] = self.surface.has_law(rows[has_value], slip[has_value])
         support[(slip > 0) & ~has_value] = Support.LAW_NOT_POSITIVE
         if has_value.any():
-            predicted = self.surface.predict(rows[has_value], slip[has_value])
+            predicted = self.surface.predict(rows[has_value], slip[has_value], number)
             factor = self.factors.curve if whole_curve else self.factors.point
             share = normal_factor(self.level(level)) / normal_factor(self.factors.level)
             mu[has_value] = predicted.mu
@@ -227,7 +272,8 @@ def surface_from_tables(
     logarithms = {}
     for search, of_search in sizes.groupby("search"):
         by_size = of_search.set_index("size")["logarithm"]
-        logarithms[search] = by_size.reindex(list(size_names())).to_numpy(dtype=float)
+        names = size_names(rigs="rig_gain" in by_size.index)
+        logarithms[search] = by_size.reindex(list(names)).to_numpy(dtype=float)
     found = SurfaceSizes(
         **{search: logarithms[search] for search in SEARCHES}, converged=row["search_converged"]
     )
@@ -291,6 +337,7 @@ def measured(
     data = curve_data(points, law.law.conditions)
     unknown = np.isnan(data.conditions)
     some_know = ~unknown.all(axis=0)
+    rig = _rig_numbers(data.runs, assumptions)
     is_complete: BoolArray = ~np.any(unknown & some_know, axis=1)
     conditions = contact.to_surface(law.law, data.conditions)
     slides = is_complete[data.curve] & (data.slip > 0)
@@ -309,8 +356,23 @@ def measured(
             data.mu_se[points_used] / mu_of_law[carries], data.slip_se[points_used] / slip
         ),
         level_widths=assumptions.level_widths,
+        rig=None if rig is None else rig[rows],
     )
     return tuple(data.runs[row] for row in rows.tolist()), measurements
+
+
+def _rig_numbers(runs: Sequence[str], assumptions: RunAssumptions) -> IndexArray | None:
+    """Number of the rig of each run; None where the data name no rigs, or a single one.
+
+    Raises:
+        ValueError: The runs are not those whose rigs are known.
+    """
+    of_runs = assumptions.rig_of_runs
+    if of_runs is None or len(assumptions.rigs) < 2:
+        return None
+    if len(of_runs) != len(runs):
+        raise ValueError(f"{len(runs)} runs are accepted; the rigs of {len(of_runs)} are known")
+    return np.array([assumptions.rigs.index(rig) for rig in of_runs], dtype=np.int64)
 
 
 def _smallest_traction(mu: FloatArray, errors: RunErrorSizes) -> float:

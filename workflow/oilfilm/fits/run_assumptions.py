@@ -5,7 +5,7 @@ The tables `surfaces` and `surface_sizes` hold it, because a surface from them m
 Decides: which sizes of errors are expected where rigs state some of them.
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -27,6 +27,7 @@ _KEY_OF_SIZE = {
     "temperature_k": "inlet_temperature_k",
     "noise": "noise_of_points_relative",
 }
+_RIG_GAIN = "rig_gain"
 
 
 @dataclass(frozen=True)
@@ -37,21 +38,28 @@ class RunAssumptions:
         level_widths: Largest range of the measured values of one level.
         errors: Expected sizes of the errors of runs and points.
         usual_errors: Which of these sizes no rig states, so that they are those of usual rigs.
+        rig_of_runs: Rig of each accepted run, in the order of the names of the runs. One name where
+            all are of one rig; None where the data name no rigs.
     """
 
     level_widths: LevelWidths = field(default_factory=LevelWidths)
     errors: RunErrorSizes = field(default_factory=RunErrorSizes)
     usual_errors: tuple[str, ...] = tuple(_KEY_OF_SIZE)
+    rig_of_runs: tuple[str, ...] | None = None
 
     @classmethod
     def of_settings(
-        cls, same_condition: SameConditionSettings, rigs: Collection[Rig]
+        cls,
+        same_condition: SameConditionSettings,
+        rigs: Collection[Rig],
+        rig_of_runs: Sequence[str] | None = None,
     ) -> "RunAssumptions":
         """The assumptions of a campaign.
 
         Args:
             same_condition: Config's `same_condition`.
             rigs: Its rigs. Of several ones the mean square of an error counts.
+            rig_of_runs: As the attribute.
         """
         usual = RunErrorSizes()
         expected, not_stated = {}, []
@@ -63,7 +71,17 @@ class RunAssumptions:
             known = [usual_size if value is None else value for value in stated]
             if known:
                 expected[size] = float(np.sqrt(np.mean(np.square(known))))
-        return cls(_widths_of(same_condition), _expecting(expected), tuple(not_stated))
+        if rig_of_runs is None:
+            return cls(_widths_of(same_condition), _expecting(expected), tuple(not_stated))
+        if len(set(rig_of_runs)) > 1:
+            gains = [_gain_by_calibration(rig) for rig in rigs]
+            known_gains = [gain for gain in gains if gain is not None]
+            if rigs and len(known_gains) == len(rigs):
+                expected[_RIG_GAIN] = float(np.sqrt(np.mean(np.square(known_gains))))
+            else:
+                not_stated.append(_RIG_GAIN)
+        errors = _expecting(expected)
+        return cls(_widths_of(same_condition), errors, tuple(not_stated), tuple(rig_of_runs))
 
     @classmethod
     def of_tables(cls, row: Mapping[str, Any], sizes: pd.DataFrame) -> "RunAssumptions":
@@ -77,7 +95,18 @@ class RunAssumptions:
         widths = LevelWidths(
             row["level_width_pressure"], row["level_width_speed"], row["level_width_temperature_k"]
         )
-        return cls(widths, _expecting(np.exp(expected).to_dict()), tuple(row["usual_errors"]))
+        names = row["rig_of_runs"]
+        return cls(
+            widths,
+            _expecting(np.exp(expected).to_dict()),
+            tuple(row["usual_errors"]),
+            None if names is None else tuple(names),
+        )
+
+    @property
+    def rigs(self) -> tuple[str, ...]:
+        """Names of the rigs, in the order of their numbers; empty where the data name none."""
+        return tuple(sorted(set(self.rig_of_runs or ())))
 
     def columns(self) -> dict[str, Any]:
         """Columns of the table `surfaces`."""
@@ -86,12 +115,14 @@ class RunAssumptions:
             "level_width_speed": self.level_widths.speed,
             "level_width_temperature_k": self.level_widths.temperature_k,
             "usual_errors": list(self.usual_errors),
+            "rig_of_runs": None if self.rig_of_runs is None else list(self.rig_of_runs),
         }
 
     def size_rows(self, oil: str) -> list[dict[str, Any]]:
         """Rows of the table `surface_sizes`."""
         rows = []
-        for size in _KEY_OF_SIZE:
+        of_rigs = [_RIG_GAIN] if len(self.rigs) > 1 else []
+        for size in [*_KEY_OF_SIZE, *of_rigs]:
             logarithm = float(np.log(getattr(self.errors, size).median))
             rows.append({"oil": oil, "search": _EXPECTED, "size": size, "logarithm": logarithm})
         return rows
@@ -104,6 +135,16 @@ def _widths_of(same_condition: SameConditionSettings) -> LevelWidths:
         speed=same_condition.entrainment_speed,
         temperature_k=same_condition.inlet_temperature_c,
     )
+
+
+def _gain_by_calibration(rig: Rig) -> float | None:
+    """Standard uncertainty of mu by the calibration of a rig, relative; None if it is not known.
+
+    It is that of the traction force and of the load, of which mu is the ratio.
+    """
+    if rig.calibration is None:
+        return None
+    return float(np.hypot(rig.calibration.traction_force_relative, rig.calibration.load_relative))
 
 
 def _expecting(medians: Mapping[str, float]) -> RunErrorSizes:

@@ -7,8 +7,10 @@ from collections.abc import Collection, Iterator
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from oilfilm import tables
+from oilfilm.base.units import FloatArray
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_surface import (
@@ -27,7 +29,13 @@ from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.reml import size_names
-from oilfilm.surface.surface import LawVerdict, SurfaceSizes, most_likely_surface, surface_of_sizes
+from oilfilm.surface.surface import (
+    LawVerdict,
+    Surface,
+    SurfaceSizes,
+    most_likely_surface,
+    surface_of_sizes,
+)
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import OF_SURFACE
 from oilfilm.traction import LAWS
@@ -42,13 +50,15 @@ def surface_of_oil(
     It has none with too few curves, or without a fitted law on which it can stand.
 
     Args:
-        results: Tables `points`, `coefficients`, `fit_quality` and `law_points` of its fits.
+        results: Tables `points`, `coefficients`, `fit_quality` and `law_points` of its fits, and
+            `runs`, which has no rows where the data name no rigs.
         oil: The oil.
         settings: `compare`, `same_condition` and `surface`.
         rigs: The rigs of the campaign.
     """
-    assumptions = RunAssumptions.of_settings(settings.same_condition, rigs)
     points = results.points[results.points["oil"] == oil]
+    rig_of_runs = _rig_of_runs(points, results.runs)
+    assumptions = RunAssumptions.of_settings(settings.same_condition, rigs, rig_of_runs)
     contact = Contact.of_points(points[points["accepted"]])
     for name in _laws_in_order(results, oil, settings.compare.bic_difference_min):
         fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[name])
@@ -61,6 +71,21 @@ def surface_of_oil(
             break
         return searched_surface(oil, name, law, measurements, settings.surface, assumptions)
     return CampaignTables.in_memory(**{table: tables.empty(table) for table in OF_SURFACE})
+
+
+def _rig_of_runs(points: pd.DataFrame, runs: pd.DataFrame) -> list[str] | None:
+    """Rigs of the accepted runs, as `RunAssumptions` has them; None if none is named.
+
+    Args:
+        points: The oil's rows of the table of points.
+        runs: The table of runs.
+    """
+    if runs.empty:
+        return None
+    rig_of_run = dict(zip(runs["run_id"].astype(str), runs["rig"], strict=True))
+    accepted = sorted(points.loc[points["accepted"], "run_id"].astype(str).unique())
+    rigs = [rig_of_run[run] for run in accepted]
+    return rigs if len(set(rigs)) > 1 else rigs[:1]
 
 
 def with_surface(
@@ -136,7 +161,8 @@ def searched_surface(
         "run_scatter": run_scatter,
         # a law that misses less than runs differ cannot be told from one that fits
         "no_law_fits": misfit > max(run_scatter, settings.largest_misfit),
-        "next_run_sd": float(np.median(predicted.next_run_sd)),
+        "next_run_sd": float(np.median(_sd_on_own_rigs(surface))),
+        "rig_gain_sd": surface.covariance.sizes.rig_gain or np.nan,
         "search_converged": sizes.converged,
         **{COLUMN_OF_EFFECT[effect]: size for effect, size in effect_sizes.items()},
         **{limit: getattr(limits, limit) for limit in LIMITS},
@@ -154,12 +180,26 @@ def searched_surface(
     )
 
 
+def _sd_on_own_rigs(surface: Surface) -> FloatArray:
+    """Standard deviation of ln mu in the next run at the measured points, on the rig of each."""
+    measurements = surface.measurements
+    if measurements.rig is None:
+        return surface.predict(measurements.point_conditions, measurements.slip).next_run_sd
+    deviations = []
+    for rig in np.unique(measurements.rig).tolist():
+        of_rig = measurements.of_points(measurements.rig[measurements.curve] == rig)
+        on_rig = surface.predict(of_rig.point_conditions, of_rig.slip, rig)
+        deviations.append(on_rig.next_run_sd)
+    return np.concatenate(deviations)
+
+
 def _size_rows(oil: str, sizes: SurfaceSizes) -> list[dict[str, Any]]:
     """Rows of the table `surface_sizes`."""
     rows = []
     for search in SEARCHES:
         logarithms = getattr(sizes, search).tolist()
-        for size, logarithm in zip(size_names(), logarithms, strict=True):
+        names = size_names(rigs=len(logarithms) > len(size_names()))
+        for size, logarithm in zip(names, logarithms, strict=True):
             rows.append({"oil": oil, "search": search, "size": size, "logarithm": logarithm})
     return rows
 

@@ -3,13 +3,13 @@
 Decides: what is said of the surface behind a verdict.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from oilfilm import tables
+from oilfilm.fits.measured_surface import ANOTHER, OilSurface
 from oilfilm.fits.soundness_words import what_could_be_seen
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -22,6 +22,7 @@ _ERRORS = {
     "slip_scale": "slip",
     "temperature_k": "inlet temperature",
     "noise": "noise of points",
+    "rig_gain": "difference of rigs",
 }
 
 
@@ -43,23 +44,31 @@ def of_surface(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) ->
         end_of_search(surface["search_converged"]),
         _errors_of_constants(results, oil),
         _assumed(surface["usual_errors"]),
+        of_rigs(surface["rig_of_runs"], surface["rig_gain_sd"]),
     ]
     return [sentence for sentence in sentences if sentence]
 
 
-def of_several_rigs(runs: pd.DataFrame) -> str:
-    """That an interval knows no rigs; empty where all accepted runs are of one rig.
+def of_rigs(rig_of_runs: Sequence[str] | None, rig_gain_sd: float) -> str:
+    """What an interval knows of rigs; empty where all accepted runs are of one rig.
 
     Args:
-        runs: Rows of the table `runs` of one oil.
+        rig_of_runs: Rig of each accepted run; None where the data name no rigs.
+        rig_gain_sd: Standard deviation of the gain of a rig, relative; NaN where rigs are not told
+            apart.
     """
-    rigs = runs.loc[runs["verdict"] == "accepted", "rig"].nunique()
-    if rigs < 2:
+    if rig_of_runs is None:
+        return (
+            "The data name no rigs: all runs count as those of one rig, on which the next one is."
+        )
+    rigs = len(set(rig_of_runs))
+    if rigs < 2 or np.isnan(rig_gain_sd):
         return ""
     return (
-        f"The runs are of {rigs} rigs, and what rigs differ by counts as scatter of runs: the "
-        "interval holds less often where a rig ran one level of a condition alone, and for another "
-        "rig."
+        f"The runs are of {rigs} rigs, whose forces differ by {rig_gain_sd:.1%} (standard "
+        "deviation; where each rig ran other conditions, this is in part what rigs usually differ "
+        "by). The interval is that of a run on one of these rigs. For another rig it is wider: "
+        "oilfilm predict --rig another."
     )
 
 
@@ -82,6 +91,26 @@ def of_spinning_rigs(runs: pd.DataFrame, oil: str) -> str:
         "than 1 % at the lowest slips (warning rig_spin). The spin is no scatter: the next run on "
         "the rig has the same. A contact without spin, as in a bearing, has more traction there."
     )
+
+
+def next_rig(surface: OilSurface, rig: str | None) -> list[str]:
+    """On which rig the next run is, where the runs are of several rigs: a sentence or none.
+
+    Args:
+        surface: The surface of an oil.
+        rig: Rig of the next run; None for one of the rigs of the runs.
+    """
+    names = surface.rigs
+    if not names:
+        return []
+    if rig is None:
+        return [f"the next run is on one of the rigs {', '.join(names)} (--rig for one of them)"]
+    if rig == ANOTHER:
+        return [
+            f"the next run is on another rig: {len(names)} rigs show what rigs differ by, so that "
+            f"its gain follows Student's t with {len(names) - 1} degrees of freedom"
+        ]
+    return [f"the next run is on the rig {rig}"]
 
 
 def misfit_beside_scatter(misfit: float, run_scatter: float) -> str:
@@ -134,7 +163,10 @@ def _assumed(usual_errors: list[str]) -> str:
     if not usual_errors:
         return ""
     names = ", ".join(_ERRORS[size] for size in usual_errors)
+    keys = "errors_between_runs"
+    if "rig_gain" in usual_errors:
+        keys += "; calibration for the difference of rigs"
     return (
         f"Errors between runs that the rig's file does not state are assumed as on usual rigs: "
-        f"{names} (errors_between_runs)."
+        f"{names} ({keys})."
     )

@@ -4,7 +4,7 @@ Decides: how large the errors of runs are expected to be where a rig does not st
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -57,6 +57,8 @@ class RunErrorSizes:
         slip_scale: Of the slide-roll ratio, relative, one error per run.
         temperature_k: Of the temperature, in K, one error per run.
         noise: Of each point's mu, relative.
+        rig_gain: Of the traction force, relative, one error per rig, which all its runs share. It
+            counts where the runs are of several rigs.
     """
 
     gain: LogNormal = LogNormal(0.008, 0.6, 1e-4, 0.2)
@@ -64,10 +66,11 @@ class RunErrorSizes:
     slip_scale: LogNormal = LogNormal(0.004, 0.6, 1e-4, 0.2)
     temperature_k: LogNormal = LogNormal(0.5, 0.6, 1e-2, 20.0)
     noise: LogNormal = LogNormal(0.003, 0.6, 5e-4, 0.2)
+    rig_gain: LogNormal = LogNormal(0.01, 0.6, 1e-4, 0.2)
 
-    def in_order(self) -> tuple[LogNormal, ...]:
-        """The sizes in the order of the fields."""
-        return tuple(getattr(self, field.name) for field in fields(self))
+    def of_runs(self) -> tuple[LogNormal, ...]:
+        """The sizes of what differs from run to run, in the order of `EFFECTS`, and the noise."""
+        return (self.gain, self.zero, self.slip_scale, self.temperature_k, self.noise)
 
 
 def effect_design(log_mu: LogMu, conditions: FloatArray, slip: FloatArray) -> FloatArray:

@@ -103,6 +103,8 @@ class Measurements:
         noise_ratio: Noise of each point over that of a typical one, as its readings show it, shape
             (points,); 1 if it is not given.
         level_widths: Largest range of the values of one level.
+        rig: Number of the rig of each curve, not below 0, shape (curves,); None where the data do
+            not name rigs.
     """
 
     conditions: FloatArray
@@ -111,10 +113,15 @@ class Measurements:
     mu: FloatArray
     noise_ratio: FloatArray | None = None
     level_widths: LevelWidths = LevelWidths()
+    rig: IndexArray | None = None
 
     def __post_init__(self) -> None:
         if self.noise_ratio is not None and not np.all(self.noise_ratio > 0):
             raise ValueError("a ratio of noise is not above 0")
+        if self.rig is not None and not (
+            len(self.rig) == len(self.conditions) and np.all(self.rig >= 0)
+        ):
+            raise ValueError("expected the number of a rig, not below 0, for each curve")
         if self.conditions.ndim != 2 or self.conditions.shape[1] != 3:
             raise ValueError(
                 f"conditions have the shape {self.conditions.shape}; expected (curves, 3)"
@@ -145,6 +152,11 @@ class Measurements:
         """P, U and T of each point, shape (points, 3)."""
         return self.conditions[self.curve]
 
+    @property
+    def rig_count(self) -> int:
+        """Number of rigs; 1 where the data do not name them."""
+        return 1 if self.rig is None else len(np.unique(self.rig))
+
     def level_numbers(self) -> IndexArray:
         """Number of the level of P, U and T of each curve, shape (curves, 3)."""
         return level_numbers(scaled_conditions(self.conditions), self.level_widths)
@@ -165,6 +177,7 @@ class Measurements:
             slip=self.slip[points],
             mu=self.mu[points],
             noise_ratio=None if self.noise_ratio is None else self.noise_ratio[points],
+            rig=None if self.rig is None else self.rig[curves],
         )
 
     def canonical_order(self) -> tuple[IndexArray, IndexArray]:
@@ -201,6 +214,7 @@ class Measurements:
             slip=self.slip[is_chosen],
             mu=self.mu[is_chosen],
             noise_ratio=None if self.noise_ratio is None else self.noise_ratio[is_chosen],
+            rig=None if self.rig is None else self.rig[rows],
         )
 
     def noise_ratio_at(self, slip: FloatArray) -> FloatArray:

@@ -38,7 +38,7 @@ LAW_DIFFERENCE = LogNormal(0.1, 0.7, 0.03, 3.0)
 # takes a larger departure than the most likely one.
 _CAUTION = 3.0
 _ITERATIONS = 100
-_ERROR_SIZES = len(RunErrorSizes().in_order())
+_ERROR_SIZES = len(RunErrorSizes().of_runs())
 _NOISE = _ERROR_SIZES - 1
 
 

@@ -20,7 +20,7 @@ import scipy.sparse
 from oilfilm.base.ties import first_largest, first_smallest
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.kernels import matern
-from oilfilm.surface.reduction import Coordinates
+from oilfilm.surface.reduction import ANOTHER_RIG, Coordinates
 from oilfilm.surface.reml import CurveCovariance
 
 # Added to the variance of each inducing coordinate, in units of the mean variance.
@@ -95,6 +95,8 @@ def smooth_covariance(
     of_level *= _level(covariance, right)
     total += of_level
     total += left.law_slopes @ right.law_slopes.T
+    if covariance.sizes.rig_gain:
+        total += covariance.sizes.rig_gain**2 * left.rig_products(right)
     return total
 
 
@@ -116,7 +118,10 @@ def weighted_covariance(
     over_slip = left.weights @ _slip_covariance(covariance, left, right)
     departure = np.sum(over_slip * by_slip[left.row], axis=1)
     departure += _level(covariance, left) * by_level[left.row]
-    return departure + left.law_slopes @ (right.law_slopes.T @ weights)
+    departure += left.law_slopes @ (right.law_slopes.T @ weights)
+    if covariance.sizes.rig_gain:
+        departure += covariance.sizes.rig_gain**2 * (left.rig_products(right) @ weights)
+    return departure
 
 
 def _level(covariance: CurveCovariance, places: Coordinates) -> FloatArray:
@@ -140,7 +145,9 @@ def smooth_variance(covariance: CurveCovariance, places: Coordinates) -> FloatAr
     """Variance of the smooth part at points before the data, shape (points,)."""
     of_law = np.sum(places.law_slopes**2, axis=1)
     size = covariance.sizes.departure.over_slip(places.slips)
-    return size**2 * covariance.kernel.variances(places.conditions)[places.row] + of_law
+    of_departure = size**2 * covariance.kernel.variances(places.conditions)[places.row]
+    of_rig = covariance.sizes.rig_gain**2 * places.gain**2 * (places.rig != ANOTHER_RIG)
+    return of_departure + of_law + of_rig
 
 
 def coordinates_by_group(curves_of_coordinates: IndexArray, group: IndexArray) -> list[IndexArray]:

@@ -15,7 +15,7 @@ import scipy.linalg
 import scipy.sparse
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
-from oilfilm.surface.effects import LogMu, effect_design
+from oilfilm.surface.effects import EFFECTS, LogMu, effect_design
 from oilfilm.surface.form_bends import form_bends
 from oilfilm.surface.kernels import SLIP_LENGTH, ConditionBox, matern
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
@@ -28,6 +28,10 @@ _COORDINATES = 9
 _NODE_SPACING = 0.05
 # mu is near zero if it is within so many errors of the zero.
 _NEAR_ZERO = 10.0
+
+_GAIN = EFFECTS.index("gain")
+# What stands for the number of a rig where a value has the gain of none of the rigs of the data.
+ANOTHER_RIG = -1
 
 # Each place may have a slip of its own, so that most weights are 0; coordinates share their slips.
 SlipWeights = FloatArray | scipy.sparse.csr_array
@@ -53,6 +57,8 @@ class Coordinates:
         slips: Scaled slips, shape (slips,).
         weights: Weight of each of `slips` in each coordinate, shape (coordinates, slips).
         law_slopes: Slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
+        gain: Change by a gain of 1, shape (coordinates,).
+        rig: Number of the rig, or `ANOTHER_RIG`, shape (coordinates,).
     """
 
     conditions: FloatArray
@@ -60,6 +66,13 @@ class Coordinates:
     slips: FloatArray
     weights: SlipWeights
     law_slopes: FloatArray
+    gain: FloatArray
+    rig: IndexArray
+
+    def rig_products(self, other: "Coordinates") -> FloatArray:
+        """Products of the gains of coordinates of one rig, shape (coordinates, other ones)."""
+        is_same = np.equal.outer(self.rig, other.rig) & (self.rig != ANOTHER_RIG)[:, np.newaxis]
+        return np.outer(self.gain, other.gain) * is_same
 
 
 def at_points(
@@ -80,6 +93,8 @@ def at_points(
         slips=scaled_slip(slip),
         weights=scipy.sparse.csr_array(scipy.sparse.eye_array(len(slip))),
         law_slopes=slopes_of_law(law, box, conditions, slip),
+        gain=np.ones(len(slip)),
+        rig=np.full(len(slip), ANOTHER_RIG),
     )
 
 
@@ -108,6 +123,7 @@ class ReducedCurves:
         law_slopes: V' W of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
         effects: V' W of the design of the effects of runs, shape (coordinates, effects).
         remainder: What V leaves of the weighted departure at each point, shape (points,).
+        rig: Number of the rig of each curve, `ANOTHER_RIG` where it is not named, shape (curves,).
     """
 
     vectors: scipy.sparse.csr_array
@@ -119,6 +135,7 @@ class ReducedCurves:
     law_slopes: FloatArray
     effects: FloatArray
     remainder: FloatArray
+    rig: IndexArray
 
     @property
     def membership(self) -> scipy.sparse.csr_array:
@@ -144,6 +161,12 @@ class ReducedCurves:
         left, right = self.pairs
         return self.effects[left] * self.effects[right]
 
+    @cached_property
+    def gain_products_of_rigs(self) -> FloatArray:
+        """See `Coordinates.rig_products`, shape (coordinates, coordinates)."""
+        everything = self.part(np.arange(len(self.curve)))
+        return everything.rig_products(everything)
+
     @property
     def degrees_left(self) -> int:
         """Number of points less the number of coordinates."""
@@ -161,6 +184,8 @@ class ReducedCurves:
             slips=self.slips[used],
             weights=weights[:, used],
             law_slopes=self.law_slopes[coordinates],
+            gain=self.effects[coordinates, _GAIN],
+            rig=self.rig[self.curve[coordinates]],
         )
 
     def vectors_of(self, coordinates: IndexArray) -> tuple[IndexArray, FloatArray]:
@@ -262,6 +287,7 @@ def reduced(
         law_slopes=projection @ slopes_of_law(law, box, conditions, slip),
         effects=projection @ effect_design(log_mu, conditions, slip),
         remainder=departure - vectors @ coordinates,
+        rig=np.full(len(blocks), ANOTHER_RIG) if measurements.rig is None else measurements.rig,
     )
 
 

@@ -37,6 +37,7 @@ MISFIT = LogNormal(0.03, 2.0, 1e-4, 3.0)
 # For intervals. Left-out levels do not show what is between them, so no law is taken as exact.
 CAUTIOUS = LogNormal(0.25, 0.7, 0.12, 3.0)
 _ITERATIONS = 100
+_RIG_GAIN = "rig_gain"
 # Added to each variance, in units of the mean variance.
 _JITTER = 1e-12
 
@@ -49,11 +50,14 @@ class Sizes:
         effects: Standard deviation of each effect of runs, shape (effects,).
         noise: Standard deviation of the noise of points in ln mu.
         departure: Sizes of the departure from the law.
+        rig_gain: Standard deviation of the gain that the runs of a rig share; 0 where rigs are not
+            told apart.
     """
 
     effects: FloatArray
     noise: float
     departure: DepartureSizes
+    rig_gain: float = 0.0
 
     @classmethod
     def from_logarithms(cls, logarithms: FloatArray) -> "Sizes":
@@ -67,12 +71,14 @@ class Sizes:
             lengths=values[11:14],
             slip_trend=values[14],
         )
-        return cls(effects=values[:4], noise=values[4], departure=departure)
+        rig_gain = float(values[15]) if len(values) > _WITHOUT_RIGS else 0.0
+        return cls(values[:4], values[4], departure, rig_gain)
 
     def logarithms(self) -> FloatArray:
         """Logarithms of the sizes, in the order of `size_names`."""
         departure = self.departure
         of_conditions = [departure.interaction, departure.slip_length, *departure.lengths]
+        of_rigs = [self.rig_gain] if self.rig_gain else []
         return np.log(
             [
                 *self.effects,
@@ -81,23 +87,40 @@ class Sizes:
                 *departure.main,
                 *of_conditions,
                 departure.slip_trend,
+                *of_rigs,
             ]
         )
 
 
-def size_names() -> tuple[str, ...]:
-    """Names of the sizes, in the order in which they are searched."""
+def size_names(*, rigs: bool = False) -> tuple[str, ...]:
+    """Names of the sizes, in the order in which they are searched.
+
+    Args:
+        rigs: Whether rigs are told apart.
+    """
     mains = ("main_0", "main_1", "main_2")
     lengths = ("length_0", "length_1", "length_2")
     departure = ("kappa", *mains, "interaction", "slip_length", *lengths, "slip_trend")
-    return (*EFFECTS, "noise", *departure)
+    of_rigs = (_RIG_GAIN,) if rigs else ()
+    return (*EFFECTS, "noise", *departure, *of_rigs)
 
 
-def priors(errors: RunErrorSizes, kappa: LogNormal) -> tuple[LogNormal, ...]:
-    """What is known of each size before the data, in the order of `size_names`."""
+def priors(errors: RunErrorSizes, kappa: LogNormal, *, rigs: bool = False) -> tuple[LogNormal, ...]:
+    """What is known of each size before the data, in the order of `size_names`.
+
+    Args:
+        errors: Sizes of the errors of runs and rigs.
+        kappa: Size of the departure from the law.
+        rigs: Whether rigs are told apart.
+    """
     mains = (MAIN_EFFECT,) * 3
     lengths = (CONDITION_LENGTH,) * 3
-    return (*errors.in_order(), kappa, *mains, INTERACTION, SLIP_LENGTH, *lengths, SLIP_TREND)
+    departure = (kappa, *mains, INTERACTION, SLIP_LENGTH, *lengths, SLIP_TREND)
+    of_rigs = (errors.rig_gain,) if rigs else ()
+    return (*errors.of_runs(), *departure, *of_rigs)
+
+
+_WITHOUT_RIGS = len(size_names())
 
 
 @dataclass(frozen=True)
@@ -157,6 +180,8 @@ class CurveCovariance:
         of_level *= self.level
         covariance += of_level
         covariance += curves.law_slopes @ curves.law_slopes.T
+        if self.sizes.rig_gain:
+            covariance += self.sizes.rig_gain**2 * curves.gain_products_of_rigs
         covariance[curves.pairs] += curves.effect_products @ self.sizes.effects**2
         diagonal = np.diag_indices_from(covariance)
         # rounding of large variances, as of a kappa above 1, must not make the matrix indefinite
@@ -192,7 +217,11 @@ class CurveCovariance:
         trend_weight = curves.summed(level_by_trend[:, np.newaxis] * half_summed)
         of_level = np.vdot(trend_weight, level_factor)
         by_name["slip_trend"] = np.vdot(of_slips, by_trend) + 2 * of_level
-        return np.array([by_name[name] for name in size_names()])
+        names = size_names(rigs=bool(self.sizes.rig_gain))
+        if self.sizes.rig_gain:
+            of_gains = np.vdot(weight, curves.gain_products_of_rigs)
+            by_name[_RIG_GAIN] = 2 * self.sizes.rig_gain**2 * of_gains
+        return np.array([by_name[name] for name in names])
 
 
 def objective(

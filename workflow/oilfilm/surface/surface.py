@@ -4,20 +4,23 @@ Decides: how a surface is fitted, and how many conditions stand for a large camp
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy.special
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes, effect_design
-from oilfilm.surface.interval import IntervalFactors, interval_factors
+from oilfilm.surface.interval import IntervalFactors, interval_factors, normal_factor
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, Posterior, spread_out
 from oilfilm.surface.reduction import (
+    ANOTHER_RIG,
+    Coordinates,
     ReducedCurves,
     at_points,
     box_of,
@@ -133,32 +136,41 @@ class Surface:
         return np.asarray(has_slopes & np.isfinite(self.law.log_mu(conditions, slip)))
 
     @with_one_blas_thread
-    def predict(self, conditions: FloatArray, slip: FloatArray) -> Prediction:
+    def predict(
+        self, conditions: FloatArray, slip: FloatArray, rig: int | None = None
+    ) -> Prediction:
         """mu at some points, with its errors and its support.
 
         Args:
             conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
             slip: Slide-roll ratio, above 0, shape (points,).
+            rig: Number of the rig of the next run, as in the measurements, or `ANOTHER_RIG`. If it
+                is not given, the next run is on one of the rigs of the measurements.
 
         Raises:
-            ValueError: A slip is not above 0.
+            ValueError: A slip is not above 0, or no run is of this rig.
         """
         if not np.all(slip > 0):
             raise ValueError("a slip is not above 0; at pure rolling mu is 0, without an interval")
         box, sizes = self.covariance.box, self.covariance.sizes
-        variance, of_bounds, beyond = [], [], []
+        rigs = self._numbers(rig)
+        departure, variance, of_bounds, beyond = [], [], [], []
         for rows in _blocks(len(slip)):
             places = at_points(self.law, box, conditions[rows], slip[rows])
-            variance.append(self.posterior.variance(places))
+            mean_of_block, variance_of_block = self._on_rigs(places, rigs)
+            departure.append(mean_of_block)
+            variance.append(variance_of_block)
             of_bounds.append(self._spread_of_bounds(places.law_slopes))
             beyond.append(box.ranges_beyond(places.conditions)[places.row])
         surface_variance = np.concatenate(variance)
         effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
         noise = sizes.noise * self.measurements.noise_ratio_at(slip)
         next_run = surface_variance + np.sum(effects**2, axis=1) + noise**2
+        if rig == ANOTHER_RIG:
+            next_run += (self._rig_inflation() * sizes.rig_gain) ** 2
         spread = np.sqrt(surface_variance)
         return Prediction(
-            mu=np.exp(self.log_mu(conditions, slip)),
+            mu=np.exp(self.law.log_mu(conditions, slip) + np.concatenate(departure)),
             surface_sd=spread,
             next_run_sd=np.sqrt(next_run),
             support=support_codes(
@@ -170,6 +182,47 @@ class Surface:
                 np.concatenate(beyond),
             ),
         )
+
+    def _numbers(self, rig: int | None) -> list[int]:
+        """Numbers of the rigs on one of which the next run is; `ANOTHER_RIG` is a gain of 0.
+
+        Args:
+            rig: As in `predict`.
+
+        Raises:
+            ValueError: No run is of this rig.
+        """
+        of_runs = [] if self.measurements.rig is None else np.unique(self.measurements.rig).tolist()
+        if rig is not None and rig != ANOTHER_RIG and rig not in of_runs:
+            raise ValueError(f"no run is of the rig number {rig}")
+        if not self.covariance.sizes.rig_gain:
+            # one rig, or rigs that are not named: their gain is part of the surface
+            return [ANOTHER_RIG]
+        return of_runs if rig is None else [rig]
+
+    def _on_rigs(self, places: Coordinates, rigs: list[int]) -> tuple[FloatArray, FloatArray]:
+        """Mean and variance of the departure on one of some rigs, shape (points,) each.
+
+        Args:
+            places: The points.
+            rigs: Numbers of the rigs, each of which is as likely.
+        """
+        means, variances = [], []
+        for rig in rigs:
+            on_rig = replace(places, rig=np.full(len(places.row), rig))
+            means.append(self.posterior.mean(on_rig))
+            variances.append(self.posterior.variance(on_rig))
+        return np.mean(means, axis=0), np.mean(variances, axis=0) + np.var(means, axis=0)
+
+    def _rig_inflation(self) -> float:
+        """Factor on the gain of another rig, because few rigs show its size.
+
+        It is the quantile of Student's t with one degree of freedom less than there are rigs, over
+        that of a normal distribution.
+        """
+        freedom = max(self.measurements.rig_count - 1, 1)
+        share = (1 + self.limits.level) / 2
+        return float(scipy.special.stdtrit(freedom, share)) / normal_factor(self.limits.level)
 
     @cached_property
     def interval_factors(self) -> IntervalFactors:
@@ -217,7 +270,8 @@ class SurfaceSizes:
     Attributes:
         first: Of the first surface, which takes the points whose logarithm is safe.
         misfit: With an open mind on the misfit of the law.
-        interval: With the caution that intervals need.
+        interval: With the caution that intervals need. Only here rigs are told apart, where the
+            runs are of several ones: a change from rig to rig is one that `misfit` must show.
         converged: Whether `misfit` and `interval` are most likely. If not, they are the last step
             of a search that found no maximum.
     """
@@ -275,7 +329,10 @@ def most_likely_surface(
     log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first.sizes)
     curves = reduced(sample, law, log_mu, zero_sd, box)
     of_misfit = most_likely_sizes(curves, box, priors(errors, MISFIT), first.logarithms)
-    cautious = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), first.logarithms)
+    rigs = sample.rig_count > 1
+    known = priors(errors, CAUTIOUS, rigs=rigs)
+    start = np.append(first.logarithms, np.log([errors.rig_gain.median] if rigs else []))
+    cautious = most_likely_sizes(curves, box, known, start)
     return SurfaceSizes(
         first=first.logarithms,
         misfit=of_misfit.logarithms,
@@ -375,7 +432,10 @@ def _posterior(
     covariance = CurveCovariance(curves, box, sizes)
     if len(curves.conditions) <= LARGEST_DENSE:
         return DensePosterior(covariance), covariance
-    chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)
+    of_conditions = spread_out(curves.conditions, _INDUCING_CONDITIONS)
+    # a rig without such a curve would share nothing among its runs
+    _, of_rigs = np.unique(curves.rig, return_index=True)
+    chosen = np.union1d(of_conditions, of_rigs) if covariance.sizes.rig_gain else of_conditions
     inducing = np.flatnonzero(np.isin(curves.curve, chosen))
     return NystromPosterior(covariance, inducing), covariance
 
@@ -406,7 +466,12 @@ def _sample(ordered: Measurements) -> Measurements:
         return ordered
     chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
     next_ones = np.minimum(chosen + 1, curves - 1)
-    return ordered.of_curves(np.union1d(chosen, next_ones))
+    rows = np.union1d(chosen, next_ones)
+    if ordered.rig is not None:
+        # a rig of few runs shows what rigs differ by as well
+        _, of_rigs = np.unique(ordered.rig, return_index=True)
+        rows = np.union1d(rows, of_rigs)
+    return ordered.of_curves(rows)
 
 
 def _blocks(points: int) -> Iterator[slice]:

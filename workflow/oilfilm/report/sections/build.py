@@ -24,7 +24,7 @@ from oilfilm.fits.conditions import from_text
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE, normal_quantile
 from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.fits.surface_words import of_several_rigs, of_spinning_rigs, of_surface
+from oilfilm.fits.surface_words import of_spinning_rigs, of_surface
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report.document import (
     Fact,
@@ -98,13 +98,8 @@ def fits(results: CampaignTables) -> Section:
 def _of_surface(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
     """What the surface of an oil says, and what its interval does not know."""
     sentences = of_surface(results, oil, verdict)
-    if not sentences:
-        return []
-    of_rigs = (
-        of_several_rigs(results.runs[results.runs["oil"] == oil]),
-        of_spinning_rigs(results.runs, oil),
-    )
-    return sentences + [sentence for sentence in of_rigs if sentence]
+    of_spin = of_spinning_rigs(results.runs, oil)
+    return [*sentences, of_spin] if sentences and of_spin else sentences
 
 
 def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
