@@ -788,9 +788,10 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
 
 def _compute_where_tested(fit: FittedLaw) -> None:
     """Compute mu with its interval at the middle slip of the first and the last tested curve."""
-    tested = fit.coefficients.tested[[0, -1]] if len(fit.coefficients.tested) else []
-    if len(tested):
-        fit.predict(tested, np.full(len(tested), fit.coefficients.box[-1].mean()))
+    if not len(fit.coefficients.tested):
+        return
+    ends = fit.coefficients.tested[[0, -1]]
+    fit.predict(ends, np.full(len(ends), fit.coefficients.box[-1].mean()))
 
 
 # Smallest and largest value of any traction test, and the most likely cause of a larger one.
