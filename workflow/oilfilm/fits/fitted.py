@@ -29,6 +29,7 @@ from oilfilm.fits.interval import (
 )
 from oilfilm.fits.measured_surface import OilSurface, surface_from_tables
 from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.fits.whole_fit import of_one_fit, refuse_contradictions
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.surface.support import Support
 from oilfilm.tables import refuse_unpacking
@@ -776,7 +777,8 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
         oil: Name of the oil; not needed where there is one oil only.
 
     Raises:
-        OilfilmError: There are no such results, or no such oil in them.
+        OilfilmError: There are no such results, or no such oil in them, or their tables do not
+            belong together.
 
     Examples:
         A fit that was saved as `june`. Of a campaign: `oilfilm.read_fit("results/demo", "4102")`.
@@ -804,12 +806,23 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
         raise OilfilmError(
             f"{folder}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
         )
-    fit = FittedLaw.of_configured(results, oil)
-    verdicts = results.soundness
-    (verdict,) = tables.rows(verdicts[verdicts["oil"] == oil])
-    # the folder may be gone when the first interval is asked for
-    surface = partial(given_surface, fit.surface)
-    return replace(fit, wrong=tuple(what_is_wrong(verdict)), read_surface=surface)
+    refuse_contradictions(results, str(folder), oil)
+    with of_one_fit(str(folder), oil):
+        (verdict,) = tables.rows(results.soundness[results.soundness["oil"] == oil])
+        fit = FittedLaw.of_configured(results, oil)
+        # the folder may be gone when the first interval is asked for
+        surface = partial(given_surface, fit.surface)
+        fit = replace(fit, wrong=tuple(what_is_wrong(verdict)), read_surface=surface)
+        _compute_where_tested(fit)
+    return fit
+
+
+def _compute_where_tested(fit: FittedLaw) -> None:
+    """Compute mu with its interval at the middle slip of the first and the last tested curve."""
+    if not len(fit.coefficients.tested):
+        return
+    ends = fit.coefficients.tested[[0, -1]]
+    fit.predict(ends, np.full(len(ends), fit.coefficients.box[-1].mean()))
 
 
 # Smallest and largest value of any traction test, and the most likely cause of a larger one.

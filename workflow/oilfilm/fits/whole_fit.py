@@ -1,0 +1,121 @@
+"""Whether the tables of a saved fit belong together.
+
+Each table was checked by itself when it was read. A stranger's tables may still contradict each
+other or the law.
+
+Decides: which tables make one fit.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pandas as pd
+
+from oilfilm.base.errors import OilfilmError, cut
+from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import Law
+
+_AGAIN = "Fit again, or copy the whole folder again from where it was made."
+# What NumPy, SciPy and pandas raise for numbers and names that no fit has.
+_CONTRADICTIONS = (ValueError, LookupError, ArithmeticError, TypeError)
+
+
+@contextmanager
+def of_one_fit(place: str, oil: str) -> Iterator[None]:
+    """Turn what fails on tables that contradict each other into a sentence.
+
+    Args:
+        place: Folder of the results, for the message.
+        oil: The oil.
+
+    Raises:
+        OilfilmError: A computation failed on the tables.
+    """
+    try:
+        yield
+    except OilfilmError:
+        raise
+    except _CONTRADICTIONS as error:
+        reason = cut(repr(error), 300)
+        raise OilfilmError(
+            f"{place}: the tables of the fit of oil {oil!r} do not belong together: mu cannot be "
+            f"computed from them ({reason}). {_AGAIN}"
+        ) from error
+
+
+def refuse_contradictions(results: CampaignTables, place: str, oil: str) -> None:
+    """Refuse tables that do not hold one whole fit of an oil.
+
+    Args:
+        results: Tables `coefficients`, `refits`, `fit_quality`, `soundness` and `surfaces`.
+        place: Folder of the results, for the message.
+        oil: The oil.
+
+    Raises:
+        OilfilmError: A row is missing or there twice, there is no such law, or a constant of the
+            law is missing or has the wrong sign.
+    """
+    fits = results.configured
+    for complaint in _complaints(results, fits, oil):
+        raise OilfilmError(f"{place}: fit of oil {oil!r}: {complaint}. {_AGAIN}")
+
+
+def _complaints(results: CampaignTables, fits: CampaignTables, oil: str) -> Iterator[str]:
+    """What contradicts, the first thing first; nothing for a whole fit."""
+    quality = _of_oil(fits.fit_quality, oil)
+    if len(quality) != 1:
+        yield f"fit_quality has {len(quality)} configured laws; expected one"
+    verdicts = len(_of_oil(results.soundness, oil))
+    if verdicts != 1:
+        yield f"soundness has {verdicts} rows; expected one"
+    surfaces = _of_oil(results.surfaces, oil)
+    if len(surfaces) > 1:
+        yield f"surfaces has {len(surfaces)} rows; expected one at most"
+    for table, of_table in (("fit_quality", quality), ("surfaces", surfaces)):
+        for name in of_table["law"]:
+            if name not in LAWS:
+                yield f"{table} names the law {cut(repr(name))}; the laws are {', '.join(LAWS)}"
+    law = LAWS[quality["law"].iloc[0]]
+    coefficients = _of_oil(fits.coefficients, oil)
+    yield from _missing_or_twice(coefficients["constant"], law)
+    for table, of_table in (("coefficients", coefficients), ("refits", _of_oil(fits.refits, oil))):
+        yield from _wrong_signs(table, of_table, law)
+
+
+def _of_oil(table: pd.DataFrame, oil: str) -> pd.DataFrame:
+    return table[table["oil"] == oil]
+
+
+def _missing_or_twice(names: pd.Series, law: Law) -> Iterator[str]:
+    """Names of constants that are no constants of the law, are there twice, or lack one."""
+    known = [constant.name for constant in law.constants]
+    for name in names[~names.isin([*known, *law.local_constants])]:
+        yield f"coefficients has the constant {cut(repr(name))}, which {law.name} has not"
+    for name in names[names.duplicated()]:
+        yield f"coefficients has the constant {name} twice"
+    given = set(names)
+    for constant, local in zip(_first_of_groups(law), law.local_constants, strict=True):
+        if not {constant, local} & given:
+            yield f"coefficients lacks the constant {constant}"
+
+
+def _first_of_groups(law: Law) -> list[str]:
+    """Names of the constants X0 of the law's coefficients."""
+    return [constant.name for constant in law.constants if constant.condition is None]
+
+
+def _wrong_signs(table: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
+    """Constants whose sign is not that of the law; unknown ones have none."""
+    sign_of = {constant.name: constant.sign for constant in law.constants}
+    sign_of |= dict(
+        zip(law.local_constants, map(sign_of.__getitem__, _first_of_groups(law)), strict=True)
+    )
+    signs = rows["constant"].map(sign_of).fillna(0).to_numpy(dtype=float)
+    values = rows["value"].to_numpy(dtype=float)
+    is_wrong = (signs != 0) & ~np.isnan(values) & ~(signs * values > np.finfo(float).tiny)
+    for row in np.flatnonzero(is_wrong):
+        name = rows["constant"].iloc[row]
+        expected = "above" if signs[row] > 0 else "below"
+        yield f"{table} has {name} = {values[row]:g}; {law.name} needs it {expected} 0"
