@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.measured_surface import ANOTHER, OilSurface
