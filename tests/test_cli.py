@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.torque.answers import CAUSES
 from oilfilm.torque.torque_uncertainty import UNCERTAIN
 from oilfilm.traction.laws.deng2026 import traction_coefficient
+from page_blocks import blocks
 
 CONFIG = ["--config", str(ROOT / "config")]
 
@@ -153,6 +155,31 @@ def test_a_mistake_in_a_bearing_ends_in_a_sentence(
 ) -> None:
     assert bearing(results, *options) == 2
     assert sentence in capsys.readouterr().err
+
+
+def test_python_of_the_page_on_bearings_does_what_it_says(
+    results: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (code,) = (
+        block.content for block in blocks() if block.names >= {"docs/how-to/bearing.md python"}
+    )
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results/demo").symlink_to(results)
+    (tmp_path / "config").symlink_to(ROOT / "config")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(compile(code, "docs/how-to/bearing.md", "exec"), names)
+    text = capsys.readouterr().out
+    for speed in (6000, 9000, 12000):
+        assert f"oil 4102: 10000 N, {speed} rpm, oil at 70 degC" in text
+    answer = names["answer"]
+    # one row per oil and operating point, and one per cause
+    assert len(answer.to_frame()) == 3
+    assert len(answer.shares()) == 3 * len(UNCERTAIN)
+    assert answer.plot().get_xlabel() == "Speed of the inner ring (rpm)"
 
 
 def plan(results: Path, *options: str) -> int:

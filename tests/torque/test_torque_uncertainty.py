@@ -15,7 +15,7 @@ from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintyS
 from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import Cases, OilInBearing, cage_slip_table, torque_table
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
-from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, random_factor
+from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, random_factor, with_uncertainty
 from oilfilm.traction.law import to_constants
 
 SHIPPED = shipped("mainshaft-167")
@@ -259,37 +259,80 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     assert shares.drop(["feed_flow_m3_s", "runs"]).max() < 1e-6
 
 
-@pytest.mark.parametrize("oil_name", ["4102", "4050"])
+def test_an_interval_of_a_hundred_draws_holds_the_next_draw_with_95_percent():
+    random = np.random.default_rng(8)
+    draws = random.standard_normal((101, 5_000)) + 9
+    first = np.broadcast_to(draws[:100], (3, 100, 5_000))
+    calculated = pd.DataFrame({"torque_n_m": np.full(5_000, 9.0)})
+    was_drawn = np.ones(5_000, dtype=bool)
+    interval = with_uncertainty(calculated, first, was_drawn, np.ones(5_000), SETTINGS.uncertainty)
+    inside = interval["torque_n_m_lower"].to_numpy() <= draws[100]
+    inside &= draws[100] <= interval["torque_n_m_upper"].to_numpy()
+    # the share of 5000 is known to 0.3 %; the usual ranks hold 93 %
+    assert inside.mean() == pytest.approx(0.95, abs=0.01)
+
+
+OILS = pytest.mark.parametrize("oil_name", ["4102", "4050"])
+
+
+@OILS
 def test_the_interval_holds_independent_variations_of_every_known_effect(oil_name):
-    # 40 points at dmN of 3e6 to 4e6, each with effects that this test draws from their ranges
-    random = np.random.default_rng(47)
+    held = held_by_interval(oil_name, seed=1)
+    # 95 %, less two standard errors of a share of 80 points; an exact interval holds 76 of them or
+    # more in 63 % of such tests only
+    assert min(held) >= 0.95 - 2 * np.sqrt(0.95 * 0.05 / 80)
+
+
+@pytest.mark.nightly
+@OILS
+def test_over_several_sets_of_draws_the_interval_holds_95_percent(oil_name):
+    held = np.array([held_by_interval(oil_name, seed, answers=20) for seed in range(1, 7)])
+    # a hundred draws know their 95 % to 2 %; six sets to 1 %
+    assert np.abs(held.mean(axis=0) - 0.95).max() <= 0.02
+
+
+def held_by_interval(oil_name: str, seed: int, answers: int = 1) -> tuple[float, float]:
+    """Share of answers in the intervals of torque and of cage slip.
+
+    The answers are those at 80 points at dmN of 3e6 to 4e6. Each has effects that this test draws
+    from their ranges.
+
+    Args:
+        oil_name: The oil.
+        seed: Of the product's draws; the test's own numbers follow it.
+        answers: Answers at each point.
+    """
+    random = np.random.default_rng(46 + seed)
     points = pd.DataFrame(
         {
-            "axial_load_n": random.uniform(8e3, 3e4, 40),
-            "inner_speed_rpm": random.uniform(3e6, 4e6, 40) / 167.5375,
+            "axial_load_n": random.uniform(8e3, 3e4, 80),
+            "inner_speed_rpm": random.uniform(3e6, 4e6, 80) / 167.5375,
             "inlet_temperature_c": 100.0,
         }
     )
     no_refits = in_first(0.0, 10)
     shipped_oil = replace(oil(oil_name, no_refits, in_first(0.0, 0)), settings=SETTINGS)
-    interval = Cases(SHIPPED, [(shipped_oil, "stress", points)]).assessed(1)[0]
-    cases = Cases(SHIPPED, [(shipped_oil, "stress", points)], own_draw(random, 40))
+    interval = Cases(SHIPPED, [(shipped_oil, "stress", points)]).assessed(seed)[0]
+    repeated = pd.concat([points] * answers, ignore_index=True)
+    count = len(repeated)
+    cases = Cases(SHIPPED, [(shipped_oil, "stress", repeated)], own_draw(random, count))
     lubrication = cases.problem.lubrication
     factors = lubrication.factors.copy()
     for column, spread in enumerate((SETTINGS.law_error_beyond, 0.1, 0.2, 0.0, 0.5, 0.3)):
-        factors[:, column] = np.exp(spread * random.standard_normal(40) - spread**2 / 2)
-    viscosity = np.exp(SETTINGS.stand_in_uncertainty.viscosity * random.standard_normal(40))
+        factors[:, column] = np.exp(spread * random.standard_normal(count) - spread**2 / 2)
+    viscosity = np.exp(SETTINGS.stand_in_uncertainty.viscosity * random.standard_normal(count))
     thicker = replace(
         lubrication.oil, dynamic_viscosity_pa_s=lubrication.oil.dynamic_viscosity_pa_s * viscosity
     )
     changed = replace(cases.problem, lubrication=replace(lubrication, factors=factors, oil=thicker))
     answer = friction_equilibrium(changed)
     held = []
-    for name, value in (("torque_n_m", answer.torque_n_m()), ("cage_slip", answer.cage_slip())):
-        inside = (interval[f"{name}_lower"] <= value) & (value <= interval[f"{name}_upper"])
-        held.append(inside.to_numpy())
-    # 95 % of both, less what 40 points may miss by chance
-    assert np.mean(held) >= 0.9
+    for name, values in (("torque_n_m", answer.torque_n_m()), ("cage_slip", answer.cage_slip())):
+        of_points = values.reshape(answers, 80)
+        lower = interval[f"{name}_lower"].to_numpy()
+        upper = interval[f"{name}_upper"].to_numpy()
+        held.append(float(((lower <= of_points) & (of_points <= upper)).mean()))
+    return held[0], held[1]
 
 
 def own_draw(random: np.random.Generator, points: int) -> Inputs:

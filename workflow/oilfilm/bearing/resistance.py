@@ -350,7 +350,8 @@ def replenishment_factor(
     Validity: steady speed, catalogue bearings up to their limiting speed.
 
     Reference: SKF, Rolling bearings, general catalogue, 2018: kinematic replenishment/starvation
-        reduction factor.
+        reduction factor; formula and constants by programs that quote it (docs/physics.md, Feed
+        oil), not read in print.
 
     Examples:
         Bore 40, outside 80 mm, 20 cSt at 10 000 rpm: exp(-3e-8 2e5 120 sqrt(0.055)) by hand:

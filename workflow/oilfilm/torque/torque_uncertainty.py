@@ -405,7 +405,8 @@ def with_uncertainty(
     columns: dict[str, FloatArray] = {}
     for name, values in drawn.items():
         counted = np.where(enough, values, 0.0)
-        lower, upper = np.nanquantile(counted, _INTERVAL, axis=0)
+        # between these ranks the next draw is with 95 %; the usual ranks hold 93 % with 100 draws
+        lower, upper = np.nanquantile(counted, _INTERVAL, axis=0, method="weibull")
         spread = np.nanstd(counted, axis=0, ddof=1)
         columns[f"{name}_uncertainty"] = np.where(enough, spread, np.nan)
         columns[f"{name}_lower"] = np.where(enough, lower, np.nan)
