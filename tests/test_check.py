@@ -270,6 +270,21 @@ def test_small_log_takes_no_memory_for_the_largest_one(tmp_path: Path) -> None:
     assert peak() < 8e6
 
 
+def test_a_note_that_several_logs_have_is_said_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for number in range(3):
+        (tmp_path / f"{number}.csv").write_bytes(csv().rstrip())
+    # the same bytes thrice: two of them are refused, which does not matter here
+    assert main(["check", str(tmp_path), *CONFIG]) == 1
+    text = capsys.readouterr().out
+    assert text.count("reading_note") == 1
+    assert "reading_note of 3 logs: the last row has no line end" in " ".join(text.split())
+    # alone, a log has its own note
+    assert main(["check", str(tmp_path / "0.csv"), *CONFIG]) == 0
+    assert "reading_note: the last row" in capsys.readouterr().out
+
+
 def test_a_program_gets_the_verdicts_of_the_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -77,6 +77,24 @@ def test_command_names_campaigns_and_marks_what_was_not_tested(
     assert "outside" in capsys.readouterr().out
 
 
+def test_results_are_found_by_project_and_by_campaign(
+    folders: list[Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    june, july = folders
+    (tmp_path / "june/results").mkdir(parents=True)
+    (tmp_path / "june/results/june").symlink_to(june)
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results/july").symlink_to(july)
+    monkeypatch.chdir(tmp_path)
+    assert main(["compare", "june", "july", "--slip", "5%"]) == 0
+    capsys.readouterr()
+    assert main(["compare", "june"]) == 2
+    assert "--oil" not in capsys.readouterr().err
+
+
 def test_ratio_by_runs_is_much_narrower_than_that_of_two_laws(folders: list[Path]) -> None:
     oils = {folder.name: read_oil(folder, "oil") for folder in folders}
     fits = {name: oil.fit for name, oil in oils.items()}

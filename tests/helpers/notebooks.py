@@ -10,6 +10,7 @@ import io
 import json
 import os
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -53,17 +54,18 @@ def _shown(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def execute(path: Path) -> dict[str, Any]:
-    """A notebook with the outputs of a run in its own folder."""
+    """A notebook with the outputs of a run in an empty folder: it brings its data itself."""
     notebook: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     namespace: dict[str, Any] = {"__name__": "__main__"}
     before = Path.cwd()
-    os.chdir(path.parent)
-    try:
-        for cell in notebook["cells"]:
-            if cell["cell_type"] == "code":
-                cell["outputs"] = run_cell("".join(cell["source"]), namespace)
-    finally:
-        os.chdir(before)
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        try:
+            for cell in notebook["cells"]:
+                if cell["cell_type"] == "code":
+                    cell["outputs"] = run_cell("".join(cell["source"]), namespace)
+        finally:
+            os.chdir(before)
     return notebook
 
 

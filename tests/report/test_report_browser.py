@@ -3,6 +3,9 @@
 Needs chromium or Chrome (`.ci/tools` installs Debian's chromium); skipped where there is none.
 """
 
+import csv
+import io
+import re
 from pathlib import Path
 from typing import Any
 
@@ -189,6 +192,41 @@ def test_everyone_can_use_the_page(tab: Tab, report: Path, width: int, scheme: s
     assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
+def test_a_value_that_no_slider_has_is_refused_with_the_range(page: Page) -> None:
+    choose(page, S=0.1)
+    choose(page, S=15)
+    assert page.evaluate("oilfilm.state.point[3]") == pytest.approx(0.1)
+    refusal = page.inner_text("#refused-value")
+    assert "S 15 is not in the range of this page, 0.000 to " in refusal
+    assert "Write 0.15 for 15 %" in refusal
+    choose(page, S=0.2)
+    assert page.locator("#refused-value").is_hidden()
+
+
+def test_a_sound_fit_is_not_green_where_it_was_not_tested(page: Page) -> None:
+    colour = "one => getComputedStyle(one).color"
+    heading, verdict = page.locator(".card dt").first, page.locator(".card .fit dd").first
+    verdict.evaluate("one => { one.className = 'good'; }")
+    inside = verdict.evaluate(colour)
+    choose(page, U=170)
+    assert verdict.evaluate(colour) == heading.evaluate(colour) != inside
+
+
+def test_a_table_is_copied_as_csv(page: Page) -> None:
+    page.evaluate("navigator.clipboard.writeText = (text) => { globalThis.copied = text; }")
+    page.locator("button.copy").first.click()
+    table = page.locator(".scroll > table").first
+    rows = list(csv.reader(io.StringIO(page.evaluate("globalThis.copied"))))
+    assert len(rows) == table.locator("tr").count()
+    first = table.locator("tbody tr").first.locator("th, td").all_text_contents()
+    assert rows[1] == [" ".join(cell.split()) for cell in first]
+
+
+def test_the_report_is_printed_on_one_page(page: Page, tmp_path: Path) -> None:
+    written = page.pdf(path=tmp_path / "report.pdf", prefer_css_page_size=True)
+    assert len(re.findall(rb"/Type\s*/Page\b", written)) == 1
+
+
 def test_name_of_a_run_leads_to_its_point_or_signals(page: Page, results: CampaignTables) -> None:
     page.locator("#run-list a").nth(1).click()
     run = results.points[
@@ -204,7 +242,7 @@ def test_explorer_works_by_keyboard_alone(page: Page) -> None:
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.textContent") == "Skip to the answer"
     before, seen = page.evaluate("oilfilm.state.point"), set()
-    keys = {"slider-P": "ArrowRight", "value-T": "9"}
+    keys = {"slider-P": "ArrowRight", "value-T": "ArrowUp"}
     for _ in range(60):
         page.keyboard.press("Tab")
         focused = page.evaluate("document.activeElement.id")

@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
+from datetime import date
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,7 @@ def test_citation_and_archive_have_title_version_authors_and_licence_of_the_proj
     assert archive["title"] == citation["title"]
     assert archive["description"] == citation["abstract"]
     assert archive["keywords"] == citation["keywords"]
+    assert date.fromisoformat(citation["date-released"])
 
 
 SHOWN = ("README.md", "pyproject.toml", "CITATION.cff")

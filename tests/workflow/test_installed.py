@@ -1,5 +1,6 @@
 """The wheel in a folder of its own: the library, the command and the workflow as a module."""
 
+import json
 import os
 import shutil
 import sys
@@ -12,6 +13,7 @@ import yaml
 
 from campaigns import ROOT, read_campaign
 from command_line import succeeded
+from nights import nightly
 from reproduce import measured
 
 pytestmark = pytest.mark.workflow
@@ -117,3 +119,15 @@ def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_pat
     (tmp_path / "commands.py").write_text(program, encoding="utf-8")
     text = run(installed, tmp_path, "commands")
     assert all(word in text for word in ("ACCEPTED", "as released", "mu = 0.01"))
+
+
+@pytest.mark.parametrize("name", ["first-curve", nightly("bearing-torque"), nightly("own-logs")])
+def test_a_notebook_runs_with_the_installed_library(
+    installed: Path, tmp_path: Path, name: str
+) -> None:
+    cells = json.loads((ROOT / f"docs/notebooks/{name}.ipynb").read_text(encoding="utf-8"))["cells"]
+    sources = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    program = "import matplotlib; matplotlib.use('agg')\n" + "\n".join(sources)
+    (tmp_path / "notebook.py").write_text(program, encoding="utf-8")
+    # a notebook without an error ends with exit code 0
+    run(installed, tmp_path, "notebook")

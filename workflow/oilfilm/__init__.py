@@ -7,7 +7,8 @@ In other programs and notebooks:
 - `oilfilm.read_fit(folder, oil)` reads a fit of the workflow;
 - `oilfilm.check("data/raw/june")` judges raw logs;
 - `oilfilm.predict(law, constants, P, U, T, S)` evaluates a law;
-- `oilfilm.bearing_torque("mainshaft-167", load, speed, temperature)` gives a bearing's friction.
+- `oilfilm.bearing_torque("mainshaft-167", load, speed, temperature)` gives a bearing's friction;
+- `oilfilm.example("simulated_mu.csv")` is a file of data to begin with.
 """
 
 import importlib
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     # what editors complete and type checkers see
     from oilfilm.api.arrays import fit
     from oilfilm.api.bearing_torque import bearing_torque
+    from oilfilm.api.examples import example
     from oilfilm.api.log_check import check
     from oilfilm.api.table_fit import fit_table
     from oilfilm.base.errors import OilfilmError
@@ -29,6 +31,7 @@ __all__ = [
     "__version__",
     "bearing_torque",
     "check",
+    "example",
     "fit",
     "fit_table",
     "predict",
@@ -39,6 +42,7 @@ _MODULES = {
     "OilfilmError": "oilfilm.base.errors",
     "bearing_torque": "oilfilm.api.bearing_torque",
     "check": "oilfilm.api.log_check",
+    "example": "oilfilm.api.examples",
     "fit": "oilfilm.api.arrays",
     "fit_table": "oilfilm.api.table_fit",
     "predict": "oilfilm.fits.fitted",

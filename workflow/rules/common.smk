@@ -2,10 +2,10 @@
 # results; which folders of `data/raw` have the traction logs and the torque logs of a campaign.
 
 import mimetypes
+import sys
 from functools import cache
 from pathlib import Path
 
-from snakemake.exceptions import WorkflowError
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
 
 from oilfilm.base import home, studies
@@ -21,15 +21,19 @@ from oilfilm.traction import LAW_FILES
 
 RECORDS = Path(".snakemake")
 
+
+def stop(mistake):
+    """End the run with a sentence alone. An error of Snakemake would add files and lines of rules."""
+    sys.exit(str(mistake))
+
+
 # In Snakemake's report a table is a file to save, not a text to show.
 mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
 start_python_by_name()
 OBJECT_STORAGE = workflow.storage_registry.default_storage_provider
 if OBJECT_STORAGE is not None:
     if not workflow.storage_settings.default_storage_prefix:
-        raise WorkflowError(
-            "--default-storage-provider needs --default-storage-prefix, as s3://BUCKET/PLACE."
-        )
+        stop("--default-storage-provider needs --default-storage-prefix, as s3://BUCKET/PLACE.")
 
 
 def prefixed(*parts):
@@ -42,7 +46,7 @@ try:
     typed = workflow.config_settings.overwrite_config
     SETTINGS = resolve_given(config, typed)
 except OilfilmError as mistake:
-    raise WorkflowError(str(mistake)) from None
+    stop(mistake)
 
 CAMPAIGN = SETTINGS.campaign
 OILS = list(SETTINGS.oils)

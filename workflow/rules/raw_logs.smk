@@ -48,7 +48,7 @@ try:
     FILES, TORQUE_FILES = LOGS[RAW.as_posix()], LOGS.get(TORQUE_RAW.as_posix(), [])
     SHEETS = {folder: run_sheet(folder, LOGS[folder.as_posix()]) for folder in map(Path, LOGS)}
 except OilfilmError as mistake:
-    raise WorkflowError(str(mistake)) from None
+    stop(mistake)
 
 FILES_OF_SHARE = shares_of(FILES, SETTINGS.split.runs)
 SHARDS = list(FILES_OF_SHARE)

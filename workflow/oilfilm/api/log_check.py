@@ -10,7 +10,7 @@ traction log (by the folder); what it reports on a log, as text and JSON.
 import os
 import textwrap
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import chain
 from math import isnan
@@ -31,7 +31,7 @@ from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, SET_POINTS
+from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, READING_NOTE, SET_POINTS
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
 from oilfilm.logs.raw_files import named_logs, raw_files
@@ -433,11 +433,14 @@ def report(logs: Sequence[JsonObject]) -> str:
     """The text of the reports on logs; only long names make it wider than `WIDTH` columns."""
     lines: list[str] = []
     is_brief = len(logs) > _MOST_LOGS_IN_DETAIL
+    shared = _shared_notes(logs)
     for log in logs:
-        lines += verdict_lines(log)
+        lines += verdict_lines(log, shared)
         if not is_brief or log["verdict"] == "refused":
             lines += _reading_lines(log)
             lines.append("")
+    for note, count in shared.items():
+        lines += _wrapped(f"{READING_NOTE} of {count} logs: {printable(note)}", "")
     if len(logs) > 1:
         lines.append(f"{len(logs)} logs: {_counted(log['verdict'] for log in logs)}")
         lines += [f"  {printable(log['file'])}" for log in logs if log["verdict"] == "refused"]
@@ -446,11 +449,25 @@ def report(logs: Sequence[JsonObject]) -> str:
     return "\n".join(lines).rstrip()
 
 
-def verdict_lines(log: JsonObject) -> Iterator[str]:
-    """The verdict on each run; the reason and the advice are right below it."""
+def _shared_notes(logs: Sequence[JsonObject]) -> dict[str, int]:
+    """Notes on how a log was read that several logs have, with the number of these logs."""
+    counts: Counter[str] = Counter()
+    for log in logs:
+        refusals = log["refusals"]
+        counts.update({row["reason"] for row in refusals if row["rule"] == READING_NOTE})
+    return {note: count for note, count in counts.items() if count > 1}
+
+
+def verdict_lines(log: JsonObject, shared: Container[str] = ()) -> Iterator[str]:
+    """The verdict on each run; the reason and the advice are right below it.
+
+    Args:
+        log: What was found in the log.
+        shared: Notes on reading that are said once for all logs, and not here.
+    """
     runs = log["runs"]
     file = printable(log["file"])
-    problems = _problems_by_run(log)
+    problems = _problems_by_run(log, shared)
     if not runs:
         yield f"{file}: {log['verdict'].upper()}"
     if len(runs) > _MOST_RUNS_LISTED:
@@ -481,12 +498,17 @@ class _Problem:
     advice: str = ""
 
 
-def _problems_by_run(log: JsonObject) -> dict[str, list[str]]:
-    """Lines on what is wrong or doubtful and what to do, by run and for the file (`_FILE`)."""
+def _problems_by_run(log: JsonObject, shared: Container[str]) -> dict[str, list[str]]:
+    """Lines on what is wrong or doubtful and what to do, by run and for the file (`_FILE`).
+
+    Args:
+        log: What was found in the log.
+        shared: Notes on reading that are said elsewhere.
+    """
     problems: dict[str, list[_Problem]] = {_FILE: []}
     for run in log["runs"]:
         problems[run["run_id"]] = []
-    for run_id, refusals in _refusals_by_rule(log):
+    for run_id, refusals in _refusals_by_rule(log, shared):
         problems_of_run = problems.get(run_id, problems[_FILE])
         problems_of_run.append(_problem_of_rule(refusals))
     for run in log["runs"]:
@@ -508,10 +530,19 @@ def _problems_by_run(log: JsonObject) -> dict[str, list[str]]:
     return {run_id: list(_lines_by_cause(listed)) for run_id, listed in problems.items()}
 
 
-def _refusals_by_rule(log: JsonObject) -> Iterator[tuple[str, list[JsonObject]]]:
-    """The refusals of a log by run and rule, in the order in which they are first named."""
+def _refusals_by_rule(
+    log: JsonObject, shared: Container[str]
+) -> Iterator[tuple[str, list[JsonObject]]]:
+    """The refusals of a log by run and rule, in the order in which they are first named.
+
+    Args:
+        log: What was found in the log.
+        shared: Notes on reading that are left out.
+    """
     by_rule: dict[tuple[str, str], list[JsonObject]] = {}
     for refusal in log["refusals"]:
+        if refusal["rule"] == READING_NOTE and refusal["reason"] in shared:
+            continue
         by_rule.setdefault((refusal["run_id"], refusal["rule"]), []).append(refusal)
     for (run_id, _), refusals in by_rule.items():
         yield run_id, refusals

@@ -26,7 +26,8 @@ def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
     """The folder of a campaign's results, and what its tables say of the data.
 
     Args:
-        results: The typed folder; by default that of the campaign of `config.yaml`.
+        results: The typed folder: of results, of the project with them, or the campaign's name. By
+            default that of the campaign of `config.yaml`.
 
     Returns:
         The folder, and `campaign` (its name) and `data` (`simulated` or `measured`).
@@ -35,6 +36,8 @@ def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
         OilfilmError: There are no such results.
     """
     folder = results or Path("results", read_config(config_folder(None)).campaign)
+    if results is not None:
+        folder = _results_of(results)
     if not (folder / "tables").is_dir():
         if results is None and not Path("config/config.yaml").is_file():
             raise OilfilmError(
@@ -48,6 +51,15 @@ def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
     # all tables of a campaign have the same two; every finished campaign has this table
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     return folder, {name: str(footer.get(name)) for name in ("campaign", "data")}
+
+
+def _results_of(typed: Path) -> Path:
+    """A typed folder of results, or that which a typed project folder or campaign has."""
+    candidates = (typed, typed / "results" / typed.resolve().name, Path("results") / typed)
+    for folder in candidates:
+        if (folder / "tables").is_dir():
+            return folder
+    return typed
 
 
 def typed_conditions(options: argparse.Namespace) -> dict[str, float]:

@@ -95,8 +95,8 @@ def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, 
         OilfilmError: There are fewer than two.
     """
     named_fits = {}
-    for folder in folders:
-        _, footer = campaign_folder(folder)
+    for typed in folders:
+        folder, footer = campaign_folder(typed)
         coefficients = CampaignTables.in_folder(folder).configured.coefficients
         for oil in map(str, coefficients["oil"].unique()):
             constants = coefficients[coefficients["oil"] == oil]
@@ -111,7 +111,7 @@ def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, 
     if len(named_fits) < 2:
         raise OilfilmError(
             f"{', '.join(map(str, folders))}: found {len(named_fits)} fitted oils; expected at "
-            "least two. Name another folder of results, or leave out --oil."
+            f"least two. Name another folder of results{', or leave out --oil' if oils else ''}."
         )
     return named_fits
 

@@ -165,7 +165,7 @@ function draw() {
   }));
   const count = series.reduce((sum, { dots }) => sum + dots.length, 0);
   byId("chart").replaceChildren(chart(series, along));
-  byId("chart-note").textContent = `${count || "No"} points of the logs near this operating point. Shaded: not tested. Dashed: the chosen point.`;
+  byId("chart-note").textContent = `${count || "No"} points of the logs near this operating point. Coloured bands: the curve of the next good run. Grey: not tested. Dashed: the chosen point.`;
 }
 
 function tell() {
@@ -203,14 +203,35 @@ function update() {
   tell();
 }
 
+// Why a typed value cannot be chosen; empty where it can.
+function impossible({ symbol, unit, low, high, digits }, value) {
+  const reach = ROUNDING * Math.max(Math.abs(low), Math.abs(high));
+  if (value >= low - reach && value <= high + reach) return "";
+  const range = `${low.toFixed(digits)} to ${high.toFixed(digits)} ${unit}`.trim();
+  const percent = symbol === "S" && value > 1 ? ` Write ${value / 100} for ${value} %.` : "";
+  return `${symbol} ${value} is not in the range of this page, ${range}.${percent}`;
+}
+
+function refuse(reason) {
+  byId("refused-value").hidden = !reason;
+  byId("refused-value").textContent = reason;
+}
+
 function listenToExplorer() {
   const listen = (element, kind, change) => element.addEventListener(kind, ({ target }) => {
     change(target.value);
     update();
   });
   AXES.forEach((axis, i) => {
-    listen(byId(`slider-${axis.symbol}`), "input", (value) => { state.point[i] = at(axis, Number(value)); });
-    listen(byId(`value-${axis.symbol}`), "change", (value) => { if (value !== "") state.point[i] = at(axis, stepOf(axis, Number(value))); });
+    listen(byId(`slider-${axis.symbol}`), "input", (value) => {
+      refuse("");
+      state.point[i] = at(axis, Number(value));
+    });
+    listen(byId(`value-${axis.symbol}`), "change", (value) => {
+      const reason = value === "" ? "" : impossible(axis, Number(value));
+      refuse(reason && `${reason} It stays at ${state.point[i].toFixed(axis.digits)}.`);
+      if (value !== "" && !reason) state.point[i] = at(axis, stepOf(axis, Number(value)));
+    });
   });
   listen(byId("abscissa"), "change", (value) => { state.x = value; });
   for (const box of document.getElementsByName("oil")) {
@@ -234,11 +255,49 @@ function showRun() {
   byId("answer").scrollIntoView();
 }
 
+// ---------------------------------------------------------------- tables
+
+const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+const csv = (table) => [...table.rows].map((row) => (
+  [...row.cells].map(({ textContent }) => quoted(textContent.trim().replace(/\s+/g, " "))).join(","))).join("\n");
+
+async function copy(text) {
+  if (navigator.clipboard) {
+    await navigator.clipboard.writeText(text);
+    return;
+  }
+  // a browser that takes files for unsafe has the old way only
+  const area = document.createElement("textarea");
+  area.value = text;
+  document.body.append(area);
+  area.select();
+  document.execCommand("copy");
+  area.remove();
+}
+
+// A button above each table. It needs the script, so that the script makes it.
+function addCopyButtons() {
+  for (const table of document.querySelectorAll(".scroll > table")) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.className = "copy";
+    button.textContent = "Copy as CSV";
+    button.setAttribute("aria-describedby", table.caption.id);
+    button.addEventListener("click", async () => {
+      await copy(csv(table));
+      button.textContent = "Copied";
+      setTimeout(() => { button.textContent = "Copy as CSV"; }, 2000);
+    });
+    table.parentElement.before(button);
+  }
+}
+
+addCopyButtons();
 if (OILS.length) {
   listenToExplorer();
   addEventListener("hashchange", showRun);
   update();
   showRun();
 }
-globalThis.oilfilm = { OILS, state, predict, nearby, line, rangeOf }; // for the tests
+globalThis.oilfilm = { OILS, state, predict, nearby, line, rangeOf, csv }; // for the tests
 })();
