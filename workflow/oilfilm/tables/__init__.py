@@ -316,13 +316,16 @@ def writing(
             def add(frame: pd.DataFrame) -> None:
                 nonlocal parts
                 conformed = conform(frame, table, str(path))
-                # column by column, in half of the time of `from_pandas` of the table
-                arrays = [
-                    arrow.array(conformed[field.name], field.type, from_pandas=True)
-                    for field in schema
-                ]
-                content = arrow.table(arrays, schema=schema)
-                file.write_table(content, row_group_size=largest_group or max(len(frame), 1))
+                rows_of_group = largest_group or max(len(frame), 1)
+                # a whole table as Arrow's would be one more copy of it
+                for start in range(0, max(len(frame), 1), rows_of_group):
+                    group = conformed.iloc[start : start + rows_of_group]
+                    # column by column, in half of the time of `from_pandas` of the table
+                    arrays = [
+                        arrow.array(group[field.name], field.type, from_pandas=True)
+                        for field in schema
+                    ]
+                    file.write_table(arrow.table(arrays, schema=schema), rows_of_group)
                 parts += 1
 
             yield add
@@ -352,7 +355,11 @@ def read(table: str, *paths: Path) -> pd.DataFrame:
     parts = [_content(path).replace_schema_metadata(None) for path in paths]
     where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
     content = arrow.concat_tables(parts).unify_dictionaries() if len(parts) > 1 else parts[0]
-    return conform(content.to_pandas(), table, where, _OTHER_VERSION)
+    parts.clear()
+    # Arrow's copy of a column goes when pandas has it: two copies of a table are never there
+    frame = content.to_pandas(split_blocks=True, self_destruct=True)
+    del content
+    return conform(frame, table, where, _OTHER_VERSION)
 
 
 def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
