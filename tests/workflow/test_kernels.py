@@ -29,7 +29,8 @@ JOBS = [
     *("twin", "torque_twin", "points shard=0", "collect", "run_plan"),
     *(f"fit oil={oil} law_file={name}" for oil in OILS for name in LAW_FILE_NAMES),
     *(f"surface oil={oil}" for oil in OILS),
-    *("fits", "torque_runs", "bearing_maps", "torque", "test_plan", "refused", "law_figures"),
+    *("fits", "torque_runs", "bearing_maps", "bearing_temperatures", "torque", "test_plan"),
+    *("refused", "law_figures"),
     "report",
 ]
 Run = Callable[[str], Path]
@@ -51,7 +52,11 @@ def bearing_study(project: Path) -> None:
     }
     bearing: dict[str, Any] = {
         "uncertainty": {"draws": 40},
-        "cage_slip": {"pitch_speed_mm_rpm": [1e6, 4e6], "axial_load_n": [500, 2000, 20000]},
+        "cage_slip": {
+            "pitch_speed_mm_rpm": [1e6, 4e6],
+            "axial_load_n": [500, 2000, 20000],
+            "further_temperature_c": [140],
+        },
         "size_effect": {"ball_size_factors": [0.5, 1.0], "groove_curvatures": [0.51, 0.54]},
     }
     campaign["settings"] = {**QUICK, "bearing": bearing}
