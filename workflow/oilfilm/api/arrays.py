@@ -186,9 +186,9 @@ class ArrayFit:
         )
         correlations = self.correlations
         names = correlations.index
-        matrix = correlations.to_numpy(dtype=float)
+        values = correlations.to_numpy(dtype=float)
         pairs = {
-            f"{names[row]} {names[column]}": float(matrix[row, column])
+            f"{names[row]} {names[column]}": float(values[row, column])
             for row, column in combinations(range(len(names)), 2)
         }
         strong = {pair: r for pair, r in pairs.items() if abs(r) >= _STRONG_CORRELATION}
