@@ -38,7 +38,7 @@ from matplotlib.figure import Figure
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests/helpers"))
 
-from campaigns import lay_out, printed, read_campaign, write_campaign  # noqa: E402
+from campaigns import lay_out, printed, simulated_campaign, write_campaign  # noqa: E402
 from oilfilm.report.figures.sheet import save  # noqa: E402
 from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, MARKERS  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
@@ -55,7 +55,7 @@ BEGIN, END = "<!-- measured: make bench NAME=scale -->", "<!-- end -->"
 FAR = 10**6
 SHORT = {"sampling_rate_hz": 10, "slip_steps": 12}
 LONG = {"sampling_rate_hz": 50, "slip_steps": 31}
-FIGURES = ["fig02", "fig03", "fig04", "law-errors", "curves", "coverage", "residuals"]
+FIGURES = ["law-errors", "curves", "coverage", "residuals"]
 # Snakemake's own process.
 NAMES = {"__main__.py": "snakemake"}
 # Whole runs are off the fitted line by no more than this, and the largest one is above the line
@@ -94,10 +94,10 @@ def levels(runs: int) -> dict[str, list[float]]:
 def write_logs(project: Path, runs: int, oils: Iterable[str], logs: dict[str, int]) -> int:
     """A project with the campaign `scale`, whose logs are there as if measured; their bytes."""
     lay_out(project)
-    campaign = read_campaign(project, "demo")
+    campaign = simulated_campaign()
     oils = list(oils)
     campaign |= {"oils": oils, "matrix": levels(runs // len(oils)), "figures": FIGURES}
-    del campaign["torque"], campaign["settings"]
+    del campaign["torque"]
     campaign["twin"] |= {"defects": [], **logs}
     write_campaign(project, "scale", campaign)
     raw, size = project / "data/raw/scale", 0

@@ -63,6 +63,11 @@ _SCALES = {
     "entrainment_speed_m_s": "surface_speed_m_s",
     "inlet_temperature_c": "temperature_c",
 }
+# Columns of points by which runs are compared: a campaign's table has three times as many.
+_COMPARED = [
+    *("run_id", "accepted", "slide_roll_ratio", "slide_roll_ratio_se"),
+    *("traction_coefficient", "traction_coefficient_se", *_SCALES),
+]
 
 
 def repeated(
@@ -157,7 +162,7 @@ def _compared_conditions(
     A load counts by the pressure that it makes, where the rig's contact is known: a pressure that
     is rounded by 0.5 % is a load that is off by 1.5 %.
     """
-    accepted = points[points["accepted"]]
+    accepted = points.loc[points["accepted"], _COMPARED]
     rows = accepted.groupby("run_id").indices
     noted, (pressure, load, *_) = with_levels(runs, settings), SET_POINTS
     # one of the two is unknown
@@ -186,7 +191,7 @@ def _same_readings(
     for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     if kind.name == TRACTION:
-        left = points[points["run_id"].isin(named)]
+        left = points.loc[points["run_id"].isin(named), _COMPARED]
         for name, other in _same_noise(left, settings.gates.copies):
             yield named[name], named[other]
 
@@ -314,7 +319,7 @@ def with_campaign_warnings(
         return runs
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
     texts = {run_id: list(own_texts) for run_id, own_texts in accepted["warning"].items()}
-    points = points[points["run_id"].isin(accepted.index)]
+    points = points.loc[points["run_id"].isin(accepted.index), _COMPARED]
     constant = _constant_channels(points, accepted, settings.gates)
     of_rig = _of_rig(points, accepted["rig"], settings)
     of_spin = spin_warnings(points, accepted["rig"], settings)
