@@ -225,8 +225,8 @@ EXTENSIONS = {
         Edit(f"{_LIBRARY}/logs/ingest.py", '"pcs": pcs,', '"pcs": pcs, "jsonl": jsonl,'),
         Edit(
             f"{_LIBRARY}/logs/ingest.py",
-            "import base, delimited_text,",
-            "import base, delimited_text, jsonl,",
+            "    delimited_text,\n",
+            "    delimited_text,\n    jsonl,\n",
         ),
         Edit("tests/helpers/formats.py", "\nWRITERS = {", WRITER),
         Edit("tests/helpers/formats.py", "import io\n", "import io\nimport json\n"),
