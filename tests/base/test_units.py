@@ -27,6 +27,12 @@ def test_frequency_of_a_spindle_is_revolutions_not_radians(unit: str, rpm: float
     assert conversion(unit, ("rpm", "m/s")).convert(np.array([1.0])) == pytest.approx([rpm])
 
 
+@pytest.mark.parametrize(("unit", "target"), [("kN", "N"), ("kPa", "Pa")])
+def test_thousandfold_is_that_of_the_registry(unit: str, target: str) -> None:
+    # a space before the unit takes the way through the registry
+    assert conversion(unit, ("m", target)) == conversion(f" {unit}", ("m", target))
+
+
 @pytest.mark.parametrize("unit", ["10**10**10", "9^9^9^9", "N*1e9", "N" * 41, "(N)", "N; N"])
 def test_unit_that_is_no_product_of_words_is_refused_uncomputed(unit: str) -> None:
     with pytest.raises(ValueError, match="is none of N"):

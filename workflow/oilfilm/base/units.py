@@ -61,6 +61,8 @@ _FACTOR = r"(?:1|%|[^\W\d]+)(?:(?:\^|\*\*)-?\d|\u207b?[\u00b9\u00b2\u00b3])?"
 _PRODUCT = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
 _BARE_EXPONENT = re.compile(r"([^\W\d_])(-?\d)")
 _LONGEST_UNIT = 40
+# Units whose thousandfold needs no registry.
+_WITH_KILO = ("N", "Pa")
 
 
 def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
@@ -89,6 +91,10 @@ def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | Non
     """As `conversion`, but None where there is none."""
     if unit in targets:
         return Conversion(unit)
+    for target in _WITH_KILO:
+        # a bearing's load is typed in kN, and the registry takes half a second to load
+        if unit == f"k{target}" and target in targets:
+            return Conversion(target, scale=1e3)
     spelling = unit.strip()
     spellings = _pint_units()
     pint_unit = spellings.get(spelling) or spellings.get(spelling.lower(), spelling)
