@@ -214,6 +214,26 @@ def test_spikes_of_the_force_are_left_out() -> None:
     check_curve(judged, 0.01)
 
 
+def test_steps_with_much_noise_are_no_ramp() -> None:
+    edges = np.arange(5, 5 + 3.0 * 14, 3.0)
+    levels = np.array([0.0, *np.linspace(0.02, 0.26, 13), 0.0])
+    stairs = lambda time: levels[np.searchsorted(edges, time, side="right")]  # noqa: E731
+    random = np.random.default_rng(5)
+    values = ramp(stairs, 0.05, seconds=52).decode().splitlines()
+    first_row = 1 + next(row for row, text in enumerate(values) if text.startswith("time"))
+    for row in range(first_row, len(values)):
+        cells = values[row].split(",")
+        # each speed scatters by 1 %
+        cells[3:5] = [
+            str(float(cell) * (1 + 0.01 * random.standard_normal())) for cell in cells[3:5]
+        ]
+        values[row] = ",".join(cells)
+    judged = curated(("\n".join(values) + "\n").encode())
+    assert "continuous ramp" not in judged.runs["reason"].iloc[0]
+    (warnings,) = judged.runs["warning"]
+    assert not any(text.startswith("slip_ramp") for text in warnings)
+
+
 def test_steps_that_are_held_briefly_are_no_ramp() -> None:
     edges = np.arange(5, 5 + 0.9 * 15, 0.9)
     levels = np.array([0.0, *np.linspace(0.01, 0.26, 14), 0.0])

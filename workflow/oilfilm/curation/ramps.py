@@ -41,8 +41,10 @@ _LARGEST_HELD_SHARE = 1 / 4
 # it: 0.8 for a straight ramp, 0.59 for a sine. Steps cover it in less than 0.3.
 _MOST_OF_THE_WAY = 0.8
 _LEAST_SHARE_OF_TIME = 0.4
-# The same of squared changes over a short time: 0.4 for noise, 0.5 for a sine. Steps that are
-# smaller than those which are looked for have less than 0.15.
+# Way of the slip over that between its turns. The noise of a slow body makes more.
+_LONGEST_WAY = 1.3
+# Share of the time that has most of the squared changes over a short time: 0.4 for noise, 0.5 for a
+# sine. Steps that are smaller than those which are looked for have less than 0.15.
 _SHORT_S = 0.2
 _LEAST_SHARE_OF_SQUARES = 0.25
 _LEFT_OUT = 0.02
@@ -184,6 +186,8 @@ def is_ramp(run: Run, plateaus: PlateauSettings, rolling_slip: float, held: Bool
     scales = (moving, np.arcsinh(moving / _SLIP_SCALE))
     if max(_share_of_time(scale) for scale in scales) < _LEAST_SHARE_OF_TIME:
         return False
+    if not _goes_straight(moving):
+        return False
     rows = max(round(_SHORT_S / run.signals.interval_s), 1)
     return max(_share_of_squares(scale, rows) for scale in scales) >= _LEAST_SHARE_OF_SQUARES
 
@@ -192,6 +196,15 @@ def _share_of_time(level: FloatArray) -> float:
     """Smallest share of the time in which a signal covers most of its way."""
     means = _block_means(level, max(len(level) // _WINDOWS, 1))
     return _smallest_share(np.abs(np.diff(means)))
+
+
+def _goes_straight(level: FloatArray) -> bool:
+    """Whether a signal goes from turn to turn, so that its way is none of noise."""
+    means = _block_means(level, max(len(level) // _WINDOWS, 1))
+    size = np.abs(means)
+    corners = size[[0, *_turns(size), len(size) - 1]]
+    way = np.abs(np.diff(size)).sum()
+    return bool(way <= _LONGEST_WAY * np.abs(np.diff(corners)).sum())
 
 
 def _share_of_squares(level: FloatArray, rows: int) -> float:
