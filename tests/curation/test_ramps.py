@@ -5,9 +5,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 import scipy
+from hypothesis import given
+from hypothesis import strategies as st
 
 from bad_logs import CONFIG, csv
 from campaigns import rig_contact
+from nights import examples
 from oilfilm.curation.curate import Curated, check_logs
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.settings.resolved import Settings
@@ -64,6 +67,8 @@ def ramp(
     seconds: float = 130.0,
     drift_n: float = 0.0,
     delay_s: float = 0.0,
+    zero_n: float = 0.3,
+    load_factor: float = 1.0,
     seed: int = 3,
 ) -> bytes:
     """A log of a ramp; the force is late by a filter of first order and a delay."""
@@ -93,8 +98,8 @@ def ramp(
     return csv(
         {
             "time": time,
-            "load": load_n + noise(0.1),
-            "traction_force": 0.3 + drift_n * time / seconds + force_n + noise(noise_n),
+            "load": load_factor * load_n + noise(0.1) * (load_factor != 0),
+            "traction_force": zero_n + drift_n * time / seconds + force_n + noise(noise_n),
             "ball_speed": ball / (per_rpm * rig.ball_track_radius_m),
             "disc_speed": disc / (per_rpm * rig.disc_track_radius_m),
             "inlet_temperature": 70 + noise(0.05),
@@ -184,6 +189,54 @@ def test_lag_that_nothing_shows_widens_the_errors_and_is_named() -> None:
 def test_lag_beyond_its_range_is_refused_for_it() -> None:
     judged = curated(ramp(TRIANGLE, 3.5))
     assert verdict(judged) == ("refused", "slip_ramps")
+
+
+def test_lag_that_contradicts_the_stated_one_is_refused() -> None:
+    stated = {"rigs": {"ball-on-disc-20mm": {"force_lag_s_range": [0.8, 1.5]}}}
+    judged = curated(ramp(TRIANGLE, 0.3), CONFIG.with_changes(stated))
+    assert verdict(judged) == ("refused", "slip_ramps")
+
+
+@pytest.mark.parametrize(("zero_n", "rule"), [(0.0, ""), (0.3, "zero_left")])
+def test_zero_that_is_said_to_be_removed_is_tested_where_the_rig_rolls(
+    zero_n: float, rule: str
+) -> None:
+    judged = curated(ramp(TRIANGLE, zero_n=zero_n), with_zero("already_removed"))
+    assert verdict(judged)[1] == rule
+    if not rule:
+        check_curve(judged, 0.01)
+
+
+def test_ramp_that_is_too_fast_for_a_curve_is_refused_for_it() -> None:
+    fast = line((0, 0), (3, 0), (4, LARGEST_SLIP), (5, 0), (8, 0))
+    judged = curated(ramp(fast, 0.05, rate_hz=1000, seconds=8))
+    assert verdict(judged) == ("refused", "slip_ramps")
+
+
+@given(
+    period_s=st.floats(0.1, 60),
+    largest_slip=st.floats(0.001, 1.5),
+    rate_hz=st.sampled_from([1.0, 5.0, 20.0, 200.0]),
+    load_factor=st.sampled_from([1.0, 0.0, -1.0]),
+    zero=st.sampled_from(["rolling_phases", "opening_phase", "standstill", "already_removed"]),
+)
+@examples(0.5)
+def test_any_slip_that_moves_ends_in_a_verdict(
+    period_s: float, largest_slip: float, rate_hz: float, load_factor: float, zero: str
+) -> None:
+    """A reading of a slip that moves is right within its errors, or the run is refused."""
+
+    def swings(time: np.ndarray) -> np.ndarray:
+        return largest_slip * np.sin(2 * np.pi * time / period_s)
+
+    log = ramp(swings, 0.1, rate_hz, seconds=65, zero_n=0.0, load_factor=load_factor)
+    judged = curated(log, with_zero(zero))
+    if verdict(judged)[0] == "accepted":
+        points = judged.points[judged.points["accepted"]]
+        true = np.abs(mu(points["slide_roll_ratio"].to_numpy()))
+        error = np.abs(points["traction_coefficient"].to_numpy() - true)
+        allowed = 5 * points["traction_coefficient_se"].to_numpy().max() + 0.03 * true.max()
+        assert np.median(error) < allowed
 
 
 def test_zero_is_found_by_both_directions_or_refused() -> None:

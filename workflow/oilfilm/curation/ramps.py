@@ -47,12 +47,16 @@ _LONGEST_WAY = 1.3
 # sine. Steps that are smaller than those which are looked for have less than 0.15.
 _SHORT_S = 0.2
 _LEAST_SHARE_OF_SQUARES = 0.25
-_LEFT_OUT = 0.02
+# Share of the changes that a single fall to rolling makes at most.
+_SHARE_OF_A_FALL = 0.02
 # Windows in which the way is counted.
 _WINDOWS = 200
 # A ramp by equal factors is straight in asinh(S/0.01).
 _SLIP_SCALE = 0.01
-_FEWEST_ROWS = 60
+# Fewer sliding rows show no ramp, and fewer rows of a way up or down give no curve.
+_FEWEST_ROWS = 30
+# Fewer slips that are resolved give no curve of mu.
+FEWEST_READINGS = 5
 
 # --- how a ramp is measured
 
@@ -63,6 +67,7 @@ _SMOOTHED_S = 0.8
 _FEWEST_SMOOTHED = 5
 # Fewer rows between half a slip and the slip do not resolve it.
 _FEWEST_TO_RESOLVE = 7
+# The slip turns a corner where it is so many standard deviations of noise off the smooth one.
 _CORNER_ERRORS = 4.0
 # The slip turns back where it returns by so much of the largest slip.
 _TURN_SHARE = 0.1
@@ -79,6 +84,7 @@ _NO_FILTER = 1e-3
 # Where the lag is not seen: lags that stand for its range, and shares of a filter in them.
 _LAGS_TRIED = 9
 _FILTER_SHARES = (0.0, 0.5, 1.0)
+# Steps of the search of a lag.
 _MOST_STEPS = 30
 # Sensors of one row may be read so many rows apart.
 _APART_IN_A_ROW = 0.5
@@ -213,7 +219,7 @@ def _share_of_squares(level: FloatArray, rows: int) -> float:
     Small steps have them at their edges, a ramp all the time. A single fall to rolling is left out.
     """
     squares = np.sort(np.diff(_block_means(level, rows)) ** 2)
-    return _smallest_share(squares[: round((1 - _LEFT_OUT) * len(squares))])
+    return _smallest_share(squares[: round((1 - _SHARE_OF_A_FALL) * len(squares))])
 
 
 def _smallest_share(changes: FloatArray) -> float:
@@ -252,25 +258,37 @@ def rolling_zero(
     """
     if source in ("standstill", "already_removed"):
         return RampZero(terms=0)
+    phases = rolling_ends(signals, window_s, settings)
+    needed = ("opening",) if source == "opening_phase" else ("opening", "closing")
+    for name in needed:
+        words = f"{name} phase of pure rolling"
+        flaw = phase_too_short(signals, phases[name], words, settings.min_duration_s)
+        if flaw is not None:
+            if _slides_both_ways(signals["slide_roll_ratio"]):
+                # a drift looks like a part of the curve
+                return RampZero(terms=1, phases=("both directions of slip",))
+            return RampZero(terms=0, flaw=flaw)
+    return RampZero(terms=len(needed), phases=needed)
+
+
+def rolling_ends(
+    signals: Signals, window_s: float, settings: ZeroReferenceSettings
+) -> dict[str, slice]:
+    """The samples before and after the sliding part of a ramp, by the name of the phase.
+
+    Args:
+        signals: The rows of the ramp, rolling included.
+        window_s: Time over which the slip is averaged to find rolling.
+        settings: Largest slip of rolling.
+    """
     slip = signals["slide_roll_ratio"]
     rows = max(round(window_s / signals.interval_s), 1)
     mean_slip = scipy.ndimage.uniform_filter1d(slip, rows, mode="nearest")
     sliding = np.flatnonzero(np.abs(mean_slip) > settings.max_slide_roll_ratio)
-    phases = {
-        "opening": slice(0, int(sliding[0])),
-        "closing": slice(int(sliding[-1]) + 1, len(slip)),
-    }
-    if source == "opening_phase":
-        del phases["closing"]
-    for name, phase in phases.items():
-        words = f"{name} phase of pure rolling"
-        flaw = phase_too_short(signals, phase, words, settings.min_duration_s)
-        if flaw is not None:
-            if _slides_both_ways(slip):
-                # a drift looks like a part of the curve
-                return RampZero(terms=1, phases=("both directions",))
-            return RampZero(terms=0, flaw=flaw)
-    return RampZero(terms=len(phases), phases=tuple(phases))
+    if len(sliding) == 0:
+        # a slip that alternates faster than the window has no ends of rolling
+        return {"opening": slice(0, 0), "closing": slice(0, 0)}
+    return {"opening": slice(0, int(sliding[0])), "closing": slice(int(sliding[-1]) + 1, len(slip))}
 
 
 def _slides_both_ways(slip: FloatArray) -> bool:
@@ -281,8 +299,8 @@ def _slides_both_ways(slip: FloatArray) -> bool:
 
 def ramp_readings(
     signals: Signals, lag_range_s: Sequence[float], zero_terms: int, least_slip: float, spike: float
-) -> RampReadings:
-    """Traction coefficients on a ramp.
+) -> RampReadings | None:
+    """Traction coefficients on a ramp; None where it resolves too few slips.
 
     Args:
         signals: Its rows, rolling included, one after the other.
@@ -298,6 +316,8 @@ def ramp_readings(
     ramp = _weighted(ramp, high_s, zero_terms)
     trials, variance, is_seen = _trials(ramp, low_s, high_s, zero_terms, is_seen)
     slips, ways = _slips_of_ways(ramp, trials[0].knots, least_slip)
+    if len(slips) < FEWEST_READINGS:
+        return None
     values, errors, drifts = [], [], []
     for trial in trials:
         value, error, drift = _curve_of_trial(ramp, trial, zero_terms, variance, slips, ways)
@@ -313,13 +333,14 @@ def ramp_readings(
     passed = stops > starts
     starts = starts[passed] * ramp.samples_per_row
     stops = stops[passed] * ramp.samples_per_row
+    stretches = Stretches(starts, stops)
     return RampReadings(
         slip=(signs * slips)[passed],
         mu=(signs * mu)[passed],
         mu_se=mu_se[passed],
         starts=starts,
         stops=stops,
-        spikes=Stretches(starts, stops).counts(_cut(is_spike, starts, stops)),
+        spikes=stretches.counts(stretches.cut(is_spike.astype(float)) > 0),
         lag=ForceLag(float(lag_s), float(lag_se_s), is_seen, (low_s, high_s)),
         drift_n=float(weights @ np.array(drifts)),
     )
@@ -346,10 +367,6 @@ def _without_spikes(force_n: FloatArray, threshold: float) -> tuple[FloatArray, 
     limit_n = threshold * _noise(force_n) or np.inf
     is_spike = np.abs(force_n - smooth) > limit_n
     return np.where(is_spike, smooth, force_n), is_spike
-
-
-def _cut(mask: BoolArray, starts: IndexArray, stops: IndexArray) -> BoolArray:
-    return Stretches(starts, stops).cut(mask.astype(float)) > 0
 
 
 def _block_means(signal: FloatArray, length: int) -> FloatArray:
@@ -439,7 +456,7 @@ def _ways(size: FloatArray) -> IndexArray:
     number = 0
     turns = _turns(size)
     for start, stop in pairwise([*turns, len(size)]):
-        if stop - start >= _FEWEST_ROWS / 2:
+        if stop - start >= _FEWEST_ROWS:
             number += 1
         way[start:] = number
     return way
@@ -520,29 +537,26 @@ def _trials(
     ramp: _Ramp, low_s: float, high_s: float, zero_terms: int, is_seen: bool
 ) -> tuple[list[_Trial], float, bool]:
     """Lags with their weights, the variance of a row that counts for means, and what is seen."""
-    by_knots: list[list[_Trial]] = []
-    deviances: list[float] = []
-    variances: list[float] = []
-    for ratio in _KNOT_RATIOS:
-        knots = _knots(ramp, ratio)
-        best = _best_lag(ramp, knots, high_s, zero_terms)
-        variance = _variance(best.fun, len(knots))
-        variances.append(variance)
-        penalty = len(knots) * np.log(len(ramp.slip))
-        deviances.append(float(np.sum(best.fun**2)) / min(variances) + penalty)
-        by_knots.append(_around(best, variance, knots))
-    if not (is_seen and all(_is_narrow(trials, low_s, high_s) for trials in by_knots)):
-        is_seen = False
-        spacings = [trials[0].knots for trials in by_knots]
-        by_knots = [_over_range(low_s, high_s, knots) for knots in spacings]
-    of_knots = np.exp(-(np.array(deviances) - min(deviances)) / 2)
-    of_knots /= of_knots.sum()
-    trials = [
-        replace(trial, weight=trial.weight * weight)
-        for trials_of_knots, weight in zip(by_knots, of_knots, strict=True)
-        for trial in trials_of_knots
+    spacings = [_knots(ramp, ratio) for ratio in _KNOT_RATIOS]
+    fits = [_best_lag(ramp, knots, high_s, zero_terms) for knots in spacings]
+    variance = min(
+        _variance(best.fun, len(knots)) for best, knots in zip(fits, spacings, strict=True)
+    )
+    by_spacing = [
+        _around(best, variance, knots) for best, knots in zip(fits, spacings, strict=True)
     ]
-    return trials, min(variances), is_seen
+    is_seen = is_seen and all(_is_narrow(trials, low_s, high_s) for trials in by_spacing)
+    if not is_seen:
+        by_spacing = [_over_range(low_s, high_s, knots) for knots in spacings]
+    squares = np.array([np.sum(best.fun**2) for best in fits])
+    splines = np.array([len(knots) for knots in spacings])
+    deviances = squares / variance + splines * np.log(len(ramp.slip))
+    weights = np.exp(-(deviances - deviances.min()) / 2)
+    weights /= weights.sum()
+    trials: list[_Trial] = []
+    for trials_of_spacing, weight in zip(by_spacing, weights.tolist(), strict=True):
+        trials += [replace(trial, weight=trial.weight * weight) for trial in trials_of_spacing]
+    return trials, variance, is_seen
 
 
 def _best_lag(

@@ -13,7 +13,7 @@ import numpy as np
 
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray
-from oilfilm.curation.gate import Faults, Gate, Gates, RunJudge, fault, refused, unit_hint
+from oilfilm.curation.gate import RULES, Faults, Gate, Gates, RunJudge, fault, refused, unit_hint
 from oilfilm.curation.rig_kind import Channel, RigKind, Run
 from oilfilm.curation.statistics import changed, is_noise, longest_hold, median, rows_per_reading
 from oilfilm.curation.traction_rig import TractionRig
@@ -465,10 +465,11 @@ def zero_on_trust(run: Run, rig: TractionRig) -> Faults:
 def drift_not_seen(run: Run, rig: TractionRig) -> Faults:
     """The zero was taken on one side of the run alone, so that nothing shows its drift."""
     if len(run.zero_phases) == 1:
+        (part,) = run.zero_phases
         allowed_n = rig.zero.max_drift_n
         largest_n = np.nanmax(np.abs(run.plateaus["traction_force_n"]), initial=0.0)
         if largest_n > 0:
-            yield {"allowed": allowed_n, "share": allowed_n / largest_n}
+            yield {"part": part, "allowed": allowed_n, "share": allowed_n / largest_n}
 
 
 @WARNINGS.gate
@@ -478,15 +479,13 @@ def slip_ramp(run: Run, rig: TractionRig) -> Faults:
         lag = run.force_lag
         low_s, high_s = lag.range_s
         if lag.is_seen:
-            how = f"{lag.lag_s:.2f} +- {lag.lag_se_s:.2f} s, by rising against falling slip"
+            sentence = "lag_seen"
         elif high_s > low_s:
-            how = (
-                f"not known: nothing in this run shows it. It is taken from {low_s:g} to "
-                f"{high_s:g} s, which widens the errors of mu"
-            )
+            sentence = "lag_not_seen"
         else:
-            how = f"{low_s:g} s, as the rig file says"
-        yield {"how": how}
+            sentence = "lag_stated"
+        template = RULES["sentences"][sentence]
+        yield {"how": template.format(lag=lag.lag_s, error=lag.lag_se_s, low=low_s, high=high_s)}
 
 
 @WARNINGS.gate

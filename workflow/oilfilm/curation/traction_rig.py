@@ -24,10 +24,12 @@ from oilfilm.curation.hypotheses import (
 )
 from oilfilm.curation.measure import average, find_steps, measure, settled_parts
 from oilfilm.curation.ramps import (
+    FEWEST_READINGS,
     LARGEST_SHARE_OF_RANGE,
     RampReadings,
     is_ramp,
     ramp_readings,
+    rolling_ends,
     rolling_zero,
 )
 from oilfilm.curation.rig_kind import TRACTION as NAME
@@ -36,6 +38,7 @@ from oilfilm.curation.statistics import median
 from oilfilm.curation.zero import (
     DIRECTION,
     force_left,
+    force_left_in_rolling,
     part_of_curve,
     phases_at_standstill,
     raw_signal,
@@ -193,50 +196,70 @@ class TractionRig(RigKind):
 
     def measured_ramp(self, run: Run, parts: Division, rig: str) -> Run | None:
         """The run measured as a continuous ramp of slip; None where it is none."""
-        if not is_ramp(run, self.plateaus, self.zero.max_slide_roll_ratio, self._is_held(run)):
+        signals = parts.signals
+        is_loaded = (signals["load_n"] > LEAST_LOAD_N).all()
+        if not is_loaded or not is_ramp(
+            run, self.plateaus, self.zero.max_slide_roll_ratio, self._is_held(run)
+        ):
             return None
         source = self.settings.campaign.semantics_for(rig).zero
-        signals = parts.signals
+        if source == "standstill" and run.flaw is not None:
+            return run
         zero = rolling_zero(signals, source, self.plateaus.window_s, self.zero)
         if zero.flaw is not None:
             slip = signals["slide_roll_ratio"]
             numbers = dict(least=slip.min(), most=slip.max(), flaw=zero.flaw.reason)
             return replace(run, flaw=fault("zero_missing", "ramp_without_zero", **numbers))
-        removed, removed_se = np.zeros(len(signals)), np.zeros(len(signals))
-        if source == "standstill":
-            if run.flaw is not None:
-                return run
-            threshold = self.settings.curation.spikes.threshold
-            at_rest = zero_reference(parts.at_rest, self.sensor.column, parts.phases, threshold)
-            removed = at_rest.at(signals.time_s)
-            removed_se = at_rest.standard_error_at(signals.time_s)
-        file = self.settings.rigs.get(rig)
-        stated = None if file is None else file.force_lag_s_range
-        lag_range_s = stated or self.settings.curation.ramps.force_lag_s_range
-        columns = {**signals.columns, self.sensor.column: signals[self.sensor.column] - removed}
+        removed_n, removed_se_n = self._zero_at_standstill(parts, source)
+        sensor = self.sensor.column
         readings = ramp_readings(
-            replace(signals, columns=columns),
-            lag_range_s,
+            replace(signals, columns={**signals.columns, sensor: signals[sensor] - removed_n}),
+            self._force_lag_range_s(rig),
             zero.terms,
             self.zero.max_slide_roll_ratio,
             self.settings.curation.spikes.threshold,
         )
+        if readings is None:
+            return replace(run, flaw=fault("slip_ramps", "ramp_too_fast", fewest=FEWEST_READINGS))
         averages = average(signals, readings.starts, readings.stops, self)
         averages |= _at_slips(averages, readings)
         no_zero = np.zeros(len(readings.slip))
-        plateaus = self.derive(averages, no_zero, removed_se[readings.starts])
         measured = replace(
             run,
-            plateaus=plateaus,
+            plateaus=self.derive(averages, no_zero, removed_se_n[readings.starts]),
             flaw=self._fault_of_ramp(readings),
             too_short=(),
             zero_phases=zero.phases or tuple(parts.phases),
             force_lag=readings.lag,
         )
         if source == "already_removed" and measured.flaw is None:
+            rolling = rolling_ends(signals, self.plateaus.window_s, self.zero)
             errors = self.gates.significant_errors
-            return replace(measured, flaw=force_left(measured, self.settings.curation, errors))
+            curation = self.settings.curation
+            left = force_left_in_rolling(signals, rolling, curation, errors)
+            return replace(measured, flaw=left or force_left(measured, curation, errors))
         return measured
+
+    def _zero_at_standstill(self, parts: Division, source: str) -> tuple[FloatArray, FloatArray]:
+        """Zero at standstill and its standard error at each sample; 0 where another source counts.
+
+        Args:
+            parts: The phases of the run.
+            source: `semantics: zero` of the campaign.
+        """
+        time_s = parts.signals.time_s
+        if source != "standstill":
+            return np.zeros(len(time_s)), np.zeros(len(time_s))
+        threshold = self.settings.curation.spikes.threshold
+        zero = zero_reference(parts.at_rest, self.sensor.column, parts.phases, threshold)
+        return zero.at(time_s), zero.standard_error_at(time_s)
+
+    def _force_lag_range_s(self, rig: str) -> Sequence[float]:
+        """Smallest and largest lag of the force: as the rig's file states it, else the usual."""
+        rig_file = self.settings.rigs.get(rig)
+        if rig_file is not None and rig_file.force_lag_s_range is not None:
+            return rig_file.force_lag_s_range
+        return self.settings.curation.ramps.force_lag_s_range
 
     def _is_held(self, run: Run) -> BoolArray:
         """Plateaus whose slip does not change, shape (plateaus,)."""
@@ -247,18 +270,22 @@ class TractionRig(RigKind):
     def _fault_of_ramp(self, readings: RampReadings) -> Refusal | None:
         """The fault of a ramp: its zero moves, its lag is too long, or its mu is not certain."""
         lag = readings.lag
-        _, longest_s = lag.range_s
-        if lag.is_seen and lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_RANGE * longest_s:
-            return fault("slip_ramps", "lag_out_of_range", lag=lag.lag_s, allowed=longest_s)
+        shortest_s, longest_s = lag.range_s
+        error_s = self.gates.significant_errors * lag.lag_se_s
+        is_longer = lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_RANGE * longest_s
+        is_shorter = lag.lag_s + error_s < shortest_s
+        if lag.is_seen and (is_longer or is_shorter):
+            allowed = dict(least=shortest_s, most=longest_s)
+            return fault("slip_ramps", "lag_out_of_range", lag=lag.lag_s, **allowed)
         if abs(readings.drift_n) > self.zero.max_drift_n:
             drift = dict(drift=readings.drift_n, allowed=self.zero.max_drift_n)
             return fault("zero_drift", sensor=self.sensor, **drift)
         slides = np.abs(readings.slip) > self.gates.sign_slip_min
         error = median(np.abs(readings.mu_se / readings.mu)[slides])
-        allowed = self.settings.curation.ramps.largest_error
-        if error > allowed:
+        largest_error = self.settings.curation.ramps.largest_error
+        if error > largest_error:
             why = "" if lag.is_seen else ". Nothing shows the lag of the force behind the slip"
-            return fault("slip_ramps", "lag_matters", error=error, allowed=allowed, why=why)
+            return fault("slip_ramps", "lag_matters", error=error, allowed=largest_error, why=why)
         return None
 
     def zero_fault(self, run: Run, parts: Division, rig: str) -> Refusal | None:

@@ -7,7 +7,7 @@ Decides: how the zero of the force or torque sensor is removed; where a rig stan
 phase is pure rolling; when a force contradicts the zero of a traction rig.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -303,11 +303,50 @@ def force_left(run: Run, curation: CurationSettings, significant_errors: float) 
     conditions = ["without slip"] * int(rolling.sum()) + list(phases)
     force_n = np.append(plateaus["traction_force_n"][rolling], standstill.output)
     error_n = np.append(force_error_n[rolling], standstill.output_se)
-    beyond = np.abs(force_n) > allowed_n + significant_errors * error_n
-    if not beyond.any():
+    return _left(force_n, significant_errors * error_n, conditions, allowed_n)
+
+
+def force_left_in_rolling(
+    signals: Signals,
+    phases: Mapping[str, slice],
+    curation: CurationSettings,
+    significant_errors: float,
+) -> Refusal | None:
+    """A force in pure rolling although the rig is said to have removed its zero.
+
+    Args:
+        signals: The run.
+        phases: Name of a phase of pure rolling -> its samples; short ones are not judged.
+        curation: `zero_reference` and `spikes`.
+        significant_errors: As for `force_left`.
+    """
+    settings = curation.zero_reference
+    judged = {
+        f"in the {name} phase of pure rolling": phase
+        for name, phase in phases.items()
+        if phase_too_short(signals, phase, name, settings.min_duration_s) is None
+    }
+    zero = zero_reference(signals, "traction_force_n", judged, curation.spikes.threshold)
+    tolerances_n = significant_errors * zero.output_se
+    return _left(zero.output, tolerances_n, list(judged), settings.max_drift_n)
+
+
+def _left(
+    force_n: FloatArray, tolerances_n: FloatArray, places: Sequence[str], allowed_n: float
+) -> Refusal | None:
+    """The first force beyond what is allowed; None where all are within it.
+
+    Args:
+        force_n: Forces where there should be none, shape (places,).
+        tolerances_n: What their noise explains, shape (places,).
+        places: Where they are, in words.
+        allowed_n: Largest force that is allowed.
+    """
+    beyond = np.flatnonzero(np.abs(force_n) > allowed_n + tolerances_n)
+    if len(beyond) == 0:
         return None
-    first = int(np.argmax(beyond))
-    return fault("zero_left", force=force_n[first], place=conditions[first], allowed=allowed_n)
+    first = beyond[0]
+    return fault("zero_left", force=force_n[first], place=places[first], allowed=allowed_n)
 
 
 def raw_signal(signals: Signals, settings: PlateauSettings) -> Refusal | None:

@@ -47,7 +47,7 @@ const isSingle = (values, cell) => cell.every(([index]) => values.single[index] 
 // Torque, slip and film of an oil at [load, speed, temperature], with the ends of their intervals. `known` is false
 // where the cage may roll or skid at a calculated point of the cell.
 function predictBearing(number, point) {
-  const onMap = point.with(2, DATA.temperature);
+  const onMap = [point[0], point[1], DATA.temperature];
   const [ofMap, ofOther, ofSame] = [corners(FINE.levels, onMap), corners(COARSE.levels, point), corners(COARSE.levels, onMap)];
   const [fine, coarse] = [FINE.oils[number], COARSE.oils[number]];
   const isOnMap = point[2] === DATA.temperature;
