@@ -134,8 +134,8 @@ def check_curve(judged: Curated, relative: float) -> None:
     error = points["traction_coefficient"].to_numpy() - true
     standard_error = points["traction_coefficient_se"].to_numpy()
     assert np.sqrt(np.mean((error / true) ** 2)) < relative
-    # points of one run share the errors of zero and lag: three standard errors of these
-    assert np.median(np.abs(error / standard_error)) < 3
+    # points of one run share the errors of zero and lag: two standard errors of these
+    assert np.median(np.abs(error / standard_error)) < 2
     assert np.abs(error).max() < 6 * standard_error.max()
 
 

@@ -77,6 +77,9 @@ _FIRST_KNOT = 0.0015
 # Rows between two knots.
 _ROWS_PER_KNOT = 4
 _CUBIC = 3
+# What spline, kind of lag and smoothing leave of mu, relative, beside noise: 24 simulated ramps of
+# two curves that no law has are off by 0.1 to 0.4 %, all their points alike.
+_CURVE_ERROR = 0.003
 # Relative size below which a column counts as empty.
 _EMPTY_COLUMN = 1e-10
 # A filter with a time constant below this share of a row changes nothing.
@@ -103,7 +106,7 @@ class RampReadings:
     Attributes:
         slip: Slide-roll ratio with its sign, shape (readings,).
         mu: Traction coefficient with the sign of the slip, less the zero, shape (readings,).
-        mu_se: Its standard error, shape (readings,).
+        mu_se: Its standard error, which contains that of the method, shape (readings,).
         starts: Index of the first sample that is nearest to this slip, shape (readings,).
         stops: Index after the last one, shape (readings,).
         spikes: Number of spikes of the force between them, shape (readings,).
@@ -337,7 +340,7 @@ def ramp_readings(
     return RampReadings(
         slip=(signs * slips)[passed],
         mu=(signs * mu)[passed],
-        mu_se=mu_se[passed],
+        mu_se=np.hypot(mu_se, _CURVE_ERROR * mu)[passed],
         starts=starts,
         stops=stops,
         spikes=stretches.counts(stretches.cut(is_spike.astype(float)) > 0),
