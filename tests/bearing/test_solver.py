@@ -32,3 +32,16 @@ def test_a_root_stays_where_it_is_in_a_second_search() -> None:
         assert solution.converged.all()
         # loads of some 10 are rounded to 2e-15
         np.testing.assert_allclose(current, root, rtol=1e-14 / WEAKEST)
+
+
+def test_a_point_is_judged_where_its_last_step_ended() -> None:
+    # a triple root draws the steps in slowly: no step of the search ends at it
+    start = np.linspace(0.5, 1.5, 9)[:, np.newaxis]
+
+    def equations(unknowns: FloatArray, which: IndexArray) -> FloatArray:
+        return -(unknowns**3)
+
+    scale = np.ones_like(start)
+    solution = solve_near(equations, start, scale, inverse_jacobian(equations, start, scale))
+    np.testing.assert_array_equal(solution.residual, np.abs(solution.unknowns[:, 0]) ** 3)
+    assert (solution.converged == (solution.residual <= 1e-10)).all()

@@ -70,7 +70,7 @@ _SOFTENING_SLIPS = (*np.geomspace(0.3, 1e-5, 10), 0.0)
 # Steps shorter than this may turn at a kink, which the law has at its lowest levels.
 _KINK = 1e-3
 # Attempts to follow a curve, until one does not stall: softening slip, and `kink` of `trace`.
-_ATTEMPTS = ((0.0, 0.0), (0.0, _KINK), (0.003, _KINK))
+_ATTEMPTS = ((0.0, 0.0), (0.0, _KINK), (0.003, _KINK), (0.01, _KINK))
 # Largest residual on a curve along which bands shrink: the forces are steep beside a jump.
 _BAND_TOLERANCE = 1e-9
 # Narrowest band of the rolling speed that may hold a motion, over the full band.

@@ -191,6 +191,9 @@ def solve_near(
         change = residual[continues] - new_residual
         inverse = broyden_update(inverse[continues], step[continues], change)
         residual = new_residual
+    # a point that is not at a root after all steps is judged where its last step ended
+    if len(remaining):
+        size[remaining] = _size(residual)
     return Solution(unknowns, size, size <= TOLERANCE)
 
 
