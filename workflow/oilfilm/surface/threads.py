@@ -1,13 +1,22 @@
 """One thread of linear algebra: faster for matrices of this size, and the same on each machine."""
 
 from collections.abc import Callable
-from functools import wraps
+from functools import cache, wraps
+from importlib import import_module
 from typing import ParamSpec, TypeVar
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController
 
 Arguments = ParamSpec("Arguments")
 Result = TypeVar("Result")
+
+
+@cache
+def _blas_libraries() -> ThreadpoolController:
+    """The BLAS libraries of NumPy and SciPy. It takes 10 ms to find them, so that is done once."""
+    # the library of SciPy is loaded with this module
+    import_module("scipy.linalg")
+    return ThreadpoolController().select(user_api="blas")
 
 
 def with_one_blas_thread(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
@@ -19,7 +28,7 @@ def with_one_blas_thread(function: Callable[Arguments, Result]) -> Callable[Argu
 
     @wraps(function)
     def limited(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        with threadpool_limits(limits=1, user_api="blas"):
+        with _blas_libraries().limit(limits=1):
             return function(*args, **kwargs)
 
     return limited
