@@ -174,7 +174,7 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
     conditions = spread_conditions(matrix.min(axis=0), matrix.max(axis=0), NEW_CONDITIONS, random)
     at, slip = np.repeat(conditions, len(SLIPS), axis=0), np.tile(SLIPS, NEW_CONDITIONS)
     true = campaign.truth(*at.T, slip)
-    own = fitted.without_interval().predict(at, slip)
+    own = fitted.predict(at, slip)
     mean = np.mean((own.mean_ci_lower <= true) & (true <= own.mean_ci_upper))
     half = (own.mean_ci_upper - own.mean_ci_lower) / 2 / own.traction_coefficient
     return {

@@ -147,7 +147,8 @@ def _intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str
         return
     level = f"{fit.interval_level():.0%} interval of the next good run"
     yield f"{mu}, {level} {row['obs_ci_lower']:.5f} to {row['obs_ci_upper']:.5f}"
-    yield f"if the law is true, mu is {row['mean_ci_lower']:.5f} to {row['mean_ci_upper']:.5f}"
+    mean_curve = "mean curve of the oil, with calibration and misfit of the law"
+    yield f"{mean_curve}: {row['mean_ci_lower']:.5f} to {row['mean_ci_upper']:.5f}"
 
 
 def _warnings(fit: FittedLaw, values: Sequence[float], row: Mapping[str, Any]) -> Iterator[str]:

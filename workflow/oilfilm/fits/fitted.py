@@ -121,18 +121,21 @@ class Coefficients:
         eigenvalues, directions = np.linalg.eigh(covariance)
         return np.asarray(directions * np.sqrt(np.maximum(eigenvalues, 0)))
 
-    def mean_band(self, law: Law, level: float) -> Band:
-        """Interval of the law's mean, which holds if the law is true.
+    def mean_band(self, law: Law, level: float, misfit: float = 0.0) -> Band:
+        """Interval of the mean curve of the oil.
 
         It contains the calibration, which is an error that all runs of the rig share.
 
         Args:
             law: The law.
             level: Confidence level.
+            misfit: Misfit of the law, relative to mu (rms); 0 for a law that is true.
         """
         calibration = (to_internal(law, self.shifted) - to_internal(law, self.constants)).T
         quantile = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
-        return Band(np.hstack([quantile * self.root(law), normal_quantile(level) * calibration]))
+        normal = normal_quantile(level)
+        reach = np.hstack([quantile * self.root(law), normal * calibration])
+        return Band(reach, normal * misfit)
 
 
 @dataclass(frozen=True)
@@ -147,8 +150,9 @@ class Prediction:
         obs_ci_lower: Lower end of the interval of the next good run, from the surface of measured
             mu; NaN where there is no support, or no surface.
         obs_ci_upper: Upper end.
-        mean_ci_lower: Lower end of the interval of the law's mean curve, which holds if the law is
-            true; NaN where the fit has none.
+        mean_ci_lower: Lower end of the interval of the oil's mean curve. It contains calibration
+            and the misfit of the law; without a surface the misfit is not known, and the law is
+            taken to be true. NaN where the fit has none.
         mean_ci_upper: Upper end.
         outside: True where a condition or the slip is outside the tested box or not known (NaN),
             or where the nearest tested conditions are more than their spacing away.
@@ -246,6 +250,7 @@ class FittedLaw:
         """Misfit of the law of the surface, relative to mu; NaN without a surface."""
         return self.surface.misfit if self.surface is not None else float("nan")
 
+    @cached_property
     def misfit_beside_surface(self) -> float:
         """Misfit of this law: root-mean-square mu of law less surface, over that of mu.
 
@@ -451,7 +456,7 @@ class FittedLaw:
         has_no_mu: npt.NDArray[np.bool_],
         level: float,
     ) -> tuple[FloatArray, FloatArray]:
-        """mu of the law for positive slip, and the ends of the interval of the law's mean.
+        """mu of the law for positive slip, and the ends of the interval of the oil's mean curve.
 
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions).
@@ -469,7 +474,8 @@ class FittedLaw:
             return mu, law_ends
         # a value at which the law can be evaluated; the result is not used
         evaluable = np.where(has_no_mu[:, np.newaxis], 1.0, conditions)
-        of_law = self.coefficients.mean_band(self.law, level)
+        misfit = np.nan_to_num(self.misfit_beside_surface)
+        of_law = self.coefficients.mean_band(self.law, level, misfit)
         for start in range(0, points, _POINTS_PER_CHUNK):
             chunk = slice(start, start + _POINTS_PER_CHUNK)
             mu[chunk], gradient = self._with_gradient(evaluable[chunk], slip[chunk])

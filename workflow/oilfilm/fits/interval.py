@@ -51,13 +51,18 @@ def degrees_of_spread(curves: int, terms: int) -> float:
 
 @dataclass(frozen=True)
 class Band:
-    """The interval of a law's mean: h is the length of the products of gradient and columns.
+    """The interval of the mean curve of an oil, from the errors of a law.
+
+    The half width h has two parts: the length of the products of gradient and columns, and the
+    misfit of the law.
 
     Attributes:
         reach: Multiplies the gradient of mu by the internal constants, shape (constants, m).
+        misfit: Half width that the misfit of the law adds, relative to mu.
     """
 
     reach: FloatArray
+    misfit: float = 0.0
 
     def ends(self, mu: FloatArray, gradient: FloatArray) -> FloatArray:
         """Lower and upper end, shape (2, points): sqrt(mu^2 + h^2) +- h where mu > 0, else mu +- h.
@@ -66,7 +71,8 @@ class Band:
             mu: Traction coefficient for positive slip, shape (points,).
             gradient: Its derivatives by the internal constants, shape (points, constants).
         """
-        half_width = np.linalg.norm(gradient @ self.reach, axis=1)
+        from_constants = np.linalg.norm(gradient @ self.reach, axis=1)
+        half_width = np.hypot(from_constants, self.misfit * mu)
         is_positive = mu > 0
         positive_mu = np.where(is_positive, mu, 1.0)
         width_there = np.where(is_positive, half_width, 0)

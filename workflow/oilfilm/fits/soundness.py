@@ -357,7 +357,7 @@ def verdict_of_fit(
     columns = dict(NO_CHANGE)
     misfit = run_scatter = np.nan
     if fitted is not None and surface is not None:
-        misfit = fitted.misfit_beside_surface()
+        misfit = fitted.misfit_beside_surface
         run_scatter = surface.run_scatter
         # an unknown condition may differ between runs as a rig that changes does
         if not too_few_curves and not is_condition_missing:
