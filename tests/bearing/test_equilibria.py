@@ -57,12 +57,11 @@ def values(loads_n: list[float]) -> np.ndarray:
 
 
 def test_a_point_has_the_same_equilibria_alone_and_in_any_company():
-    sixty = values([*LOADS_N, *np.geomspace(3000.0, 20000.0, 56)])
+    company = values([*LOADS_N, *np.geomspace(3000.0, 20000.0, 16)])
     for number, load_n in enumerate(LOADS_N):
         alone = values([load_n])[0]
-        np.testing.assert_allclose(sixty[number], alone, rtol=1e-9)
-        for beside_n in (6000.0, load_n):
-            np.testing.assert_allclose(values([load_n, beside_n])[0], alone, rtol=1e-9)
+        np.testing.assert_allclose(company[number], alone, rtol=1e-9)
+        np.testing.assert_allclose(values([load_n, load_n])[0], alone, rtol=1e-9)
 
 
 def test_rolling_and_skidding_cages_under_one_load_are_all_listed():

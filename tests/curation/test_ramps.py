@@ -220,7 +220,7 @@ def test_ramp_that_is_too_fast_for_a_curve_is_refused_for_it() -> None:
     load_factor=st.sampled_from([1.0, 0.0, -1.0]),
     zero=st.sampled_from(["rolling_phases", "opening_phase", "standstill", "already_removed"]),
 )
-@examples(0.5)
+@examples(0.2)
 def test_any_slip_that_moves_ends_in_a_verdict(
     period_s: float, largest_slip: float, rate_hz: float, load_factor: float, zero: str
 ) -> None:

@@ -221,10 +221,10 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
     np.testing.assert_allclose(table.groupby(points)["best_share"].sum(), 1.0)
     # the same by hand: each drag for all oils, evenly over its logarithm
     points = table.loc[table["oil"] == "4050", [*ROLLING_POINT]]
-    shares = SHARE * np.exp(np.linspace(-0.8, 0.8, 41))
+    shares = SHARE * np.exp(np.linspace(-0.8, 0.8, 21))
     runs = pd.concat([with_shares(oil_in_bearing, shares, points) for oil_in_bearing in oils])
     columns = runs[["cage_slip", "torque_n_m", "lambda_ratio"]].to_numpy()
-    slip, torque, film = np.moveaxis(columns.reshape(3, 41, 4, 3), -1, 0)
+    slip, torque, film = np.moveaxis(columns.reshape(3, 21, 4, 3), -1, 0)
     full = film > config.gates.lambda_limit
     held = full & (slip <= config.bearing.cage_slip.slip_limit)
     by_torque = np.where(held, torque, np.inf).argmin(axis=0)

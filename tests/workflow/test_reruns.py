@@ -175,6 +175,7 @@ def test_guide_lists_the_places_that_an_extension_changes(section: str) -> None:
     assert [place for place in places if not any(fnmatch(path, place) for path in changed)] == []
 
 
+@pytest.mark.nightly
 def test_new_column_is_in_the_tables_of_the_next_run(
     released_project: Path, tmp_path: Path
 ) -> None:
