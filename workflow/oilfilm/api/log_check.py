@@ -31,7 +31,7 @@ from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, READING_NOTE, SET_POINTS
+from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, READING_NOTE, SET_POINT_KEYS
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
 from oilfilm.logs.raw_files import named_logs, raw_files
@@ -44,7 +44,7 @@ from oilfilm.tables import failed_gates
 
 # Columns of plateaus that a check reports, by kind of rig.
 MEASURED = {
-    TRACTION: (*SET_POINTS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
+    TRACTION: (*SET_POINT_KEYS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
     TORQUE: TorqueRig.means,
 }
 _REFUSAL_COLUMNS = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
@@ -363,7 +363,7 @@ def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> JsonObjec
     # the load has one set point, as force or as pressure; the other one follows by Hertz
     load_is_given = not LOADS.isdisjoint(sources)
     set_points: JsonObject = {}
-    for name in SET_POINTS:
+    for name in SET_POINT_KEYS:
         value = run[f"nominal_{name}"]
         other_source = _BY_HERTZ if load_is_given and name in LOADS else _CAMPAIGN
         if pd.isna(value):

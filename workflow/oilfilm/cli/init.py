@@ -26,7 +26,7 @@ from oilfilm.cli.dialogue import Checked, check_project, converse, open_lines, o
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.cli.sliding_rigs import does_not_roll
 from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
-from oilfilm.logs.base import SET_POINTS
+from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.meaning import meaning_of, sayings, stated_unit
 from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
@@ -500,7 +500,7 @@ def oil_yaml(oil: str, found: Findings) -> str:
 def run_sheet(found: Findings) -> str:
     """`data/raw/<name>/runs.csv`: what the headers of the logs do not contain."""
     rows = pd.DataFrame(chain.from_iterable(_rows(log, found) for log in found.logs))
-    used = [name for name in ("run", "oil", "log_kind", *SET_POINTS) if name in rows]
+    used = [name for name in ("run", "oil", "log_kind", *SET_POINT_KEYS) if name in rows]
     columns = ["file", *used, "exclude", "remarks"]
     return rows.reindex(columns=columns).to_csv(
         index=False,

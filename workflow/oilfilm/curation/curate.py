@@ -48,7 +48,7 @@ from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.config import CopySettings, GateSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
-from oilfilm.tables.set_points import SET_POINTS, with_levels
+from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
 
 # ---------------------------------------------------------------- repeats
 
@@ -164,10 +164,10 @@ def _compared_conditions(
     """
     accepted = points.loc[points["accepted"], _COMPARED]
     rows = accepted.groupby("run_id").indices
-    noted, (pressure, load, *_) = with_levels(runs, settings), SET_POINTS
+    noted, (pressure, load, *_) = with_levels(runs, settings), NOMINAL_COLUMNS
     # one of the two is unknown
     noted = noted[noted[[pressure, load]].notna().any(axis=1)].fillna({pressure: -1, load: -1})
-    for group in _same(noted, ["oil", "rig", *SET_POINTS]):
+    for group in _same(noted, ["oil", "rig", *NOMINAL_COLUMNS]):
         names = [run.run_id for run in group]
         curves = [_curve(accepted.iloc[rows[name]]) for name in names]
         yield names, _differences(curves, settings.gates.sign_slip_min)

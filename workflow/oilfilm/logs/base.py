@@ -42,7 +42,7 @@ SET_POINT_UNITS = {
     "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
     "inlet_temperature_c": ("inlet_temperature", "degC"),
 }
-SET_POINTS = tuple(SET_POINT_UNITS)
+SET_POINT_KEYS = tuple(SET_POINT_UNITS)
 LOADS = frozenset({"max_hertz_pressure_gpa", "load_n"})
 # No contact of steel or ceramic bears a higher pressure: a larger number is in MPa.
 LARGEST_PRESSURE_GPA = 10.0

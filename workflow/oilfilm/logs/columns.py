@@ -38,7 +38,7 @@ _LARGEST_RATE_RATIO = 1.5
 # Share of refused rows from which the decimal mark of the file is in doubt.
 _MANY_ROWS_SHARE = 0.05
 # Keys that have columns of their own in the table of runs.
-_KEYS_WITH_COLUMN = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS})
+_KEYS_WITH_COLUMN = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINT_KEYS})
 _MOST_STATED_KEYS = 30
 # Of the columns of a log that the table of runs names.
 _MOST_NAMES, _LONGEST_NAME = 200, 100

@@ -38,7 +38,7 @@ from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
-from oilfilm.tables.table_file import digests_of_runs
+from oilfilm.tables.samples_content import digests_of_runs
 
 
 class Reader(Protocol):
@@ -410,7 +410,7 @@ def _run_columns(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[
         "label": printable(run.label)[:_LONGEST_LABEL],
         "columns": run.understood.names,
         "stated": run.understood.stated,
-        **{f"nominal_{key}": run.nominal.get(key, np.nan) for key in base.SET_POINTS},
+        **{f"nominal_{key}": run.nominal.get(key, np.nan) for key in base.SET_POINT_KEYS},
         "samples": len(run),
         "plateaus": 0,
         "accepted_points": 0,

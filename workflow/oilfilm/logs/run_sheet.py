@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any, Self
 
-from oilfilm.logs.base import LOADS, READING_NOTE, SET_POINTS, Refusal, parse_set_point
+from oilfilm.logs.base import LOADS, READING_NOTE, SET_POINT_KEYS, Refusal, parse_set_point
 from oilfilm.logs.header import header_keys, named_keys, oil_id
 from oilfilm.settings.resolved import Settings
 
@@ -90,7 +90,7 @@ def _agree(key: str, in_sheet: str, in_header: str, settings: Settings) -> bool:
     """Whether the sheet and the header give a key the same value."""
     if key == "oil":
         return in_sheet == oil_id(in_header, settings)
-    if key not in SET_POINTS:
+    if key not in SET_POINT_KEYS:
         return in_sheet == in_header
     sheet_value = parse_set_point(key, in_sheet)
     header_value = parse_set_point(key, in_header)

@@ -371,10 +371,10 @@ def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
             f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
             "that is not to be read: list it under `header: remarks` of the campaign file.",
         )
-    elif column.key in base.SET_POINTS:
+    elif column.key in base.SET_POINT_KEYS:
         # without a unit the key is none of a set point; an unknown unit is left in the text
         key, converted_text = sheet.meaning(column.header_key, _TRIAL_CELL)
-        if key in base.SET_POINTS and base.parse_set_point(key, converted_text) is not None:
+        if key in base.SET_POINT_KEYS and base.parse_set_point(key, converted_text) is not None:
             return
         _, unit = split_unit(column.header_key)
         found = f"found the unit {unit!r}" if unit else "has no unit"
@@ -431,7 +431,7 @@ def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """
     key = column.key
     settings = sheet.settings
-    if key in base.SET_POINTS:
+    if key in base.SET_POINT_KEYS:
         set_point = base.parse_set_point(*sheet.meaning(column.header_key, text))
         # 12 digits, as `header.meaning` gives them: 80 N and 0.08 kN become the same text
         value = None if set_point is None else f"{set_point:.12g}"

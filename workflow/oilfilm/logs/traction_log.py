@@ -86,7 +86,7 @@ def _header_problems(
         advice = "Nothing to do if this is not a slip sweep; otherwise correct the header."
         yield base.Refusal("not_a_sweep", reason, f"{advice} {header.FORMAT_ADVICE}")
     yield header.misspelt_key(keys, settings)
-    for name in base.SET_POINTS:
+    for name in base.SET_POINT_KEYS:
         if name in keys and base.parse_set_point(name, keys[name]) is None:
             reason = (
                 f"the header says {name}: {keys[name][:60]!r}; expected "
@@ -263,14 +263,14 @@ def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
     The load follows from the pressure where the contact of the rig is known.
     """
     from_header: dict[str, float] = {}
-    for name in base.SET_POINTS:
+    for name in base.SET_POINT_KEYS:
         value = base.parse_set_point(name, keys[name]) if name in keys else None
         if value is not None:
             from_header[name] = value
     # the load has one set point, as force or as pressure
     replaced = base.LOADS if from_header.keys() & base.LOADS else frozenset()
     from_campaign: dict[str, float] = settings.campaign.set_points.model_dump(
-        include=set(base.SET_POINTS) - replaced, exclude_none=True
+        include=set(base.SET_POINT_KEYS) - replaced, exclude_none=True
     )
     set_points = from_campaign | from_header
     rig = settings.rigs.get(keys.get("rig", ""))
@@ -430,7 +430,7 @@ TRACTION = LogKind(
     _listed_columns,
     _header_problems,
     _run,
-    sheet_keys=("rig", "log_kind", *base.SET_POINTS),
+    sheet_keys=("rig", "log_kind", *base.SET_POINT_KEYS),
     not_needed=_not_needed,
     rows_of_set_points=rows_of_set_points,
 )

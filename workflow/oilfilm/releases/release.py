@@ -46,7 +46,7 @@ from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import unresolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
-from oilfilm.tables.table_file import content_digest
+from oilfilm.tables.samples_content import content_digest
 
 _REPORT = "report.html"
 # Folder of the samples below the results.
