@@ -11,7 +11,7 @@ import yaml
 import oilfilm
 from oilfilm.api.mu_columns import over_mean, stated_columns
 from oilfilm.api.table_fit import MU, PRESSURE, SLIP, SPEED, TEMPERATURE, Stated, read_mu_table
-from oilfilm.logs.meaning import DEFINITIONS, UNIT_OF, is_unit_of, meaning_of, stated_unit
+from oilfilm.logs.meaning import DEFINITIONS, UNIT_BY_QUANTITY, is_unit_of, meaning_of, stated_unit
 
 CORPUS = yaml.safe_load(Path(__file__).with_name("column_names.yaml").read_text(encoding="utf-8"))
 # Meaning -> its names.
@@ -114,7 +114,7 @@ def test_no_unstated_meaning_becomes_a_number(said: str, name: str) -> None:
         try:
             points = read_mu_table(table).points
         except oilfilm.OilfilmError:
-            is_number = UNIT_OF[quantity] == "1" and definition != "sliding_speed"
+            is_number = UNIT_BY_QUANTITY[quantity] == "1" and definition != "sliding_speed"
             has_unit = bool(unit) or is_number
             assert said in ("ask", "nothing") or not has_unit
             continue
@@ -130,7 +130,7 @@ def test_no_unstated_meaning_becomes_a_number(said: str, name: str) -> None:
 )
 def test_stated_definition_gives_the_truth(quantity: str, definition: str) -> None:
     """The user states what an open name means."""
-    unit = "m/s" if definition == "sliding_speed" else UNIT_OF[quantity]
+    unit = "m/s" if definition == "sliding_speed" else UNIT_BY_QUANTITY[quantity]
     in_brackets = "" if unit == "1" else f" [{unit}]"
     table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[COLUMN_OF[quantity]])
     table["Spalte 7"] = written(quantity, definition, "")

@@ -31,7 +31,7 @@ from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, READING_NOTE, SET_POINT_KEYS
+from oilfilm.logs.base import LOAD_KEYS, NOTHING_UNDERSTOOD, READING_NOTE, SET_POINT_KEYS
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
 from oilfilm.logs.raw_files import named_logs, raw_files
@@ -361,11 +361,11 @@ def _checked_run(
 def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> JsonObject:
     """Value and source of each set point; None where there is none."""
     # the load has one set point, as force or as pressure; the other one follows by Hertz
-    load_is_given = not LOADS.isdisjoint(sources)
+    load_is_given = not LOAD_KEYS.isdisjoint(sources)
     set_points: JsonObject = {}
     for name in SET_POINT_KEYS:
         value = run[f"nominal_{name}"]
-        other_source = _BY_HERTZ if load_is_given and name in LOADS else _CAMPAIGN
+        other_source = _BY_HERTZ if load_is_given and name in LOAD_KEYS else _CAMPAIGN
         if pd.isna(value):
             set_points[name] = None
         else:

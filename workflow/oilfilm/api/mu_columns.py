@@ -16,9 +16,9 @@ from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.units import FloatArray, possible_conversion
 from oilfilm.logs.header import split_unit
 from oilfilm.logs.meaning import (
-    DEFINITION_WORDS,
+    DEFINITION_IN_WORDS,
     DEFINITIONS,
-    UNIT_OF,
+    UNIT_BY_QUANTITY,
     Meaning,
     meaning_of,
     rank_of,
@@ -116,8 +116,8 @@ def stated_columns(text: str | Mapping[str, str]) -> dict[str, Meaning]:
         entries = [(str(quantity), str(column)) for quantity, column in text.items()]
     stated: dict[str, Meaning] = {}
     for quantity, column in entries:
-        if quantity not in (*UNIT_OF, NOTHING):
-            expected = ", ".join((*UNIT_OF, NOTHING))
+        if quantity not in (*UNIT_BY_QUANTITY, NOTHING):
+            expected = ", ".join((*UNIT_BY_QUANTITY, NOTHING))
             raise OilfilmError(f"--columns: found {quantity!r}; expected one of {expected}.")
         definitions = DEFINITIONS.get(quantity, ())
         before, found, last = column.rpartition(",")
@@ -223,7 +223,9 @@ def _line_to_paste(column: TableColumn) -> str:
     """The line that states what a column is."""
     meaning = column.meaning
     bare, unit_of_name = stated_unit(column.name)
-    usual_unit = "m/s" if meaning.definition == "sliding_speed" else UNIT_OF[meaning.quantity]
+    usual_unit = (
+        "m/s" if meaning.definition == "sliding_speed" else UNIT_BY_QUANTITY[meaning.quantity]
+    )
     unit = meaning.unit or unit_of_name or usual_unit
     in_brackets = "" if unit == "1" else f" [{unit}]"
     definitions = DEFINITIONS.get(meaning.quantity, ())
@@ -311,7 +313,7 @@ def in_unit(column: TableColumn) -> FloatArray:
     meaning = column.meaning
     if meaning.question:
         raise _asked(column)
-    target = UNIT_OF[meaning.quantity]
+    target = UNIT_BY_QUANTITY[meaning.quantity]
     if meaning.definition == "sliding_speed":
         target = "m/s"
     unit = meaning.unit
@@ -374,7 +376,7 @@ def _mean_speed(
         return None, ""
     numbers = in_unit(column)
     if meaning.definition == "sum":
-        return numbers / 2, f", {DEFINITION_WORDS['sum']}: halved"
+        return numbers / 2, f", {DEFINITION_IN_WORDS['sum']}: halved"
     return numbers, ""
 
 
@@ -417,7 +419,7 @@ def _slide_roll_ratio(
             raise AskedError(_asked(open_unit).sentence, f"State it: {line}, or [1] for a ratio.")
     ratio = over_mean(in_unit(replace(column, meaning=meaning)), meaning.definition)
     if meaning.definition != "over_mean":
-        how += f", {DEFINITION_WORDS[meaning.definition]}: converted to that over the mean"
+        how += f", {DEFINITION_IN_WORDS[meaning.definition]}: converted to that over the mean"
     return ratio, how
 
 
@@ -468,7 +470,7 @@ def _definition_by_speeds(
     if distance > _CONFIRMED or not is_clear:
         return None
     in_percent = ", in %" if unit == "%" and not meaning.unit else ""
-    return ratio, f"{in_percent}, {DEFINITION_WORDS[definition]}: both speeds confirm it"
+    return ratio, f"{in_percent}, {DEFINITION_IN_WORDS[definition]}: both speeds confirm it"
 
 
 def _misfit(ratio: FloatArray, by_speeds: FloatArray) -> float:

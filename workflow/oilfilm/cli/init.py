@@ -28,7 +28,7 @@ from oilfilm.cli.sliding_rigs import does_not_roll
 from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.meaning import meaning_of, sayings, stated_unit
+from oilfilm.logs.meaning import concepts_in, meaning_of, stated_unit
 from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
 from oilfilm.logs.sniff import (
     VOCABULARY,
@@ -36,7 +36,7 @@ from oilfilm.logs.sniff import (
     Sniffed,
     rows_of_sheet,
     set_points,
-    shipped,
+    shipped_names,
     sniff,
 )
 from oilfilm.settings.messages import load
@@ -159,7 +159,7 @@ def abilities(found: Findings) -> Iterator[str]:
         yield "The logs can give traction coefficients over slip, with speed and temperature."
     runs = list(found.runs)
     cannot = []
-    if runs and all(run.settled for run in runs):
+    if runs and all(run.is_settled for run in runs):
         cannot.append("whether a reading was steady (each row is one settled reading)")
     if None in found.zeros:
         cannot.append("the zero of the force (neither pure rolling nor standstill)")
@@ -312,13 +312,13 @@ def _texts(name: str, found: Findings) -> dict[str, str]:
         f"config/campaigns/{name}.yaml": campaign_yaml(name, found),
     }
     for rig in found.rigs:
-        if rig not in shipped("rigs").values():
+        if rig not in shipped_names("rigs").values():
             text = template(
                 "rig.yaml.jinja", name=rig, found=found, needs_radii=_needs_radii(found)
             )
             files[f"config/rigs/{rig}.yaml"] = text
     for oil in found.oils:
-        if oil not in shipped("oils").values():
+        if oil not in shipped_names("oils").values():
             files[f"config/oils/{oil}.yaml"] = oil_yaml(oil, found)
     return files
 
@@ -360,7 +360,7 @@ def template(file: str, /, **values: object) -> str:
 
 def campaign_yaml(name: str, found: Findings) -> str:
     """`config/campaigns/<name>.yaml`."""
-    shipped_oils = shipped("oils").values()
+    shipped_oils = shipped_names("oils").values()
     own_oils = [oil for oil in found.oils if oil not in shipped_oils]
     aliases = {}
     for oil, labels in found.oils.items():
@@ -387,7 +387,7 @@ def campaign_yaml(name: str, found: Findings) -> str:
 
 def _has_known_contact(rig: str) -> bool:
     """Whether a rig comes with oilfilm and its contact was recorded."""
-    if rig not in shipped("rigs").values():
+    if rig not in shipped_names("rigs").values():
         return False
     return load(CONFIG / f"rigs/{rig}.yaml", Rig).contact() is not None
 
@@ -435,7 +435,7 @@ def _columns(found: Findings) -> Iterator[Line]:
 def _question(found: Findings, quantity: str) -> str:
     """What names and units of a quantity's columns leave open; empty where it is nothing."""
     for log in found.named:
-        for name, unit in log.guesses.get(quantity, ()):
+        for name, unit in log.candidates.get(quantity, ()):
             meaning = meaning_of(name, unit)
             if meaning is not None and meaning.question:
                 return meaning.question
@@ -444,7 +444,7 @@ def _question(found: Findings, quantity: str) -> str:
 
 def _choice(name: str, quantity: str) -> str:
     """A column to choose; a torque is offered as a torque, never as a force."""
-    if quantity == "traction_force" and "torque" in sayings(name):
+    if quantity == "traction_force" and "torque" in concepts_in(name):
         return f"{name} (a torque: the rig file needs torque_arm_m)"
     return name
 
@@ -515,8 +515,8 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
     """Rows of the run sheet for one log."""
     for run in rows_of_sheet(log):
         row: dict[str, object] = {"file": log.file}
-        if run.part:
-            row["run"] = run.part
+        if run.name_in_file:
+            row["run"] = run.name_in_file
         remarks = []
         medians = set_points(run)
         if medians:
@@ -526,7 +526,7 @@ def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
             row["oil"] = ""
             if not run.oil:
                 remarks.append("FILL IN: the oil")
-        if run.settled and not run.log_kind:
+        if run.is_settled and not run.log_kind:
             # a table of mu does not say that its rows are settled readings
             row["log_kind"] = "steps"
         row["remarks"] = ". ".join(remarks)

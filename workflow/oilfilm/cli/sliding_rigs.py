@@ -8,7 +8,7 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 
 from oilfilm.logs.likely_names import likely_names
-from oilfilm.logs.meaning import sayings
+from oilfilm.logs.meaning import concepts_in
 from oilfilm.logs.sniff import VOCABULARY, Sniffed
 
 # Kind of rig -> words in the names of its columns, in small letters. A word of up to four letters
@@ -62,9 +62,9 @@ def _rolls(log: Sniffed, names: Iterable[str]) -> bool:
     if log.format == "pcs":
         # an export of a traction rig, whatever its columns
         return True
-    quantities = set(log.guesses)
+    quantities = set(log.candidates)
     for name in names:
-        said = sayings(name)
+        said = concepts_in(name)
         if said & {"entrainment", "srr"} or {"rolling", "speed"} <= said:
             return True
         meaning = VOCABULARY.meaning(name)
