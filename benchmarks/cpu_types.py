@@ -23,7 +23,7 @@ import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 
 from oilfilm import tables  # noqa: E402
-from oilfilm.tables.table_needs import OF_FIT  # noqa: E402
+from oilfilm.tables.table_needs import FIT_TABLES  # noqa: E402
 from other_cpus import CPUS, Cpu, environment_of  # noqa: E402
 
 OIL = "4102"
@@ -66,7 +66,7 @@ def make(folder: Path) -> None:
     campaign = carry_through(config, raw, sorted(path.name for path in raw.iterdir()))
     made = {"points": campaign.curated.points, "runs": campaign.curated.runs}
     compared = compare_laws(campaign.curated.points, OIL, config.compare.laws, config)
-    made |= {name: compared.table(name) for name in OF_FIT}
+    made |= {name: compared.table(name) for name in FIT_TABLES}
     for name, frame in made.items():
         tables.write(
             frame, name, folder / f"{name}.parquet", {"campaign": "demo", "data": "simulated"}

@@ -26,7 +26,7 @@ from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.surface_search import surface_of_oil, with_surface
 from oilfilm.settings.resolve import resolve
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_FIT
+from oilfilm.tables.table_needs import FIT_TABLES
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS
 
@@ -61,7 +61,7 @@ def check_laws() -> None:
         points = points_of(truth)
         names = [name for name in settings.compare.laws if name in LAWS]
         fits = [fit_oil(points, OIL, quick, 1, LAWS[name]) for name in names]
-        frames = {name: pd.concat([fit.table(name) for fit in fits]) for name in OF_FIT}
+        frames = {name: pd.concat([fit.table(name) for fit in fits]) for name in FIT_TABLES}
         quality = frames["fit_quality"]
         frames["fit_quality"] = quality.assign(configured=quality["law"] == settings.fit.law)
         results = CampaignTables.in_memory(points=points, **frames)

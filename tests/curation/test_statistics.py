@@ -75,7 +75,7 @@ def test_stretches_of_any_lengths_give_what_each_gives_alone(
     np.testing.assert_allclose(means, [mean(part) for part in kept], rtol=1e-12, atol=1e-12)
     of_first = stretches.means(values, first)
     np.testing.assert_allclose(of_first, [mean(part) for part in begun], rtol=1e-12, atol=1e-12)
-    everything = stretches.everything()
+    everything = stretches.all_samples()
     errors = stretches.standard_errors(values, everything, stretches.means(values, everything))
     np.testing.assert_allclose(errors, [standard_error(part) for part in alone], rtol=1e-9)
     error_of_last = mean_with_error(alone[-1])[1]

@@ -22,7 +22,7 @@ from oilfilm.fits.soundness import noise_and_misfit
 from oilfilm.report.figures.fits import starts_of
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_FIT
+from oilfilm.tables.table_needs import FIT_TABLES
 from oilfilm.traction import LAW_NAMES, LAWS
 from oilfilm.traction.law import Observations
 from pictures import draw
@@ -132,7 +132,7 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(quick: Set
     obstacles = frames.fit_quality.set_index("law")["no_fit"]
     assert (obstacles != "").all()
     assert obstacles["deng2026"] == "no points"
-    for name in OF_FIT:
+    for name in FIT_TABLES:
         tables.conform(frames.table(name), name, name)
     figure, drawn = draw("law-errors", frames, quick)
     assert drawn.empty

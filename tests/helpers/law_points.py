@@ -14,7 +14,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.fits.fit import fit_law
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_FIT
+from oilfilm.tables.table_needs import FIT_TABLES
 from oilfilm.traction import laws_for
 from oilfilm.traction.law import CONDITIONS, Law, Observations, to_internal
 
@@ -78,7 +78,7 @@ def compare_laws(
     """The tables of the fits of several laws to one oil, with the configured law marked."""
     fits = [fit_law(points, oil, law, settings) for law in laws]
     joined = {}
-    for name in OF_FIT:
+    for name in FIT_TABLES:
         filled = [each.table(name) for each in fits if len(each.table(name))]
         joined[name] = pd.concat(filled or [tables.empty(name)], ignore_index=True)
     quality = joined["fit_quality"]

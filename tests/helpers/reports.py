@@ -16,7 +16,7 @@ from oilfilm.report.html import html
 from oilfilm.report.sections.build import sections
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_SURFACE
+from oilfilm.tables.table_needs import SURFACE_TABLES
 
 OILS = ("4102", "4050", "4010")
 PROVENANCE = {"code": "0123", "settings": "4567", "inputs": {"results/x.parquet": "89ab"}}
@@ -58,7 +58,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         fits.append(with_surface(fit, oil, config))
     together = {
         name: pd.concat([fit.table(name) for fit in fits], ignore_index=True)
-        for name in ("coefficients", "fit_quality", "refits", *OF_SURFACE)
+        for name in ("coefficients", "fit_quality", "refits", *SURFACE_TABLES)
     }
     beside = rows("fit_quality", {"oil": "4102", "law": "eyring", "n_constants": 13})
     together["fit_quality"] = pd.concat([together["fit_quality"], beside], ignore_index=True)

@@ -10,8 +10,16 @@ import yaml
 
 import oilfilm
 from oilfilm.api.mu_columns import over_mean, stated_columns
-from oilfilm.api.table_fit import MU, PRESSURE, SLIP, SPEED, TEMPERATURE, Stated, read_mu_table
-from oilfilm.logs.meaning import DEFINITIONS, UNIT_OF, is_unit_of, meaning_of, stated_unit
+from oilfilm.api.table_fit import (
+    MU,
+    PRESSURE,
+    SLIP,
+    SPEED,
+    TEMPERATURE,
+    StatedByUser,
+    read_mu_table,
+)
+from oilfilm.logs.meaning import DEFINITIONS, UNIT_BY_QUANTITY, is_unit_of, meaning_of, stated_unit
 
 CORPUS = yaml.safe_load(Path(__file__).with_name("column_names.yaml").read_text(encoding="utf-8"))
 # Meaning -> its names.
@@ -114,7 +122,7 @@ def test_no_unstated_meaning_becomes_a_number(said: str, name: str) -> None:
         try:
             points = read_mu_table(table).points
         except oilfilm.OilfilmError:
-            is_number = UNIT_OF[quantity] == "1" and definition != "sliding_speed"
+            is_number = UNIT_BY_QUANTITY[quantity] == "1" and definition != "sliding_speed"
             has_unit = bool(unit) or is_number
             assert said in ("ask", "nothing") or not has_unit
             continue
@@ -130,14 +138,14 @@ def test_no_unstated_meaning_becomes_a_number(said: str, name: str) -> None:
 )
 def test_stated_definition_gives_the_truth(quantity: str, definition: str) -> None:
     """The user states what an open name means."""
-    unit = "m/s" if definition == "sliding_speed" else UNIT_OF[quantity]
+    unit = "m/s" if definition == "sliding_speed" else UNIT_BY_QUANTITY[quantity]
     in_brackets = "" if unit == "1" else f" [{unit}]"
     table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[COLUMN_OF[quantity]])
     table["Spalte 7"] = written(quantity, definition, "")
     with pytest.raises(oilfilm.OilfilmError):
         oilfilm.fit_table(table)
     stated = {quantity: f"Spalte 7{in_brackets}, {definition}"}
-    read = read_mu_table(table, Stated(stated_columns(stated))).points
+    read = read_mu_table(table, StatedByUser(stated_columns(stated))).points
     np.testing.assert_allclose(read[COLUMN_OF[quantity]], TRUTH[COLUMN_OF[quantity]], rtol=1e-9)
 
 
@@ -207,7 +215,7 @@ def test_what_the_user_leaves_out_is_what_the_name_says() -> None:
     """The definition of the name counts, not that of the project."""
     table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE])
     table["mean pressure"] = TRUTH[PRESSURE] / 1.5
-    stated = Stated(stated_columns("max_hertz_pressure=mean pressure [GPa]"))
+    stated = StatedByUser(stated_columns("max_hertz_pressure=mean pressure [GPa]"))
     points = read_mu_table(table, stated).points
     np.testing.assert_allclose(points[PRESSURE], TRUTH[PRESSURE])
 
@@ -215,7 +223,7 @@ def test_what_the_user_leaves_out_is_what_the_name_says() -> None:
 def test_name_is_stated_as_the_table_has_it() -> None:
     """`mu_k` has no unit: nothing of the name is cut off."""
     table = TRUTH.rename(columns={**PLAIN, MU: "mu_k"})
-    stated = Stated(stated_columns("traction_coefficient=mu_k"))
+    stated = StatedByUser(stated_columns("traction_coefficient=mu_k"))
     np.testing.assert_allclose(read_mu_table(table, stated).points[MU], TRUTH[MU])
 
 
@@ -242,7 +250,7 @@ def test_column_that_is_nothing_is_left_out() -> None:
     table["Pressure [MPa]"] = 0.3
     with pytest.raises(oilfilm.OilfilmError, match="nothing=Pressure"):
         read_mu_table(table)
-    points = read_mu_table(table, Stated(stated_columns("nothing=Pressure [MPa]"))).points
+    points = read_mu_table(table, StatedByUser(stated_columns("nothing=Pressure [MPa]"))).points
     assert PRESSURE not in points
 
 
@@ -278,5 +286,5 @@ def test_line_to_paste_answers_the_question(name: str) -> None:
     with pytest.raises(oilfilm.OilfilmError) as asked:
         read_mu_table(table)
     line = str(asked.value).partition('--columns "')[2].partition('"')[0]
-    points = read_mu_table(table, Stated(stated_columns(line))).points
+    points = read_mu_table(table, StatedByUser(stated_columns(line))).points
     np.testing.assert_allclose(points[quantity], TRUTH[quantity])

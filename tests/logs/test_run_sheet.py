@@ -23,7 +23,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TorqueRig
-from oilfilm.logs.base import SET_POINTS as NAMED
+from oilfilm.logs.base import SET_POINT_KEYS as NAMED
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import find_sheet, raw_files

@@ -92,7 +92,7 @@ def test_file_larger_than_any_of_a_release_is_not_opened(stranger: Path) -> None
     large = opened.files["summary.txt"].model_copy(update={"size": (1 << 28) + 1})
     opened.files["summary.txt"] = large
     with pytest.raises(OilfilmError, match="268435457 bytes"):
-        opened.file("summary.txt")
+        opened.checked_file("summary.txt")
 
 
 NOWHERE = ("../../evil", "/evil", "a/b", "C:evil", "")

@@ -17,7 +17,7 @@ from oilfilm.report.explorer import Axis, explorer
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_SURFACE
+from oilfilm.tables.table_needs import SURFACE_TABLES
 from reports import OILS, report_of
 
 Write = Callable[..., str]
@@ -115,7 +115,7 @@ def test_data_that_could_not_be_fitted_make_a_page(write: Write, results: Campai
 def test_explorer_without_surface_and_speed(results: CampaignTables, config: Settings) -> None:
     lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
-    without_surface = {name: results.table(name)[:0] for name in OF_SURFACE}
+    without_surface = {name: results.table(name)[:0] for name in SURFACE_TABLES}
     content = explorer(results.replace(coefficients=table, **without_surface), config)
     assert [oil["surface"] for oil in content["oils"]] == [None] * 3
     assert [axis["idle"] for axis in content["axes"]] == [False, True, False, False]

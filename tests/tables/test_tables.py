@@ -16,7 +16,7 @@ from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.tables import refuse_unpacking
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_file import content_digest, digests_of_runs, samples_by_run
+from oilfilm.tables.samples_content import content_digest, digests_of_runs, samples_by_run
 
 ABOUT = {"campaign": "test", "data": "simulated"}
 

@@ -16,7 +16,7 @@ from oilfilm.releases.tree import code_tree_digest
 from oilfilm.run.start import bring_dates_back, check_machine, lock_run, start_python_by_name
 from oilfilm.settings.resolve import resolve_given
 from oilfilm.tables.contract import contract_digest
-from oilfilm.tables.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT, OF_SURFACE, lacking
+from oilfilm.tables.table_needs import NOT_IN_EVERY_CAMPAIGN, FIT_TABLES, SURFACE_TABLES, lacking
 from oilfilm.traction import LAW_FILES
 
 RECORDS = Path(".snakemake")

@@ -21,7 +21,7 @@ def inputs_of_figures(figures):
     """Finished tables and reference files that figures are drawn from."""
     references = sorted({name for figure in figures for name in figure.references})
     names = {name for figure in figures for name in figure.tables}
-    if names & set(OF_FIT):
+    if names & set(FIT_TABLES):
         names.add("fit_quality")  # which says what law is configured
     # a list of their own: the reference file of the claims has the name of their table
     return {**finished(*sorted(names)), "references": list(map(reference_file, references))}

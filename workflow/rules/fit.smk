@@ -14,7 +14,7 @@ rule fit:
     input:
         points="<parts>/collect/{oil}/points.parquet",
     output:
-        **{table: f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet" for table in OF_FIT},
+        **{table: f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet" for table in FIT_TABLES},
         made=made("fit-{oil}-{law_file}", oil=OILS, law_file=LAWS_OF_FILE),
     log:
         "<logs>/fit-{oil}/{law_file}.log",
@@ -47,12 +47,12 @@ rule surface:
                 law_file=LAWS_OF_FILE,
                 allow_missing=True,
             )
-            for table in OF_FIT
+            for table in FIT_TABLES
         },
         points="<parts>/collect/{oil}/points.parquet",
         runs="<parts>/collect/{oil}/runs.parquet",
     output:
-        **{table: f"<parts>/surface/{{oil}}/{table}.parquet" for table in OF_SURFACE},
+        **{table: f"<parts>/surface/{{oil}}/{table}.parquet" for table in SURFACE_TABLES},
         made=made("surface-{oil}", oil=OILS),
     log:
         "<logs>/surface-{oil}.log",
@@ -69,7 +69,7 @@ rule fits:
     input:
         **{
             table: expand(f"<parts>/surface/{{oil}}/{table}.parquet", oil=OILS)
-            for table in OF_SURFACE
+            for table in SURFACE_TABLES
         },
         **{
             table: expand(
@@ -77,11 +77,11 @@ rule fits:
                 oil=OILS,
                 law_file=LAWS_OF_FILE,
             )
-            for table in OF_FIT
+            for table in FIT_TABLES
         },
         **finished("points", "runs"),
     output:
-        **written(*OF_FIT, *OF_SURFACE, "law_verdicts", "lack_of_fit", "soundness"),
+        **written(*FIT_TABLES, *SURFACE_TABLES, "law_verdicts", "lack_of_fit", "soundness"),
         made=made("fits"),
     log:
         "<logs>/fits.log",

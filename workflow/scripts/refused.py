@@ -8,7 +8,7 @@ from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.report.figures.refused_runs import JudgedLogs, draw_pages, judged_torque_logs
-from oilfilm.tables.table_file import samples_by_run
+from oilfilm.tables.samples_content import samples_by_run
 
 with run.job(snakemake) as job:
     inputs = snakemake.input

@@ -3,10 +3,10 @@
 import oilfilm.run.job as run
 from oilfilm.fits.soundness import with_configured_law
 from oilfilm.fits.surface_search import surface_of_oil
-from oilfilm.tables.table_needs import OF_SURFACE
+from oilfilm.tables.table_needs import SURFACE_TABLES
 
 with run.job(snakemake) as job:
     results = with_configured_law(job.tables, job.settings.fit.law)
     settings = job.settings
     found = surface_of_oil(results, snakemake.wildcards.oil, settings, settings.rigs.values())
-    job.write({name: found.table(name) for name in OF_SURFACE})
+    job.write({name: found.table(name) for name in SURFACE_TABLES})

@@ -89,7 +89,7 @@ def _limits(gate: Gate[Any], settings: Config) -> Iterator[str]:
         TORQUE: ("torque_logs.gates", settings.torque_logs.gates),
     }
     for group, key in _keys(gate):
-        if group == "stuck":
+        if group == "stuck_settings":
             yield _limit("curation.stuck", key, settings.curation.stuck)
         else:
             yield from (_limit(of_rig[rig][0], key, of_rig[rig][1]) for rig in gate.judges.split())
@@ -102,7 +102,7 @@ def _keys(gate: Gate[Any]) -> list[tuple[str, str]]:
         source += inspect.getsource(function)
         helpers = (getattr(module, name, None) for name in re.findall(r"\b(_\w+)\(", source))
         to_read += [each for each in helpers if inspect.isfunction(each) and each not in to_read]
-    found = re.findall(r"\.(gates|stuck)\.(\w+)", source)
+    found = re.findall(r"\.(gates|stuck_settings)\.(\w+)", source)
     return list(dict.fromkeys(found))
 
 

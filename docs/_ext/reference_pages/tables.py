@@ -42,7 +42,7 @@ def _section(table: Table, examples: dict[str, Any]) -> str:
     ]
     lines = [
         f"## {table.name}\n",
-        f"{_cell(table.about)}\n",
+        f"{_cell(table.full_description)}\n",
         f"Key: {key}." if key else f"No key. {table.no_key}",
         *([f"Belongs to: {'; '.join(references)}."] if references else []),
         "",

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from oilfilm.base.home import HOME
-from oilfilm.tables.table_needs import OF_FIT
+from oilfilm.tables.table_needs import FIT_TABLES
 from reference_pages.decisions import first_line
 
 _BEGINS = """# Ways through the code
@@ -73,7 +73,10 @@ def _rules() -> list[str]:
         for rule, content in re.findall(r"(?ms)^(?:rule|checkpoint) (\w+):\n(.+?)(?=^\S|\Z)", text):
             (meaning,) = re.findall(r'\A\s+"(.+)"$', content, re.MULTILINE)
             lists = "".join(re.findall(r"\*\*written\(([^)]*)\)", content))
-            written = [*(OF_FIT if "*OF_FIT" in lists else ()), *re.findall(r'"(\w+)"', lists)]
+            written = [
+                *(FIT_TABLES if "*FIT_TABLES" in lists else ()),
+                *re.findall(r'"(\w+)"', lists),
+            ]
             tables = ", ".join(f"`{table}`" for table in written)
             lines.append(f"| [`{rule}`](../../{file}) | {meaning} | {tables} |")
     return [*lines, ""]

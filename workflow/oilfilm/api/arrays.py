@@ -115,11 +115,11 @@ class ArrayFit:
         conditions = self.points[list(self.law.law.conditions)].to_numpy(float)
         slip = self.points[SLIP].to_numpy(float)
         measured = self.points[_MU].to_numpy(float)
-        of_law = self.law.without_interval().predict(conditions, slip).traction_coefficient
+        fitted_mu = self.law.without_interval().predict(conditions, slip).traction_coefficient
         variation = float(np.sum((measured - measured.mean()) ** 2))
         if variation == 0:
             return float("nan")
-        return 1 - float(np.sum((measured - of_law) ** 2)) / variation
+        return 1 - float(np.sum((measured - fitted_mu) ** 2)) / variation
 
     @cached_property
     def soundness(self) -> dict[str, Any]:
@@ -179,26 +179,32 @@ class ArrayFit:
         """What the intervals of the constants are, and which constants are correlated."""
         if self.constants["lower"].isna().all():
             return
-        level = f"{self.settings.sign_confidence:.0%}"
+        confidence = f"{self.settings.sign_confidence:.0%}"
         yield (
-            f"lower, upper: joint {level} intervals, which hold all constants at once "
-            f"({level} by Bonferroni)"
+            f"lower, upper: joint {confidence} intervals, which hold all constants at once "
+            f"({confidence} by Bonferroni)"
         )
         correlations = self.correlations
         names = correlations.index
-        values = correlations.to_numpy(dtype=float)
-        pairs = {
-            f"{names[row]} {names[column]}": float(values[row, column])
+        matrix = correlations.to_numpy(dtype=float)
+        correlation_by_pair = {
+            f"{names[row]} {names[column]}": float(matrix[row, column])
             for row, column in combinations(range(len(names)), 2)
         }
-        strong = {pair: r for pair, r in pairs.items() if abs(r) >= _STRONG_CORRELATION}
-        if not strong:
+        strong_correlations = {
+            pair: r for pair, r in correlation_by_pair.items() if abs(r) >= _STRONG_CORRELATION
+        }
+        if not strong_correlations:
             return
-        strongest = sorted(strong, key=lambda pair: -abs(strong[pair]))
-        shown = [f"{pair} {strong[pair]:.2f}" for pair in strongest[:_MOST_SHOWN_CORRELATIONS]]
+        strongest = sorted(strong_correlations, key=lambda pair: -abs(strong_correlations[pair]))
+        shown = [
+            f"{pair} {strong_correlations[pair]:.2f}"
+            for pair in strongest[:_MOST_SHOWN_CORRELATIONS]
+        ]
         yield (
-            f"correlations of {_STRONG_CORRELATION:g} or more: {len(strong)} of {len(pairs)} pairs "
-            f"of constants: {', '.join(shown)}; all: `correlations`"
+            f"correlations of {_STRONG_CORRELATION:g} or more: {len(strong_correlations)} of "
+            f"{len(correlation_by_pair)} pairs of constants: "
+            f"{', '.join(shown)}; all: `correlations`"
         )
 
     def to_frame(self) -> pd.DataFrame:
@@ -206,9 +212,9 @@ class ArrayFit:
         conditions = self.points[list(self.law.law.conditions)].to_numpy(float)
         slip = self.points[SLIP].to_numpy(float)
         predicted = self.law.predict(conditions, slip)
-        of_law = self.law.without_interval().predict(conditions, slip).traction_coefficient
+        fitted_mu = self.law.without_interval().predict(conditions, slip).traction_coefficient
         intervals = {name: getattr(predicted, name) for name in INTERVALS}
-        frame = self.points.assign(fitted=of_law, **intervals)
+        frame = self.points.assign(fitted=fitted_mu, **intervals)
         return frame.assign(residual=frame[_MU] - frame["fitted"])
 
     def predict(self, *conditions_and_slip: Any, **level: float) -> Prediction:
@@ -235,8 +241,8 @@ class ArrayFit:
         # imported late: the report loads slowly, and only this method needs it
         from oilfilm.api.saved_fit import FitAlone, save_fit  # noqa: PLC0415
 
-        alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
-        save_fit(alone, Path(folder))
+        fit_alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
+        save_fit(fit_alone, Path(folder))
 
     def export(self, file: Path | str) -> None:
         """Write the law for another program, in the form that the ending of the file names.
@@ -248,8 +254,8 @@ class ArrayFit:
         """
         from oilfilm.api.saved_fit import FitAlone, export_fit  # noqa: PLC0415 - as in `save`
 
-        alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
-        export_fit(alone, Path(file))
+        fit_alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
+        export_fit(fit_alone, Path(file))
 
     def plot(self, axes: Any = None, at: npt.ArrayLike | None = None) -> Any:
         """Draw the law with the interval of the next run, and the measured points.
@@ -297,8 +303,8 @@ class ArrayFit:
     ) -> None:
         """Draw the law at one operating point, its interval and the points measured there."""
         slip = np.linspace(0, self.points[SLIP].abs().max(), _POINTS_PER_DRAWN_CURVE)
-        repeated = np.tile(conditions, (_POINTS_PER_DRAWN_CURVE, 1))
-        predicted = self.law.predict(repeated, slip, whole_curve=True)
+        conditions_of_points = np.tile(conditions, (_POINTS_PER_DRAWN_CURVE, 1))
+        predicted = self.law.predict(conditions_of_points, slip, whole_curve=True)
         units = [QUANTITIES[name].unit for name in self.law.law.conditions]
         label = ", ".join(
             f"{value:.3g} {unit}" for value, unit in zip(conditions, units, strict=True)
@@ -307,8 +313,8 @@ class ArrayFit:
         color = line.get_color()
         lower, upper = predicted.obs_ci_lower, predicted.obs_ci_upper
         axes.fill_between(slip, lower, upper, color=color, alpha=0.2, linewidth=0)
-        is_near = np.isclose(operating_points.to_numpy(), conditions, rtol=_SAME_AS_DRAWN)
-        runs_of_curve = operating_points.index[is_near.all(axis=1)]
+        is_same_condition = np.isclose(operating_points.to_numpy(), conditions, rtol=_SAME_AS_DRAWN)
+        runs_of_curve = operating_points.index[is_same_condition.all(axis=1)]
         measured = self.points[self.points["run_id"].isin(runs_of_curve)]
         axes.plot(measured[SLIP], measured[_MU], "o", markersize=3, color=color)
 
@@ -426,9 +432,11 @@ def fit_points(
     Warns:
         UserWarning: There are fewer than two points per curve.
     """
-    laws = [name for name, candidate in LAWS.items() if candidate.conditions == conditions]
-    if law not in laws:
-        names = ", ".join(laws)
+    laws_of_conditions = [
+        name for name, candidate in LAWS.items() if candidate.conditions == conditions
+    ]
+    if law not in laws_of_conditions:
+        names = ", ".join(laws_of_conditions)
         reason = why_compared_only(law)
         if reason:
             raise OilfilmError(f"{reason}. The laws of arrays are {names}.")
@@ -438,8 +446,10 @@ def fit_points(
     config = read_config(CONFIG)
     if curve is None:
         tolerances = config.same_condition
-        levels = [levels_of(name, points[name].to_numpy(float), tolerances) for name in conditions]
-        curve = points.groupby(levels, sort=False).ngroup()
+        levels_of_points = [
+            levels_of(name, points[name].to_numpy(float), tolerances) for name in conditions
+        ]
+        curve = points.groupby(levels_of_points, sort=False).ngroup()
     if np.size(curve) != len(points):
         raise OilfilmError(f"`curve` has {np.size(curve)} values; expected {len(points)}.")
     points = points.assign(run_id=np.asarray(curve).astype(str).ravel())

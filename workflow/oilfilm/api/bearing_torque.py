@@ -72,11 +72,11 @@ class BearingTorque:
 
     def to_frame(self) -> pd.DataFrame:
         """One row per oil and operating point: torque, power loss, cage slip, best oil."""
-        return self._of_oil(self.answers.points)[_COLUMNS].reset_index(drop=True)
+        return self._rows_of_oil(self.answers.points)[_COLUMNS].reset_index(drop=True)
 
     def shares(self) -> pd.DataFrame:
         """Share of the variance of torque and cage slip by each cause, and the range drawn."""
-        return self._of_oil(self.answers.shares).drop(columns="point").reset_index(drop=True)
+        return self._rows_of_oil(self.answers.shares).drop(columns="point").reset_index(drop=True)
 
     def summary(self) -> str:
         """Each operating point in sentences, its shares of variance, and what to measure next."""
@@ -95,20 +95,20 @@ class BearingTorque:
             OilfilmError: `axes` are no axes, or matplotlib is missing.
         """
         axes = given_or_new(axes)
-        names = {
+        label_by_column = {
             "inner_speed_rpm": "Speed of the inner ring (rpm)",
             "axial_load_n": "Axial load (N)",
             "inlet_temperature_c": "Oil temperature (degC)",
         }
         frame = self.to_frame()
-        varied = [name for name in names if frame[name].nunique() > 1]
-        abscissa = varied[0] if varied else "inner_speed_rpm"
-        for label, rows in frame.groupby(["oil", *varied[1:]], sort=False):
+        varied_columns = [name for name in label_by_column if frame[name].nunique() > 1]
+        abscissa = varied_columns[0] if varied_columns else "inner_speed_rpm"
+        for group, rows in frame.groupby(["oil", *varied_columns[1:]], sort=False):
             ordered = rows.sort_values(abscissa)
-            text = ", ".join(
-                f"{value:g}" if not isinstance(value, str) else value for value in label
+            label = ", ".join(
+                f"{value:g}" if not isinstance(value, str) else value for value in group
             )
-            (line,) = axes.plot(ordered[abscissa], ordered["torque_n_m"], marker="o", label=text)
+            (line,) = axes.plot(ordered[abscissa], ordered["torque_n_m"], marker="o", label=label)
             axes.fill_between(
                 ordered[abscissa],
                 ordered["torque_n_m_lower"],
@@ -117,14 +117,14 @@ class BearingTorque:
                 alpha=0.2,
                 linewidth=0,
             )
-        axes.set(xlabel=names[abscissa], ylabel="Friction torque (N m)")
+        axes.set(xlabel=label_by_column[abscissa], ylabel="Friction torque (N m)")
         axes.legend(fontsize="small", title="Band: 95 % interval")
         return axes
 
     def __repr__(self) -> str:
         return self.summary()
 
-    def _of_oil(self, frame: pd.DataFrame) -> pd.DataFrame:
+    def _rows_of_oil(self, frame: pd.DataFrame) -> pd.DataFrame:
         """Rows of the oil of the summary."""
         return frame[frame["oil"] == self.oil] if self.oil else frame
 
@@ -138,9 +138,9 @@ class BearingTorque:
 
     def _lines(self) -> Iterator[str]:
         """The lines of the summary."""
-        for number, row in self._of_oil(self.answers.points).iterrows():
+        for point, row in self._rows_of_oil(self.answers.points).iterrows():
             yield from _lines_of_point(row, self._share_of_best(row))
-            shares = self.answers.shares[self.answers.shares["point"] == number]
+            shares = self.answers.shares[self.answers.shares["point"] == point]
             yield from _lines_of_shares(shares)
             yield ""
         yield self.about
@@ -181,13 +181,13 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         yield f"  best oil        {best}, in {share_of_best:.0%} of the draws"
     if row["pressure_verdict"] != "within":
         yield f"  contact pressure {row['pressure_verdict']} limit (bearing.pressure_limits_gpa)"
-    beyond = [
+    shares_beyond_tests = [
         f"{name} {row[f'share_beyond_{name}']:.0%}"
         for name in ("pressure", "speed", "slip")
         if row[f"share_beyond_{name}"] > 0
     ]
-    if beyond:
-        yield f"  heat of traction beyond the tests of the law: {', '.join(beyond)}"
+    if shares_beyond_tests:
+        yield f"  heat of traction beyond the tests of the law: {', '.join(shares_beyond_tests)}"
 
 
 def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
@@ -201,8 +201,8 @@ def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
         meaning = CAUSES[row["variance_cause"]].meaning
         torque, slip = row["torque_share"], row["slip_share"]
         yield f"  {meaning:<42}{torque:>8.0%}{slip:>8.0%}  {range_words(row)}"
-    total = shares[["torque_share", "slip_share"]].sum()
-    if total.max() > _SURELY_TOGETHER:
+    sum_of_shares = shares[["torque_share", "slip_share"]].sum()
+    if sum_of_shares.max() > _SURELY_TOGETHER:
         yield "  The shares add up to more than 100 %: causes act together, near a jump of the cage"
     for column, name in (("torque_share", "torque"), ("slip_share", "cage slip")):
         causes = what_to_measure(shares, column)
@@ -260,27 +260,27 @@ def bearing_torque(
             "Run snakemake, or correct `results`."
         )
     settings_folder = config_folder(None if config is None else Path(config))
-    file = named_file(settings_folder, "bearing", bearing, "the bearing")
+    bearing_file = named_file(settings_folder, "bearing", bearing, "the bearing")
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     settings = resolve(settings_folder, {"campaign": str(footer.get("campaign"))})
     oils = oils_of_results(CampaignTables.in_folder(folder), settings)
     _refuse_unknown_oil(oil, oils, folder)
-    solved = file.bearing(bearing)
-    points = operating_points(solved, load_n, speed_rpm, temperature_c).drop_duplicates()
+    geometry = bearing_file.bearing(bearing)
+    points = operating_points(geometry, load_n, speed_rpm, temperature_c).drop_duplicates()
     law = oils[0].laws["stress"].fitted.law.name
     data = "SIMULATED" if footer.get("data") == "simulated" else str(footer.get("data"))
-    stand_ins = [of_campaign.name for of_campaign in oils if of_campaign.oil.stand_in]
+    stand_ins = [oil_in_bearing.name for oil_in_bearing in oils if oil_in_bearing.oil.stand_in]
     about = f"law {law} as fitted in campaign {footer.get('campaign')}, {data} data"
     if stand_ins:
         about += f"; properties of {', '.join(stand_ins)} are those of similar oils"
-    if file.assumed:
-        about += f"; assumed in the bearing's file: {', '.join(file.assumed)}"
-    wanted = [oil] if oil else [known.name for known in oils]
+    if bearing_file.assumed:
+        about += f"; assumed in the bearing's file: {', '.join(bearing_file.assumed)}"
+    wanted_oils = [oil] if oil else [oil_in_bearing.name for oil_in_bearing in oils]
 
     def is_wanted(terms: pd.DataFrame) -> BoolArray:
-        return np.asarray(terms["oil"].isin(wanted), dtype=bool)
+        return np.asarray(terms["oil"].isin(wanted_oils), dtype=bool)
 
-    answered = answers(oils, solved, points, settings, is_wanted)
+    answered = answers(oils, geometry, points, settings, is_wanted)
     return BearingTorque(oil, answered, about)
 
 
@@ -302,11 +302,11 @@ def _in_unit(value: Any, name: str) -> FloatArray:
         raise OilfilmError(f"{name}: found {value!r}; expected numbers in {unit}.") from None
     if values.size == 0:
         raise OilfilmError(f"{name}: found no value; expected one or more in {unit}.")
-    possible = (values > least) & (values <= largest)
-    if not possible.all():
+    is_possible = (values > least) & (values <= largest)
+    if not is_possible.all():
         raise OilfilmError(
-            f"{name}: found {values[~possible].flat[0]:g} {unit}; expected more than {least:g} and "
-            f"at most {largest:g} {unit}."
+            f"{name}: found {values[~is_possible].flat[0]:g} {unit}; expected more than "
+            f"{least:g} and at most {largest:g} {unit}."
         )
     return values
 
@@ -317,7 +317,7 @@ def _refuse_unknown_oil(oil: str, oils: list[OilInBearing], folder: Path) -> Non
     Raises:
         OilfilmError: There is none.
     """
-    names = [known.name for known in oils]
+    names = [oil_in_bearing.name for oil_in_bearing in oils]
     if not names:
         raise OilfilmError(
             f"{folder}: no oil of the campaign can be used in a bearing. It needs a rig of known "

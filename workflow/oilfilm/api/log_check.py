@@ -31,7 +31,7 @@ from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.base import LOADS, NOTHING_UNDERSTOOD, READING_NOTE, SET_POINTS
+from oilfilm.logs.base import LOAD_KEYS, NOTHING_UNDERSTOOD, READING_NOTE, SET_POINT_KEYS
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
 from oilfilm.logs.raw_files import named_logs, raw_files
@@ -44,7 +44,7 @@ from oilfilm.tables import failed_gates
 
 # Columns of plateaus that a check reports, by kind of rig.
 MEASURED = {
-    TRACTION: (*SET_POINTS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
+    TRACTION: (*SET_POINT_KEYS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
     TORQUE: TorqueRig.means,
 }
 _REFUSAL_COLUMNS = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
@@ -146,18 +146,21 @@ def check(
             files.append(path)
     folder, project = _config_and_project(None if config is None else Path(config), files)
     raw = project / "data" / "raw"
-    of_logs = campaign or _campaign_of(files, raw, folder)
-    settings = resolve(folder, {"campaign": of_logs} if of_logs else {})
+    campaign_of_logs = campaign or _campaign_of(files, raw, folder)
+    settings = resolve(folder, {"campaign": campaign_of_logs} if campaign_of_logs else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
     paths = [path for path in dict.fromkeys(files) if not is_run_sheet(path, raw)]
     if not paths:
         raise OilfilmError(f"{_decodable_path(files[0])}: is a run sheet. Name logs.")
-    name = settings.campaign.name
-    checked = check_files(
+    campaign_name = settings.campaign.name
+    reports = check_files(
         [(_decodable_path(path), read_bytes(path)) for path in paths], settings, raw
     )
-    notes = tuple(_removed_logs(name, raw)) if of_logs else (_advice_for_logs_of_no_campaign(name),)
-    return CheckedLogs(checked, name, notes)
+    if campaign_of_logs:
+        notes = tuple(_removed_logs(campaign_name, raw))
+    else:
+        notes = (_advice_for_logs_of_no_campaign(campaign_name),)
+    return CheckedLogs(reports, campaign_name, notes)
 
 
 def _config_and_project(config_option: Path | None, logs: Sequence[Path]) -> tuple[Path, Path]:
@@ -224,9 +227,9 @@ def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
     campaigns = set()
     for path in paths:
         # not `resolve`, which fails on a link to itself
-        real = Path(os.path.realpath(path))
-        if real.is_relative_to(raw):
-            name = real.relative_to(raw).parts[0].removesuffix("-torque")
+        real_path = Path(os.path.realpath(path))
+        if real_path.is_relative_to(raw):
+            name = real_path.relative_to(raw).parts[0].removesuffix("-torque")
             if name in known_campaigns:
                 campaigns.add(name)
     if len(campaigns) > 1:
@@ -334,21 +337,21 @@ def _checked_run(
 ) -> JsonObject:
     """One run of a log."""
     points = curated.points[curated.points["run_id"] == run["run_id"]]
-    reading = read_log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
-    sources = reading.sources
+    understood = read_log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
+    sources = understood.sources
     is_traction = kind.name == TRACTION
     ranges = points[list(MEASURED[kind.name])].agg(["min", "max"])
     checked: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
     warnings = [*run["warning"]]
     if not is_traction:
-        warnings += radial_load_warnings(reading.unused)
+        warnings += radial_load_warnings(understood.unused)
     checked["warning"] = "; ".join(warnings)
     checked["oil_source"] = sources.get("oil", _CAMPAIGN)
     checked["rig_source"] = sources.get("rig" if is_traction else "bearing", _CAMPAIGN)
     checked["rows"] = run["samples"]
     checked["accepted_plateaus"] = run["accepted_points"]
-    checked["columns"] = [asdict(column) for column in reading.columns]
-    checked["unused_columns"] = [name for name in reading.unused if name]
+    checked["columns"] = [asdict(column) for column in understood.columns]
+    checked["unused_columns"] = [name for name in understood.unused if name]
     checked["set_points"] = _set_points(run, sources) if is_traction else {}
     checked["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
     checked["failed_gates"] = list(_failed_gates(points, kind))
@@ -361,15 +364,15 @@ def _checked_run(
 def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> JsonObject:
     """Value and source of each set point; None where there is none."""
     # the load has one set point, as force or as pressure; the other one follows by Hertz
-    load_is_given = not LOADS.isdisjoint(sources)
+    load_is_given = not LOAD_KEYS.isdisjoint(sources)
     set_points: JsonObject = {}
-    for name in SET_POINTS:
+    for name in SET_POINT_KEYS:
         value = run[f"nominal_{name}"]
-        other_source = _BY_HERTZ if load_is_given and name in LOADS else _CAMPAIGN
+        source_without_header = _BY_HERTZ if load_is_given and name in LOAD_KEYS else _CAMPAIGN
         if pd.isna(value):
             set_points[name] = None
         else:
-            set_points[name] = {"value": value, "source": sources.get(name, other_source)}
+            set_points[name] = {"value": value, "source": sources.get(name, source_without_header)}
     return set_points
 
 
@@ -408,7 +411,7 @@ def _gates_without_data(
         return
     gates: list[Gate[Any]] = [*RUN_GATES.for_rig(kind.name), *PLATEAU_GATES.for_rig(kind.name)]
     for gate in gates:
-        if gate.needs and not _has(gate.needs, run, points, kind(settings)):
+        if gate.needs and not _has_what_gate_needs(gate.needs, run, points, kind(settings)):
             yield {"gate": gate.name, "reason": RULES["lacking"][gate.needs]}
     if kind.name == TRACTION and run["verdict"] == "accepted":
         same_oil_and_rig = (runs["oil"] == run["oil"]) & (runs["rig"] == run["rig"])
@@ -416,7 +419,9 @@ def _gates_without_data(
             yield {"gate": "odd_shape", "reason": RULES["lacking"]["other_curves"]}
 
 
-def _has(need: str, run: Mapping[str, Any], points: pd.DataFrame, rig: RigKind) -> bool:
+def _has_what_gate_needs(
+    need: str, run: Mapping[str, Any], points: pd.DataFrame, rig: RigKind
+) -> bool:
     """Whether the points, the run or the rig have what a gate needs."""
     if need in points:
         return bool(points[need].notna().any())
@@ -433,13 +438,13 @@ def report(logs: Sequence[JsonObject]) -> str:
     """The text of the reports on logs; only long names make it wider than `WIDTH` columns."""
     lines: list[str] = []
     is_brief = len(logs) > _MOST_LOGS_IN_DETAIL
-    shared = _shared_notes(logs)
+    shared_notes = _shared_notes(logs)
     for log in logs:
-        lines += verdict_lines(log, shared)
+        lines += verdict_lines(log, shared_notes)
         if not is_brief or log["verdict"] == "refused":
             lines += _reading_lines(log)
             lines.append("")
-    for note, count in shared.items():
+    for note, count in shared_notes.items():
         lines += _wrapped(f"{READING_NOTE} of {count} logs: {printable(note)}", "")
     if len(logs) > 1:
         lines.append(f"{len(logs)} logs: {_counted(log['verdict'] for log in logs)}")
@@ -458,16 +463,16 @@ def _shared_notes(logs: Sequence[JsonObject]) -> dict[str, int]:
     return {note: count for note, count in counts.items() if count > 1}
 
 
-def verdict_lines(log: JsonObject, shared: Container[str] = ()) -> Iterator[str]:
+def verdict_lines(log: JsonObject, shared_notes: Container[str] = ()) -> Iterator[str]:
     """The verdict on each run; the reason and the advice are right below it.
 
     Args:
         log: What was found in the log.
-        shared: Notes on reading that are said once for all logs, and not here.
+        shared_notes: Notes on reading that are said once for all logs, and not here.
     """
     runs = log["runs"]
     file = printable(log["file"])
-    problems = _problems_by_run(log, shared)
+    problems = _problems_by_run(log, shared_notes)
     if not runs:
         yield f"{file}: {log['verdict'].upper()}"
     if len(runs) > _MOST_RUNS_LISTED:
@@ -498,17 +503,17 @@ class _Problem:
     advice: str = ""
 
 
-def _problems_by_run(log: JsonObject, shared: Container[str]) -> dict[str, list[str]]:
+def _problems_by_run(log: JsonObject, shared_notes: Container[str]) -> dict[str, list[str]]:
     """Lines on what is wrong or doubtful and what to do, by run and for the file (`_FILE`).
 
     Args:
         log: What was found in the log.
-        shared: Notes on reading that are said elsewhere.
+        shared_notes: Notes on reading that are said elsewhere.
     """
     problems: dict[str, list[_Problem]] = {_FILE: []}
     for run in log["runs"]:
         problems[run["run_id"]] = []
-    for run_id, refusals in _refusals_by_rule(log, shared):
+    for run_id, refusals in _refusals_by_rule(log, shared_notes):
         problems_of_run = problems.get(run_id, problems[_FILE])
         problems_of_run.append(_problem_of_rule(refusals))
     for run in log["runs"]:
@@ -527,21 +532,23 @@ def _problems_by_run(log: JsonObject, shared: Container[str]) -> dict[str, list[
     if log["run_sheet_rows"] == 0:
         advice = "Only its header counts. Correct the name in the sheet."
         problems[_FILE].append(_Problem("", "the run sheet has no row for this log", advice))
-    return {run_id: list(_lines_by_cause(listed)) for run_id, listed in problems.items()}
+    return {
+        run_id: list(_lines_by_cause(found_problems)) for run_id, found_problems in problems.items()
+    }
 
 
 def _refusals_by_rule(
-    log: JsonObject, shared: Container[str]
+    log: JsonObject, shared_notes: Container[str]
 ) -> Iterator[tuple[str, list[JsonObject]]]:
     """The refusals of a log by run and rule, in the order in which they are first named.
 
     Args:
         log: What was found in the log.
-        shared: Notes on reading that are left out.
+        shared_notes: Notes on reading that are left out.
     """
     by_rule: dict[tuple[str, str], list[JsonObject]] = {}
     for refusal in log["refusals"]:
-        if refusal["rule"] == READING_NOTE and refusal["reason"] in shared:
+        if refusal["rule"] == READING_NOTE and refusal["reason"] in shared_notes:
             continue
         by_rule.setdefault((refusal["run_id"], refusal["rule"]), []).append(refusal)
     for (run_id, _), refusals in by_rule.items():
@@ -566,20 +573,21 @@ def _lines_by_cause(problems: Sequence[_Problem]) -> Iterator[str]:
     for rule in rules & CONSEQUENCES.keys():
         consequences |= CONSEQUENCES[rule]
     # where two causes may follow from each other, neither is shown as the cause
-    causes = [p for p in problems if p.rule in CONSEQUENCES.keys() - consequences]
-    shown: set[str] = set()
+    cause_rules = CONSEQUENCES.keys() - consequences
+    causes = [problem for problem in problems if problem.rule in cause_rules]
+    shown_rules: set[str] = set()
     for cause in causes:
         yield from _problem_lines(cause)
-        shown.add(cause.rule)
-        following = (rules & CONSEQUENCES[cause.rule]) - shown
-        if following:
+        shown_rules.add(cause.rule)
+        following_rules = (rules & CONSEQUENCES[cause.rule]) - shown_rules
+        if following_rules:
             yield "    These may only follow from it:"
         for problem in problems:
-            if problem.rule in following:
+            if problem.rule in following_rules:
                 yield from _wrapped(printable(problem.text), "      ")
-        shown |= following
+        shown_rules |= following_rules
     for problem in problems:
-        if problem.rule not in shown:
+        if problem.rule not in shown_rules:
             yield from _problem_lines(problem)
 
 
@@ -612,18 +620,18 @@ def _reading_lines(log: JsonObject) -> Iterator[str]:
         format_facts.append(log["encoding"])
         format_facts.append(f"delimiter {log['delimiter']}")
         format_facts.append(f"decimal {log['decimal_mark']}")
-    refused = f" ({log['refused_rows']} refused)" if log["refused_rows"] else ""
+    refused_note = f" ({log['refused_rows']} refused)" if log["refused_rows"] else ""
     read_as = (
         f"Read as {log['rig_kind']} log of campaign {log['campaign']}: {', '.join(format_facts)}"
     )
-    yield from _wrapped(f"{read_as}, {log['rows']} rows{refused}", "  ")
+    yield from _wrapped(f"{read_as}, {log['rows']} rows{refused_note}", "  ")
     runs = log["runs"]
     if not runs:
         return
-    rig = "rig" if log["rig_kind"] == "traction" else "bearing"
+    rig_or_bearing = "rig" if log["rig_kind"] == "traction" else "bearing"
     oils = sorted({f"{run['oil']} ({run['oil_source']})" for run in runs})
     rigs = sorted({f"{run['rig']} ({run['rig_source']})" for run in runs})
-    yield f"  Oil {', '.join(oils)}; {rig} {', '.join(rigs)}"
+    yield f"  Oil {', '.join(oils)}; {rig_or_bearing} {', '.join(rigs)}"
     yield ""
     yield from _columns(runs)
     yield from _conditions(log)

@@ -9,6 +9,7 @@ two columns contradict each other.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,9 +17,9 @@ from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.units import FloatArray, possible_conversion
 from oilfilm.logs.header import split_unit
 from oilfilm.logs.meaning import (
-    DEFINITION_WORDS,
+    DEFINITION_IN_WORDS,
     DEFINITIONS,
-    UNIT_OF,
+    UNIT_BY_QUANTITY,
     Meaning,
     meaning_of,
     rank_of,
@@ -63,7 +64,7 @@ class TableColumn:
 
 
 @dataclass(frozen=True)
-class Reading:
+class TableReading:
     """What the columns of a table say.
 
     Attributes:
@@ -107,25 +108,25 @@ def stated_columns(text: str | Mapping[str, str]) -> dict[str, Meaning]:
     """
     entries: list[tuple[str, str]] = []
     if isinstance(text, str):
-        for part in filter(None, map(str.strip, text.split(";"))):
-            quantity, found, column = part.partition("=")
-            if not found:
-                raise OilfilmError(f"--columns: found {part!r}; expected {_FORM}.")
+        for entry in filter(None, map(str.strip, text.split(";"))):
+            quantity, separator, column = entry.partition("=")
+            if not separator:
+                raise OilfilmError(f"--columns: found {entry!r}; expected {_FORM}.")
             entries.append((quantity.strip(), column.strip()))
     else:
         entries = [(str(quantity), str(column)) for quantity, column in text.items()]
-    stated: dict[str, Meaning] = {}
+    meaning_by_name: dict[str, Meaning] = {}
     for quantity, column in entries:
-        if quantity not in (*UNIT_OF, NOTHING):
-            expected = ", ".join((*UNIT_OF, NOTHING))
+        if quantity not in (*UNIT_BY_QUANTITY, NOTHING):
+            expected = ", ".join((*UNIT_BY_QUANTITY, NOTHING))
             raise OilfilmError(f"--columns: found {quantity!r}; expected one of {expected}.")
         definitions = DEFINITIONS.get(quantity, ())
-        before, found, last = column.rpartition(",")
-        definition = last.strip() if found and last.strip() in definitions else ""
+        name_and_unit, separator, last_part = column.rpartition(",")
+        definition = last_part.strip() if separator and last_part.strip() in definitions else ""
         # only a unit in brackets: the user types the name as the table has it
-        name, unit = split_unit(before.strip() if definition else column)
-        stated[name] = Meaning(quantity, definition, unit)
-    return stated
+        name, unit = split_unit(name_and_unit.strip() if definition else column)
+        meaning_by_name[name] = Meaning(quantity, definition, unit)
+    return meaning_by_name
 
 
 _FORM = '"quantity=name [unit], definition", as "slide_roll_ratio=Schlupf [%], over_sum"'
@@ -152,22 +153,22 @@ def columns_of(
         AskedError: Two columns may be one quantity, or a column that the user names is missing.
     """
     candidates: dict[str, list[TableColumn]] = {}
-    left = dict(stated)
+    not_found = dict(stated)
     for index, name in enumerate(names):
-        key = key_of_stated(name, left)
+        key = key_of_stated(name, not_found)
         if key is None:
             meaning = meaning_of(name, units[index])
         else:
-            meaning = _completed(left[key], name, units[index])
+            meaning = _completed(not_found[key], name, units[index])
         is_nothing = meaning is None or meaning.quantity == NOTHING
         if key is not None and (index in numbers or is_nothing):
-            del left[key]
+            del not_found[key]
         if meaning is None or is_nothing or index not in numbers:
             continue
         column = TableColumn(name, meaning, numbers[index], by_user=key is not None)
         candidates.setdefault(meaning.quantity, []).append(column)
-    if left:
-        missing = next(iter(left))
+    if not_found:
+        missing = next(iter(not_found))
         raise AskedError(
             f"--columns names {missing!r}, which the table has not, or which holds no numbers; its "
             f"columns are {cut(', '.join(map(repr, names)))}.",
@@ -177,19 +178,21 @@ def columns_of(
     notes: list[str] = []
     for quantity, columns in candidates.items():
         ranks = [_rank(column) for column in columns]
-        best = min(ranks)
-        at_best = [column for column, rank in zip(columns, ranks, strict=True) if rank == best]
-        if len(at_best) > 1:
-            both = " and ".join(repr(column.name) for column in at_best)
+        best_rank = min(ranks)
+        best_columns = [
+            column for column, rank in zip(columns, ranks, strict=True) if rank == best_rank
+        ]
+        if len(best_columns) > 1:
+            names_of_best = " and ".join(repr(column.name) for column in best_columns)
             raise AskedError(
-                f"the columns {both} could both be the {quantity.replace('_', ' ')}.",
-                _line_to_paste(at_best[0]),
+                f"the columns {names_of_best} could both be the {quantity.replace('_', ' ')}.",
+                _line_to_paste(best_columns[0]),
             )
-        chosen[quantity] = at_best[0]
-        losers = [column.name for column in columns if column is not at_best[0]]
-        if losers:
-            others = ", ".join(map(repr, losers))
-            notes.append(f"not read as the {quantity.replace('_', ' ')}: {others}")
+        chosen[quantity] = best_columns[0]
+        names_not_taken = [column.name for column in columns if column is not best_columns[0]]
+        if names_not_taken:
+            quoted_names = ", ".join(map(repr, names_not_taken))
+            notes.append(f"not read as the {quantity.replace('_', ' ')}: {quoted_names}")
     return chosen, notes
 
 
@@ -207,10 +210,10 @@ def _completed(stated: Meaning, name: str, unit_beside: str) -> Meaning:
     definition = stated.definition
     definitions = DEFINITIONS.get(stated.quantity, ())
     if not definition and definitions:
-        by_name = meaning_of(name, unit_beside)
-        is_same_quantity = by_name is not None and by_name.quantity == stated.quantity
-        of_name = by_name.definition if by_name is not None and is_same_quantity else ""
-        definition = of_name or definitions[0]
+        definition = definitions[0]
+        likely_meaning = meaning_of(name, unit_beside)
+        if likely_meaning is not None and likely_meaning.quantity == stated.quantity:
+            definition = likely_meaning.definition or definition
     return replace(stated, unit=unit, definition=definition)
 
 
@@ -222,20 +225,25 @@ def _rank(column: TableColumn) -> int:
 def _line_to_paste(column: TableColumn) -> str:
     """The line that states what a column is."""
     meaning = column.meaning
-    bare, unit_of_name = stated_unit(column.name)
-    usual_unit = "m/s" if meaning.definition == "sliding_speed" else UNIT_OF[meaning.quantity]
+    bare_name, unit_of_name = stated_unit(column.name)
+    usual_unit = (
+        "m/s" if meaning.definition == "sliding_speed" else UNIT_BY_QUANTITY[meaning.quantity]
+    )
     unit = meaning.unit or unit_of_name or usual_unit
     in_brackets = "" if unit == "1" else f" [{unit}]"
     definitions = DEFINITIONS.get(meaning.quantity, ())
     definition = f", {meaning.definition or definitions[0]}" if definitions else ""
-    line = f'--columns "{meaning.quantity}={bare}{in_brackets}{definition}"'
+    line = f'--columns "{meaning.quantity}={bare_name}{in_brackets}{definition}"'
     if len(definitions) > 1 and not meaning.definition:
-        others = " or ".join(definitions[1:])
-        return f"State which: {line}; {others} in place of {definitions[0]}; {_elsewise(bare)}."
-    return f"State it: {line}; {_elsewise(bare)}."
+        other_definitions = " or ".join(definitions[1:])
+        return (
+            f"State which: {line}; {other_definitions} in place of {definitions[0]}; "
+            f"{_line_for_no_quantity(bare_name)}."
+        )
+    return f"State it: {line}; {_line_for_no_quantity(bare_name)}."
 
 
-def _elsewise(name: str) -> str:
+def _line_for_no_quantity(name: str) -> str:
     """How to say that a column is none of the quantities."""
     return f'--columns "{NOTHING}={name}" if it is something else'
 
@@ -248,7 +256,7 @@ def reading_of(
     notes: Sequence[str],
     pressure_of_load: FloatArray | None,
     speed_m_s: float | None = None,
-) -> Reading:
+) -> TableReading:
     """The numbers of a table in the units and definitions of the project.
 
     Args:
@@ -266,43 +274,43 @@ def reading_of(
     values: dict[str, FloatArray] = {}
     names = {quantity: column.name for quantity, column in chosen.items()}
     # speeds first: they decide what a slip is
-    in_order = sorted(chosen, key=lambda quantity: quantity == "slide_roll_ratio")
-    for quantity in in_order:
+    quantities_in_order = sorted(chosen, key=lambda quantity: quantity == "slide_roll_ratio")
+    for quantity in quantities_in_order:
         column = chosen[quantity]
         numbers: FloatArray | None
         if quantity == "slide_roll_ratio":
-            numbers, how = _slide_roll_ratio(column, values, speed_m_s)
+            numbers, how_known = _slide_roll_ratio(column, values, speed_m_s)
         elif quantity == "max_hertz_pressure":
-            numbers, how = _maximum_pressure(column, pressure_of_load)
+            numbers, how_known = _maximum_pressure(column, pressure_of_load)
         elif quantity == "entrainment_speed":
-            numbers, how = _mean_speed(column, chosen)
+            numbers, how_known = _mean_speed(column, chosen)
         else:
-            numbers, how = in_unit(column), ""
+            numbers, how_known = numbers_in_unit(column), ""
         if numbers is None:
             continue
         values[quantity] = numbers
-        notes.append(_note(quantity, column, how))
+        notes.append(_note_on_column(quantity, column, how_known))
     _refuse_contradictions(values, names)
     pressure = values.get("max_hertz_pressure")
     if pressure is not None and pressure_of_load is not None:
-        if _distance(pressure, pressure_of_load) > _CONTRADICTS:
+        if _relative_difference(pressure, pressure_of_load) > _CONTRADICTS:
             raise AskedError(
                 f"the column {names['max_hertz_pressure']!r} is not the maximum Hertz pressure of "
                 f"{names['load']!r} with this ball radius and these materials: it is "
                 f"{np.nanmedian(pressure / pressure_of_load):.3g} times as much.",
                 "Correct the radius, the materials or the column that is wrong.",
             )
-    return Reading(values, names, notes)
+    return TableReading(values, names, notes)
 
 
-def _note(quantity: str, column: TableColumn, how: str) -> str:
+def _note_on_column(quantity: str, column: TableColumn, how_known: str) -> str:
     unit = column.meaning.unit
-    in_unit = f", in {unit}" if unit and unit != "1" else ""
-    by = ", as --columns says" if column.by_user else ""
-    return f"{quantity} is {column.name!r}{in_unit}{by}{how}"
+    unit_note = f", in {unit}" if unit and unit != "1" else ""
+    user_note = ", as --columns says" if column.by_user else ""
+    return f"{quantity} is {column.name!r}{unit_note}{user_note}{how_known}"
 
 
-def in_unit(column: TableColumn) -> FloatArray:
+def numbers_in_unit(column: TableColumn) -> FloatArray:
     """The numbers of a column in the unit of its quantity.
 
     Raises:
@@ -311,7 +319,7 @@ def in_unit(column: TableColumn) -> FloatArray:
     meaning = column.meaning
     if meaning.question:
         raise _asked(column)
-    target = UNIT_OF[meaning.quantity]
+    target = UNIT_BY_QUANTITY[meaning.quantity]
     if meaning.definition == "sliding_speed":
         target = "m/s"
     unit = meaning.unit
@@ -339,13 +347,13 @@ def _asked(column: TableColumn) -> AskedError:
     )
 
 
-def _distance(one: FloatArray, other: FloatArray) -> float:
+def _relative_difference(values: FloatArray, reference: FloatArray) -> float:
     """Median difference of two columns over the largest value of the second; else infinite."""
-    both = np.isfinite(one) & np.isfinite(other)
-    size = float(np.max(np.abs(other[both]), initial=0.0))
+    is_known = np.isfinite(values) & np.isfinite(reference)
+    size = float(np.max(np.abs(reference[is_known]), initial=0.0))
     if size == 0:
         return np.inf
-    return float(np.median(np.abs(one[both] - other[both]))) / size
+    return float(np.median(np.abs(values[is_known] - reference[is_known]))) / size
 
 
 def _maximum_pressure(
@@ -354,14 +362,16 @@ def _maximum_pressure(
     """The maximum Hertz pressure, and how it is known."""
     meaning = column.meaning
     if meaning.question and pressure_of_load is not None:
-        numbers = in_unit(replace(column, meaning=replace(meaning, question="")))
+        numbers = numbers_in_unit(replace(column, meaning=replace(meaning, question="")))
         for definition, factor in (("maximum", 1.0), ("mean", _MAXIMUM_OVER_MEAN)):
-            if _distance(factor * numbers, pressure_of_load) <= _CONTRADICTS:
+            if _relative_difference(factor * numbers, pressure_of_load) <= _CONTRADICTS:
                 return factor * numbers, f", the {definition}: load and ball radius give it"
-    numbers = in_unit(column)
+    numbers = numbers_in_unit(column)
     if meaning.definition == "mean":
-        how = f", the mean: the maximum is {_MAXIMUM_OVER_MEAN:g} times it in a circular contact"
-        return _MAXIMUM_OVER_MEAN * numbers, how
+        how_known = (
+            f", the mean: the maximum is {_MAXIMUM_OVER_MEAN:g} times it in a circular contact"
+        )
+        return _MAXIMUM_OVER_MEAN * numbers, how_known
     return numbers, ""
 
 
@@ -372,9 +382,9 @@ def _mean_speed(
     meaning = column.meaning
     if meaning.question and {"ball_speed", "disc_speed"} <= chosen.keys():
         return None, ""
-    numbers = in_unit(column)
+    numbers = numbers_in_unit(column)
     if meaning.definition == "sum":
-        return numbers / 2, f", {DEFINITION_WORDS['sum']}: halved"
+        return numbers / 2, f", {DEFINITION_IN_WORDS['sum']}: halved"
     return numbers, ""
 
 
@@ -383,10 +393,10 @@ def _slide_roll_ratio(
 ) -> tuple[FloatArray, str]:
     """The slide-roll ratio over the mean speed, and how unit and definition are known."""
     meaning = column.meaning
-    by_speeds = _ratio_of_speeds(values)
+    ratio_by_speeds = _ratio_of_speeds(values)
     if meaning.definition == "sliding_speed":
         mean_speed: FloatArray | float | None = values.get("entrainment_speed", speed_m_s)
-        if mean_speed is None and by_speeds is not None:
+        if mean_speed is None and ratio_by_speeds is not None:
             mean_speed = (values["ball_speed"] + values["disc_speed"]) / 2
         if mean_speed is None:
             raise AskedError(
@@ -394,31 +404,31 @@ def _slide_roll_ratio(
                 "speed of rolling as well.",
                 "Add it, or give it for all rows, as --speed 2m/s.",
             )
-        how = ", a sliding speed: divided by the mean speed"
-        return in_unit(column) / mean_speed, how
-    if by_speeds is not None:
-        found = _definition_by_speeds(column, by_speeds)
-        if found is not None:
-            return found
-        _refuse_other_ratio(column, by_speeds)
+        how_known = ", a sliding speed: divided by the mean speed"
+        return numbers_in_unit(column) / mean_speed, how_known
+    if ratio_by_speeds is not None:
+        confirmed = _definition_by_speeds(column, ratio_by_speeds)
+        if confirmed is not None:
+            return confirmed
+        _refuse_other_ratio(column, ratio_by_speeds)
     if meaning.question:
         raise _asked(column)
     largest = float(np.nanmax(np.abs(column.numbers), initial=0))
-    how = ""
+    how_known = ""
     if not meaning.unit:
         if largest > _LARGEST_RATIO:
-            how = f", in %: as a ratio it is at most 2, and it goes up to {largest:g}"
+            how_known = f", in %: as a ratio it is at most 2, and it goes up to {largest:g}"
             meaning = replace(meaning, unit="%")
         elif largest > _USUAL_RATIO:
             question = f"it goes up to {largest:g} and has no unit: it may be a ratio or in %"
             open_unit = replace(column, meaning=replace(meaning, question=question))
-            bare, _ = stated_unit(column.name)
-            line = f'--columns "slide_roll_ratio={bare} [%], {meaning.definition}"'
+            bare_name, _ = stated_unit(column.name)
+            line = f'--columns "slide_roll_ratio={bare_name} [%], {meaning.definition}"'
             raise AskedError(_asked(open_unit).sentence, f"State it: {line}, or [1] for a ratio.")
-    ratio = over_mean(in_unit(replace(column, meaning=meaning)), meaning.definition)
+    ratio = over_mean(numbers_in_unit(replace(column, meaning=meaning)), meaning.definition)
     if meaning.definition != "over_mean":
-        how += f", {DEFINITION_WORDS[meaning.definition]}: converted to that over the mean"
-    return ratio, how
+        how_known += f", {DEFINITION_IN_WORDS[meaning.definition]}: converted to that over the mean"
+    return ratio, how_known
 
 
 def over_mean(ratio: FloatArray, definition: str) -> FloatArray:
@@ -444,8 +454,17 @@ def _ratio_of_speeds(values: Mapping[str, FloatArray]) -> FloatArray | None:
     return np.asarray((values["disc_speed"] - values["ball_speed"]) / mean)
 
 
+class _RatioCandidate(NamedTuple):
+    """A slide-roll ratio by one definition and unit, and how far it is from that of the speeds."""
+
+    misfit: float
+    definition: str
+    unit: str
+    ratio: FloatArray
+
+
 def _definition_by_speeds(
-    column: TableColumn, by_speeds: FloatArray
+    column: TableColumn, ratio_by_speeds: FloatArray
 ) -> tuple[FloatArray, str] | None:
     """The ratio in the unit and definition that the speeds of both bodies confirm; None if none."""
     meaning = column.meaning
@@ -453,39 +472,40 @@ def _definition_by_speeds(
     if meaning.question:
         definitions = ["over_mean", "over_sum", "over_faster"]
     units = [meaning.unit] if meaning.unit else ["1", "%"]
-    found: list[tuple[float, str, str, FloatArray]] = []
+    candidates: list[_RatioCandidate] = []
     for definition in definitions:
         for unit in units:
             to_unit = possible_conversion(unit, ("1",))
             if to_unit is not None:
                 ratio = over_mean(to_unit.convert(column.numbers), definition)
-                found.append((_misfit(ratio, by_speeds), definition, unit, ratio))
-    if not found:
+                misfit = _misfit(ratio, ratio_by_speeds)
+                candidates.append(_RatioCandidate(misfit, definition, unit, ratio))
+    if not candidates:
         return None
-    nearest, *others = sorted(found, key=lambda entry: entry[0])
-    distance, definition, unit, ratio = nearest
-    is_clear = all(other[0] > _CLEARLY_FARTHER * distance for other in others)
-    if distance > _CONFIRMED or not is_clear:
+    nearest, *others = sorted(candidates, key=lambda candidate: candidate.misfit)
+    is_clear = all(other.misfit > _CLEARLY_FARTHER * nearest.misfit for other in others)
+    if nearest.misfit > _CONFIRMED or not is_clear:
         return None
-    in_percent = ", in %" if unit == "%" and not meaning.unit else ""
-    return ratio, f"{in_percent}, {DEFINITION_WORDS[definition]}: both speeds confirm it"
+    in_percent = ", in %" if nearest.unit == "%" and not meaning.unit else ""
+    definition_in_words = DEFINITION_IN_WORDS[nearest.definition]
+    return nearest.ratio, f"{in_percent}, {definition_in_words}: both speeds confirm it"
 
 
-def _misfit(ratio: FloatArray, by_speeds: FloatArray) -> float:
+def _misfit(ratio: FloatArray, ratio_by_speeds: FloatArray) -> float:
     """How far a ratio is from that of the speeds, as the factor between them less 1.
 
     The factor is that of least squares, with the error in the speeds: their digits, which at a low
     slip are as large as the slip, hardly move it. The sign of the slip is a matter of convention.
     """
-    known = np.isfinite(ratio) & np.isfinite(by_speeds)
-    squares = float(np.sum(ratio[known] ** 2))
+    is_known = np.isfinite(ratio) & np.isfinite(ratio_by_speeds)
+    squares = float(np.sum(ratio[is_known] ** 2))
     if squares == 0:
         return np.inf
-    factor = float(np.sum(np.abs(ratio[known] * by_speeds[known]))) / squares
+    factor = float(np.sum(np.abs(ratio[is_known] * ratio_by_speeds[is_known]))) / squares
     return abs(factor - 1)
 
 
-def _refuse_other_ratio(column: TableColumn, by_speeds: FloatArray) -> None:
+def _refuse_other_ratio(column: TableColumn, ratio_by_speeds: FloatArray) -> None:
     """Refuse a stated ratio that the speeds contradict in every unit that it may have.
 
     Raises:
@@ -499,8 +519,8 @@ def _refuse_other_ratio(column: TableColumn, by_speeds: FloatArray) -> None:
         if to_unit is None:
             return
         ratio = over_mean(to_unit.convert(column.numbers), meaning.definition)
-        difference = float(np.nanmedian(np.abs(np.abs(ratio) - np.abs(by_speeds))))
-        if _misfit(ratio, by_speeds) <= _CONTRADICTS or difference <= _OPEN_BY_DIGITS:
+        difference = float(np.nanmedian(np.abs(np.abs(ratio) - np.abs(ratio_by_speeds))))
+        if _misfit(ratio, ratio_by_speeds) <= _CONTRADICTS or difference <= _OPEN_BY_DIGITS:
             return
     raise AskedError(
         f"the column {column.name!r} contradicts the speeds of ball and disc.",
@@ -516,7 +536,7 @@ def _refuse_contradictions(values: Mapping[str, FloatArray], names: Mapping[str,
     """
     if {"ball_speed", "disc_speed", "entrainment_speed"} <= values.keys():
         mean = (values["ball_speed"] + values["disc_speed"]) / 2
-        if _distance(values["entrainment_speed"], mean) > _CONTRADICTS:
+        if _relative_difference(values["entrainment_speed"], mean) > _CONTRADICTS:
             raise AskedError(
                 f"the column {names['entrainment_speed']!r} is not the mean of "
                 f"{names['ball_speed']!r} and {names['disc_speed']!r}.",

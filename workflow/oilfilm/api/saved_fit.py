@@ -17,7 +17,7 @@ from oilfilm.base.home import CONFIG
 from oilfilm.exports.campaign import export, export_campaign
 from oilfilm.exports.description import describe, identifiers
 from oilfilm.fits.soundness import finished_fits
-from oilfilm.logs.base import SET_POINTS
+from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.report.html import html
 from oilfilm.report.sections.build import answer, constants, fits, laws
 from oilfilm.report.text import text
@@ -25,11 +25,11 @@ from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_FIT, OF_SURFACE
+from oilfilm.tables.table_needs import FIT_TABLES, SURFACE_TABLES
 from oilfilm.traction import LAWS
 
 _SAVED_TABLES = (
-    *("points", "runs", *OF_FIT, *OF_SURFACE),
+    *("points", "runs", *FIT_TABLES, *SURFACE_TABLES),
     *("law_verdicts", "lack_of_fit", "soundness"),
 )
 # Titles and paths that the summary names.
@@ -121,7 +121,8 @@ def _campaign(fit: FitAlone, name: str) -> tuple[CampaignTables, Settings, dict[
     """The fit as a finished campaign: its tables, settings and provenance."""
     # a fit of arrays does not know its oil: its tables have another name
     fitted_tables = {
-        table: fit.tables.table(table).assign(oil=fit.oil) for table in (*OF_FIT, *OF_SURFACE)
+        table: fit.tables.table(table).assign(oil=fit.oil)
+        for table in (*FIT_TABLES, *SURFACE_TABLES)
     }
     results = CampaignTables.in_memory(points=fit.points, runs=_runs(fit, name), **fitted_tables)
     settings = _settings(fit, name)
@@ -140,7 +141,7 @@ def _runs(fit: FitAlone, campaign: str) -> pd.DataFrame:
     """The table `runs` of a campaign, one row per curve; its set points are means."""
     curves = fit.points.groupby("run_id", sort=False)
     runs = pd.DataFrame({"accepted_points": curves.size(), "plateaus": curves.size()})
-    for column in SET_POINTS:
+    for column in SET_POINT_KEYS:
         if column in fit.points:
             runs[f"nominal_{column}"] = curves[column].mean()
     runs = runs.reset_index().assign(

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 import pandas as pd
@@ -25,8 +25,8 @@ from oilfilm.api.mu_columns import (
     AskedError,
     TableColumn,
     columns_of,
-    in_unit,
     key_of_stated,
+    numbers_in_unit,
     reading_of,
     stated_columns,
 )
@@ -62,7 +62,7 @@ _QUANTITY_OF_COLUMN = {
 }
 VOCABULARY = NamesInWords("traction", "columns", _QUANTITY_OF_COLUMN, ())
 # Quantity of a name -> column of the points.
-_COLUMN_OF = {
+_COLUMN_BY_QUANTITY = {
     "max_hertz_pressure": PRESSURE,
     "load": LOAD,
     "entrainment_speed": SPEED,
@@ -148,15 +148,17 @@ def fit_table(
         >>> bool(fitted.soundness["sound"])
         True
     """
-    conditions_of_all = dict(at or {})
+    conditions_of_all_rows = dict(at or {})
     pressure_of_load = None
     if ball_radius_m is not None:
         pressure_of_load = partial(
             pressure_gpa_of_load, ball_radius_m=ball_radius_m, materials=materials
         )
-    stated = Stated(stated_columns(columns), pressure_of_load, conditions_of_all.get(SPEED))
+    stated = StatedByUser(
+        stated_columns(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
+    )
     read_table = read_mu_table(table, stated)
-    points = read_table.points.assign(**conditions_of_all)
+    points = read_table.points.assign(**conditions_of_all_rows)
     notes = list(read_table.notes)
     points, oil = _points_of_oil(points, oil, read_table.name)
     if LOAD in points and PRESSURE not in points and ball_radius_m is not None:
@@ -246,7 +248,7 @@ class MuTable:
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedByUser:
     """What the user says beside a table of mu.
 
     Attributes:
@@ -261,7 +263,9 @@ class Stated:
     speed_m_s: float | None = None
 
 
-def read_mu_table(table: Path | str | pd.DataFrame | Any, stated: Stated | None = None) -> MuTable:
+def read_mu_table(
+    table: Path | str | pd.DataFrame | Any, stated: StatedByUser | None = None
+) -> MuTable:
     """Read csv, tsv, xlsx, ods or Parquet, or a data frame.
 
     Args:
@@ -277,20 +281,24 @@ def read_mu_table(table: Path | str | pd.DataFrame | Any, stated: Stated | None 
     else:
         name = str(table)
         texts = _file_texts(Path(table), MuTable(name))
-    parts: list[tuple[str, MuTable]] = []
-    faults: dict[str, OilfilmError] = {}
+    read_sheets: list[_TitledTable] = []
+    fault_by_title: dict[str, OilfilmError] = {}
     for title, text in texts:
         try:
-            parts.append((title, _table_of_text(text, MuTable(name), stated or Stated())))
+            sheet = _table_of_text(text, MuTable(name), stated or StatedByUser())
+            read_sheets.append(_TitledTable(title, sheet))
         except OilfilmError as error:
-            faults[title] = error
-    if not parts:
+            fault_by_title[title] = error
+    if not read_sheets:
         # the sheet that comes nearest to a table has the most text
-        raise faults[max(texts, key=lambda title_and_text: len(title_and_text[1]))[0]]
-    mu_table = parts[0][1] if len(parts) == 1 else _joined_sheets(parts, MuTable(name))
-    if faults and len(parts) == 1:
-        mu_table.notes.append(f"the sheet {parts[0][0]!r} is read")
-    for title, fault in faults.items():
+        title_of_longest, _ = max(texts, key=lambda title_and_text: len(title_and_text[1]))
+        raise fault_by_title[title_of_longest]
+    mu_table = read_sheets[0].table
+    if len(read_sheets) > 1:
+        mu_table = _joined_sheets(read_sheets, MuTable(name))
+    elif fault_by_title:
+        mu_table.notes.append(f"the sheet {read_sheets[0].title!r} is read")
+    for title, fault in fault_by_title.items():
         reason = str(fault).removeprefix(f"{name}: ")
         mu_table.notes.append(f"the sheet {title!r} is not read: {cut(reason)}")
     return mu_table
@@ -314,37 +322,46 @@ def _as_pandas(table: Any) -> pd.DataFrame:
     return converted
 
 
-def _joined_sheets(parts: Sequence[tuple[str, MuTable]], joined: MuTable) -> MuTable:
+class _TitledTable(NamedTuple):
+    """A sheet of a workbook as a table, or another file, whose title is empty."""
+
+    title: str
+    table: MuTable
+
+
+def _joined_sheets(sheets: Sequence[_TitledTable], joined: MuTable) -> MuTable:
     """One table of several sheets. Where a sheet names no oil, its title does.
 
     Raises:
         OilfilmError: The sheets have different conditions.
     """
-    columns = {title: set(map(str, part.points)) - {"oil", "curve"} for title, part in parts}
+    columns = {title: set(map(str, sheet.points)) - {"oil", "curve"} for title, sheet in sheets}
     if len(set(map(frozenset, columns.values()))) > 1:
-        listed = "; ".join(f"{title!r}: {', '.join(sorted(of))}" for title, of in columns.items())
+        listed = "; ".join(
+            f"{title!r}: {', '.join(sorted(names))}" for title, names in columns.items()
+        )
         raise joined.error(
             f"its sheets have different conditions: {listed}.",
             "Give all sheets the same columns, or save the sheet to be fitted alone.",
         )
     frames: list[pd.DataFrame] = []
-    for title, part in parts:
-        points = part.points
+    for title, sheet in sheets:
+        points = sheet.points
         if "oil" not in points:
             points = points.assign(oil=title)
         if "curve" in points:
             points = points.assign(curve=title + " " + points["curve"].astype(str))
         frames.append(points)
     joined.points = pd.concat(frames, ignore_index=True)
-    titles = ", ".join(repr(title) for title, _ in parts)
-    joined.columns = parts[0][1].columns
-    joined.notes = [*parts[0][1].notes, f"the sheets {titles} are read"]
-    for _, part in parts[1:]:
-        joined.notes += [note for note in part.notes if note not in joined.notes]
+    titles = ", ".join(repr(title) for title, _ in sheets)
+    joined.columns = sheets[0].table.columns
+    joined.notes = [*sheets[0].table.notes, f"the sheets {titles} are read"]
+    for _, sheet in sheets[1:]:
+        joined.notes += [note for note in sheet.notes if note not in joined.notes]
     return joined
 
 
-def _table_of_text(text: bytes, mu_table: MuTable, stated: Stated) -> MuTable:
+def _table_of_text(text: bytes, mu_table: MuTable, stated: StatedByUser) -> MuTable:
     """The table in a text: of all blocks that repeat the line of names.
 
     Raises:
@@ -372,13 +389,13 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated: Stated) -> MuTable:
 
 
 def _add_labels(
-    mu_table: MuTable, logged: LoggedTable, read: Iterable[str], delimiter: str | None
+    mu_table: MuTable, logged: LoggedTable, names_read: Iterable[str], delimiter: str | None
 ) -> None:
     """Add the columns of text, `oil` and `curve`, where the table has them."""
     if logged.show is None:
         return
     # columns without a name are no labels
-    names_in_use = {plain_key(name) for name in read} | {""}
+    names_in_use = {plain_key(name) for name in names_read} | {""}
     for label in ("oil", "curve"):
         index = _index_of_label(logged.names, label, names_in_use)
         if index is None:
@@ -425,21 +442,21 @@ def _tab_separated(frame: pd.DataFrame) -> bytes:
     return frame.to_csv(sep="\t", index=False).encode()
 
 
-def _add_points(mu_table: MuTable, logged: LoggedTable, stated: Stated) -> dict[str, str]:
+def _add_points(mu_table: MuTable, logged: LoggedTable, stated: StatedByUser) -> dict[str, str]:
     """Add the numbers of a table and notes on the meaning of its columns; names by quantity.
 
     Raises:
         OilfilmError: A meaning is not known, or mu or the slide-roll ratio is missing.
     """
-    by_name = [
+    meanings = [
         meaning_of(name, unit) for name, unit in zip(logged.names, logged.units, strict=True)
     ]
-    may_count = [
+    indices = [
         index
         for index, name in enumerate(logged.names)
-        if by_name[index] is not None or key_of_stated(name, stated.columns) is not None
+        if meanings[index] is not None or key_of_stated(name, stated.columns) is not None
     ]
-    values = zip(may_count, logged.values(may_count), strict=True)
+    values = zip(indices, logged.values(indices), strict=True)
     numbers = {
         index: np.asarray(column, dtype=float)
         for index, column in values
@@ -447,19 +464,23 @@ def _add_points(mu_table: MuTable, logged: LoggedTable, stated: Stated) -> dict[
     }
     try:
         chosen, notes = columns_of(logged.names, logged.units, numbers, stated.columns)
-        chosen = {quantity: column for quantity, column in chosen.items() if quantity in _COLUMN_OF}
-        notes += _without_needless(chosen)
+        chosen = {
+            quantity: column
+            for quantity, column in chosen.items()
+            if quantity in _COLUMN_BY_QUANTITY
+        }
+        notes += _take_out_needless(chosen)
         _refuse_incomplete(mu_table, logged.names, chosen)
         pressure_of_load = None
         if "load" in chosen and stated.pressure_of_load is not None:
-            pressure_of_load = stated.pressure_of_load(in_unit(chosen["load"]))
+            pressure_of_load = stated.pressure_of_load(numbers_in_unit(chosen["load"]))
         reading = reading_of(chosen, [*mu_table.notes, *notes], pressure_of_load, stated.speed_m_s)
     except AskedError as asked:
         raise mu_table.error(asked.sentence, asked.advice) from None
     mu_table.notes = list(reading.notes)
     points = mu_table.points
-    for quantity, in_its_unit in reading.values.items():
-        points[_COLUMN_OF[quantity]] = in_its_unit
+    for quantity, converted in reading.values.items():
+        points[_COLUMN_BY_QUANTITY[quantity]] = converted
     if {_BALL_SPEED, _DISC_SPEED} <= set(points):
         ball_m_s = points.pop(_BALL_SPEED)
         disc_m_s = points.pop(_DISC_SPEED)
@@ -470,15 +491,18 @@ def _add_points(mu_table: MuTable, logged: LoggedTable, stated: Stated) -> dict[
     return dict(reading.names)
 
 
-def _without_needless(chosen: dict[str, TableColumn]) -> list[str]:
+def _take_out_needless(chosen: dict[str, TableColumn]) -> list[str]:
     """Take out columns that may be a quantity that the table has in another way; notes on them.
 
     A force that may be the load is not asked about beside a pressure, nor a speed beside those of
     both bodies.
     """
-    given_by = {"load": {"max_hertz_pressure"}, "entrainment_speed": {"ball_speed", "disc_speed"}}
+    given_by_others = {
+        "load": {"max_hertz_pressure"},
+        "entrainment_speed": {"ball_speed", "disc_speed"},
+    }
     notes: list[str] = []
-    for quantity, others in given_by.items():
+    for quantity, others in given_by_others.items():
         column = chosen.get(quantity)
         if column is not None and column.meaning.question and others <= chosen.keys():
             del chosen[quantity]
@@ -524,11 +548,11 @@ def _without_gaps(mu_table: MuTable) -> MuTable:
     if points.empty:
         advice = "Look at decimal marks and empty cells."
         raise mu_table.error("no row has all its numbers.", advice)
-    mu_table.points = _forwards(points, mu_table)
+    mu_table.points = _at_positive_slip(points, mu_table)
     return mu_table
 
 
-def _forwards(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
+def _at_positive_slip(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
     """The points at positive slip: the law is odd. A point of the rarer sign of mu is left out.
 
     A table has mu with the sign of the slip, or without it. Most of its points at negative slip
@@ -543,8 +567,8 @@ def _forwards(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
     n_negative = int((is_backwards & is_negative).sum())
     if n_backwards == 0:
         return points
-    signed = 2 * n_negative > n_backwards
-    is_odd = is_backwards & (is_negative != signed) & (points[MU] != 0)
+    mu_has_sign = 2 * n_negative > n_backwards
+    is_odd = is_backwards & (is_negative != mu_has_sign) & (points[MU] != 0)
     n_odd = int(is_odd.sum())
     if n_odd > _MOST_ODD_SIGNS * n_backwards:
         raise mu_table.error(
@@ -553,15 +577,15 @@ def _forwards(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
         )
     if n_odd:
         row = points.loc[is_odd].iloc[0]
-        convention = "has the sign of the slip" if signed else "has no sign"
+        convention = "has the sign of the slip" if mu_has_sign else "has no sign"
         mu_table.notes.append(
             f"{n_odd} of {len(points)} rows are left out: at negative slip mu "
             f"{convention} in the other rows, and here it is {row[MU]:g} at S = {row[SLIP]:g}"
         )
-    forwards = points.assign(**{SLIP: points[SLIP].abs()})
-    if signed:
-        forwards.loc[is_backwards, MU] *= -1
-    return forwards.loc[~is_odd].reset_index(drop=True)
+    turned = points.assign(**{SLIP: points[SLIP].abs()})
+    if mu_has_sign:
+        turned.loc[is_backwards, MU] *= -1
+    return turned.loc[~is_odd].reset_index(drop=True)
 
 
 def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) -> pd.DataFrame:

@@ -127,15 +127,15 @@ def _code(path: Path) -> _Code:
     package = ""
     if path.is_relative_to(studies.PACKAGES):
         package = ".".join(path.parent.relative_to(studies.PACKAGES).parts)
-    text: list[str] = []
+    syntax_words: list[str] = []
     module_names: list[str] = []
-    _walk(tree, package, text, module_names)
+    _walk(tree, package, syntax_words, module_names)
     imports: set[Path] = set()
     for name in module_names:
         imports.update(_module_files(name))
     data_files = [path.with_name(name.decode()) for name in _DATA_FILE.findall(content)]
     imports.update(file for file in data_files if file.is_file())
-    return _Code(hashlib.sha256("\n".join(text).encode()).hexdigest(), frozenset(imports))
+    return _Code(hashlib.sha256("\n".join(syntax_words).encode()).hexdigest(), frozenset(imports))
 
 
 def _without_comments(path: Path, content: bytes) -> bytes:
@@ -152,8 +152,8 @@ def _without_comments(path: Path, content: bytes) -> bytes:
 _DATA_FILE = re.compile(rb'"(\w+\.(?:yaml|mplstyle))"')
 
 
-def _walk(node: ast.AST, package: str, text: list[str], module_names: list[str]) -> None:
-    """Add what a node computes to `text`, and the modules that it imports to `module_names`.
+def _walk(node: ast.AST, package: str, syntax_words: list[str], module_names: list[str]) -> None:
+    """Add what a node computes to `syntax_words`, and what it imports to `module_names`.
 
     Empty fields are left out, because newer versions of Python have more of them. Docstrings and
     the messages of errors are left out, too.
@@ -162,14 +162,14 @@ def _walk(node: ast.AST, package: str, text: list[str], module_names: list[str])
         module_names += _imported_names(node, package)
     elif isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
         node.exc = node.exc.func
-    text.append(type(node).__name__)
+    syntax_words.append(type(node).__name__)
     for name in node._fields:
         value = getattr(node, name, None)
         if isinstance(value, ast.AST):
             # its position in the tree shows whether a name is read or set
             if name != "ctx":
-                text.append(name)
-                _walk(value, package, text, module_names)
+                syntax_words.append(name)
+                _walk(value, package, syntax_words, module_names)
         elif isinstance(value, list):
             has_docstring = (
                 name == "body"
@@ -178,15 +178,15 @@ def _walk(node: ast.AST, package: str, text: list[str], module_names: list[str])
             )
             children = value[1:] if has_docstring else value
             if children:
-                text.append(name)
+                syntax_words.append(name)
             for child in children:
                 if isinstance(child, ast.AST):
-                    _walk(child, package, text, module_names)
+                    _walk(child, package, syntax_words, module_names)
                 else:
-                    text.append(repr(child))
+                    syntax_words.append(repr(child))
         elif value is not None:
-            text.extend([name, repr(value)])
-    text.append(")")
+            syntax_words.extend([name, repr(value)])
+    syntax_words.append(")")
 
 
 _WITH_DOCSTRING = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)

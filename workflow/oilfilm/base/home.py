@@ -42,7 +42,7 @@ def portable(path: Path) -> str:
         return path.relative_to(HOME).as_posix()
     if not path.is_absolute():
         for start in range(len(path.parts)):
-            below = path.parts[start:]
-            if below[0] == "results" or below[:2] == ("data", "raw"):
-                return Path(*below).as_posix()
+            parts_below = path.parts[start:]
+            if parts_below[0] == "results" or parts_below[:2] == ("data", "raw"):
+                return Path(*parts_below).as_posix()
     return path.as_posix()

@@ -42,33 +42,38 @@ def aligned(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], Labelled]:
     if any(hasattr(value, "dims") for value in arguments.values()):
         return _aligned_by_dimensions(arguments)
     indices = {}
-    for name, value in arguments.items():
+    for argument, value in arguments.items():
         column = getattr(value, "magnitude", value)
         if isinstance(column, pd.Series):
-            indices[name] = column.index
+            indices[argument] = column.index
     if not indices:
-        return dict(arguments), lambda array, name: array
-    (first, index), *others = indices.items()
-    for name, other in others:
-        if not other.equals(index):
-            raise OilfilmError(_different_indices(first, index, name, other))
-    return dict(arguments), lambda array, name: pd.Series(array, index, name=name)
+        return dict(arguments), lambda array, argument: array
+    (first_argument, first_index), *others = indices.items()
+    for argument, other_index in others:
+        if not other_index.equals(first_index):
+            raise OilfilmError(
+                _different_indices(first_argument, first_index, argument, other_index)
+            )
+    return dict(arguments), lambda array, argument: pd.Series(array, first_index, name=argument)
 
 
 def _different_indices(
-    first: str, index: "pd.Index[Any]", name: str, other: "pd.Index[Any]"
+    first_argument: str,
+    first_index: "pd.Index[Any]",
+    other_argument: str,
+    other_index: "pd.Index[Any]",
 ) -> str:
     """The sentence on two columns of pandas with different indices."""
-    if len(index) != len(other):
-        difference = f"{len(index)} and {len(other)} rows"
-    elif index.sort_values().equals(other.sort_values()):
+    if len(first_index) != len(other_index):
+        difference = f"{len(first_index)} and {len(other_index)} rows"
+    elif first_index.sort_values().equals(other_index.sort_values()):
         difference = "the same labels in another order"
     else:
         difference = "different labels"
     return (
-        f"{first} and {name}: the columns have different indices ({difference}), so that their "
-        "rows do not belong together. Take both from one data frame, or give `.to_numpy()` where "
-        "the order of the rows is right."
+        f"{first_argument} and {other_argument}: the columns have different indices "
+        f"({difference}), so that their rows do not belong together. Take both from one data "
+        "frame, or give `.to_numpy()` where the order of the rows is right."
     )
 
 
@@ -95,6 +100,6 @@ def _aligned_by_dimensions(arguments: Mapping[str, Any]) -> tuple[dict[str, Any]
             f"{names}: arrays of xarray have different coordinates ({reason}). Give all of them "
             "the same ones."
         ) from None
-    first = broadcast[0]
+    template = broadcast[0]
     values = dict(zip(arguments, broadcast, strict=True))
-    return values, lambda array, name: first.copy(data=array).rename(name)
+    return values, lambda array, name: template.copy(data=array).rename(name)

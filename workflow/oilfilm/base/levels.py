@@ -24,12 +24,12 @@ def clusters(values: FloatArray, width: float) -> IndexArray:
         array([2, 1, 2, 1, 0])
     """
     cluster = np.zeros(len(values), dtype=np.int64)
-    number = 0
+    cluster_number = 0
     smallest_of_cluster = -np.inf
-    known = np.flatnonzero(~np.isnan(values))
-    for index in known[np.argsort(values[known], kind="stable")]:
-        if exceeds(values[index] - smallest_of_cluster, width):
-            number += 1
-            smallest_of_cluster = values[index]
-        cluster[index] = number
+    measured_rows = np.flatnonzero(~np.isnan(values))
+    for row in measured_rows[np.argsort(values[measured_rows], kind="stable")]:
+        if exceeds(values[row] - smallest_of_cluster, width):
+            cluster_number += 1
+            smallest_of_cluster = values[row]
+        cluster[row] = cluster_number
     return cluster

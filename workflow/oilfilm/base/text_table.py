@@ -40,8 +40,8 @@ def markdown_table(header: Row, rows: Sequence[Row]) -> list[str]:
         return []
     padded = _padded([header, *rows], right=0)
     lines = [f"| {' | '.join(cells)} |" for cells in padded]
-    rule = "|".join("-" * (width_of(cell) + 2) for cell in padded[0])
-    lines.insert(1, f"|{rule}|")
+    separator = "|".join("-" * (width_of(cell) + 2) for cell in padded[0])
+    lines.insert(1, f"|{separator}|")
     return lines
 
 
@@ -57,14 +57,14 @@ def width_of(text: str) -> int:
 
 def _padded(rows: Sequence[Row], right: int) -> list[list[str]]:
     """Cells with blanks, so that all cells of a column have one width."""
-    lines = [[printable(cell) for cell in row] for row in rows]
-    widths = [max(map(width_of, column)) for column in zip(*lines, strict=True)]
+    padded_rows = [[printable(cell) for cell in row] for row in rows]
+    widths = [max(map(width_of, column)) for column in zip(*padded_rows, strict=True)]
     first_right = len(widths) - right
-    for cells in lines:
+    for cells in padded_rows:
         for column, width in enumerate(widths):
             blanks = " " * (width - width_of(cells[column]))
             if column < first_right:
                 cells[column] = cells[column] + blanks
             else:
                 cells[column] = blanks + cells[column]
-    return lines
+    return padded_rows

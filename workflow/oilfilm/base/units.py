@@ -96,8 +96,8 @@ def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | Non
         if unit == f"k{target}" and target in targets:
             return Conversion(target, scale=1e3)
     spelling = unit.strip()
-    spellings = _pint_units()
-    pint_unit = spellings.get(spelling) or spellings.get(spelling.lower(), spelling)
+    pint_units = _pint_units()
+    pint_unit = pint_units.get(spelling) or pint_units.get(spelling.lower(), spelling)
     # mm s-1 (ISO 80000) and N/mm2 are read by pint as mm s^-1 and N/mm^2
     pint_unit = _BARE_EXPONENT.sub(r"\1^\2", pint_unit)
     if len(pint_unit) > _LONGEST_UNIT or not _PRODUCT.fullmatch(pint_unit):

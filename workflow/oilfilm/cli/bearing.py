@@ -35,9 +35,9 @@ def run(options: argparse.Namespace) -> int:
         print(answer.summary())
         return 0
     for row in answer.to_frame().to_dict("records"):
-        plain = {
+        with_nulls = {
             str(name): None if value is None or value != value else value  # noqa: PLR0124 - NaN
             for name, value in row.items()
         }
-        print(json_line({**plain, "about": answer.about}))
+        print(json_line({**with_nulls, "about": answer.about}))
     return 0

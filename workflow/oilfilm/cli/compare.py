@@ -29,9 +29,9 @@ from oilfilm.surface.support import Support
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
-_MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
-_RATIO = ("ratio", "ratio_lower", "ratio_upper")
-_CONSTANT = ("value", "lower", "upper")
+_MU_COLUMNS = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
+_RATIO_COLUMNS = ("ratio", "ratio_lower", "ratio_upper")
+_CONSTANT_COLUMNS = ("value", "lower", "upper")
 # Slide-roll ratios where none is typed.
 _DEFAULT_SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
 _POINTS_PER_DRAWN_CURVE = 100
@@ -42,7 +42,7 @@ _OBSTACLES = {
     Obstacle.UNKNOWN_CONDITIONS: "the runs do not tell pressure, speed and temperature",
     Obstacle.FEW_PAIRS: "too few conditions were tested with both oils",
 }
-_DOTTED = ". Dotted: not tested, without support or above the limiting shear stress"
+_WHAT_DOTTED_MEANS = ". Dotted: not tested, without support or above the limiting shear stress"
 
 
 class NamedFit(NamedTuple):
@@ -69,21 +69,21 @@ def run(options: argparse.Namespace) -> int:
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     if not slips:
         slips = [slip for slip in _DEFAULT_SLIPS if slip <= largest_slip] or [largest_slip]
-    (_, first), *others = named_fits.items()
-    pairs = {name: oil_pair(first.oil, named.oil) for name, named in others}
+    (_, first_fit), *other_fits = named_fits.items()
+    pairs = {name: oil_pair(first_fit.oil, named.oil) for name, named in other_fits}
     table = side_by_side(fits, conditions, slips, pairs)
     lines = chain(
-        _origins(named_fits),
-        _mu(table, conditions, list(fits)),
-        _ratios(table, list(fits), pairs),
-        _constants(named_fits),
+        _lines_of_origins(named_fits),
+        _lines_of_mu(table, conditions, list(fits)),
+        _lines_of_ratios(table, list(fits), pairs),
+        _lines_of_constants(named_fits),
     )
     print("\n".join(lines))
     if options.plot:
         drawn_slips = np.linspace(0, largest_slip, _POINTS_PER_DRAWN_CURVE + 1)[1:]
         curves = side_by_side(fits, conditions, drawn_slips, pairs)
-        simulated = any("simulated" in named.source for named in named_fits.values())
-        write_plot(_draw(curves, conditions, simulated=simulated), options.plot)
+        has_simulated_data = any("simulated" in named.source for named in named_fits.values())
+        write_plot(_draw(curves, conditions, has_simulated_data=has_simulated_data), options.plot)
         print(f"Written: {options.plot}")
     return 0
 
@@ -116,7 +116,7 @@ def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, 
     return named_fits
 
 
-def _origins(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
+def _lines_of_origins(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
     """The origin of each fit, and the reasons why it is not sound."""
     for name, named in named_fits.items():
         yield f"{name}: {named.source}"
@@ -124,47 +124,47 @@ def _origins(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
             yield f"{name} is NOT SOUND: {reason}"
 
 
-def _mu(
+def _lines_of_mu(
     table: pd.DataFrame, conditions: Mapping[str, float], names: Sequence[str]
 ) -> Iterator[str]:
     """mu of each fit, one row per slide-roll ratio."""
     yield ""
     yield f"mu with the interval of the next good run, at {_conditions_text(conditions)}"
-    yield _by_slip(table, names, _mu_cell)
+    yield _table_by_slip(table, names, _mu_cell)
     if table["outside"].any():
         yield "!: outside the tested conditions of that fit"
     if table["over_limit"].any():
         yield "IMPOSSIBLE: above the limiting shear stress, which no film carries"
 
 
-def _ratios(
+def _lines_of_ratios(
     table: pd.DataFrame, names: Sequence[str], pairs: Mapping[str, OilPair]
 ) -> Iterator[str]:
     """The ratio of each fit to the first one, one row per slip, and what it stands on."""
-    first, *others = names
+    first_name, *other_names = names
     yield ""
-    yield f"Ratio to {first}"
-    yield _by_slip(table, others, _ratio_cell)
-    others_rows = table[table["fit"] != first]
-    if others_rows["ratio_outside"].any():
+    yield f"Ratio to {first_name}"
+    yield _table_by_slip(table, other_names, _ratio_cell)
+    rows_of_others = table[table["fit"] != first_name]
+    if rows_of_others["ratio_outside"].any():
         yield "!: outside the tested conditions of one of the two; nothing is certain there"
-    for name in others:
-        yield f"{name}: {_standing(pairs[name])}"
+    for name in other_names:
+        yield f"{name}: {_basis_of_ratio(pairs[name])}"
         ratio = pairs[name].ratio
         if isinstance(ratio, Obstacle):
             continue
-        for code in np.unique(others_rows.loc[others_rows["fit"] == name, "ratio_support"]):
+        for code in np.unique(rows_of_others.loc[rows_of_others["fit"] == name, "ratio_support"]):
             if code != Support.SUPPORTED:
                 reason = why_no_support(Support(code).name.lower(), ratio.limits)
                 yield f"{name}: no support: {reason}"
-    if (others_rows["ratio_of"] == "runs").any():
+    if (rows_of_others["ratio_of"] == "runs").any():
         yield (
             "Not covered by the interval: a gain of the force that all runs of one oil share, as "
             "after a calibration or a change of the ball between the oils."
         )
 
 
-def _standing(pair: OilPair) -> str:
+def _basis_of_ratio(pair: OilPair) -> str:
     """What a ratio stands on, and what is not in its interval, in sentences."""
     if isinstance(pair.ratio, Obstacle):
         return (
@@ -205,7 +205,7 @@ def _rigs_text(first: frozenset[str], second: frozenset[str]) -> str:
     )
 
 
-def _by_slip(
+def _table_by_slip(
     table: pd.DataFrame, names: Sequence[str], cell: Callable[[Mapping[str, Any]], str]
 ) -> str:
     """Values as text: one row per slide-roll ratio, one column per fit."""
@@ -218,7 +218,7 @@ def _by_slip(
 
 def _mu_cell(row: Mapping[str, Any]) -> str:
     """mu with its interval, and a mark where it is doubtful."""
-    text = _interval_text(row, _MU, digits=5)
+    text = _interval_text(row, _MU_COLUMNS, digits=5)
     if np.isnan(row["traction_coefficient"]):
         return text
     if row["over_limit"]:
@@ -228,7 +228,7 @@ def _mu_cell(row: Mapping[str, Any]) -> str:
 
 def _ratio_cell(row: Mapping[str, Any]) -> str:
     """A ratio with its interval, and whether it is certain; or what keeps it from being so."""
-    text = _interval_text(row, _RATIO, digits=3)
+    text = _interval_text(row, _RATIO_COLUMNS, digits=3)
     if np.isnan(row["ratio"]):
         return text
     marks = []
@@ -243,58 +243,62 @@ def _ratio_cell(row: Mapping[str, Any]) -> str:
     return " ".join([text, *marks])
 
 
-def _constants(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
+def _lines_of_constants(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
     cells = {}
     for name, named in named_fits.items():
         rows = tables.rows(named.constants)
-        cells[name] = {row["constant"]: _interval_text(row, _CONSTANT, digits=5) for row in rows}
+        cells[name] = {
+            row["constant"]: _interval_text(row, _CONSTANT_COLUMNS, digits=5) for row in rows
+        }
     yield ""
     yield "Constants with their 95 % intervals"
     yield pd.DataFrame(cells).fillna("-").to_string()
 
 
-def _draw(curves: pd.DataFrame, conditions: Mapping[str, float], *, simulated: bool) -> Figure:
+def _draw(
+    curves: pd.DataFrame, conditions: Mapping[str, float], *, has_simulated_data: bool
+) -> Figure:
     """mu over slip of each fit with its interval; beside it the ratios to the first fit."""
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    mu_axes, ratio_axes = figure.subplots(1, 2)
     curve_of_fit = {str(name): curve for name, curve in curves.groupby("fit", sort=False)}
     names = list(curve_of_fit)
-    first = names[0]
+    first_name = names[0]
     for name, curve in curve_of_fit.items():
         colour = style.oil_colour(name, names)
-        doubtful = (curve["outside"] | curve["over_limit"]).to_numpy()
-        _draw_curve(left, curve, _MU, doubtful, colour, name)
-        if name != first:
+        is_doubtful = (curve["outside"] | curve["over_limit"]).to_numpy()
+        _draw_curve(mu_axes, curve, _MU_COLUMNS, is_doubtful, colour, name)
+        if name != first_name:
             no_support = curve["ratio_support"] != Support.SUPPORTED
-            ratio_doubtful = (curve["ratio_outside"] | no_support).to_numpy()
+            is_ratio_doubtful = (curve["ratio_outside"] | no_support).to_numpy()
             label = name if curve["ratio_of"].iloc[0] == "runs" else f"{name}, of the two laws"
-            _draw_curve(right, curve, _RATIO, ratio_doubtful, colour, label)
-    right.axhline(1, color=style.GREY, linewidth=0.6)
-    for axis, label in ((left, style.TRACTION_LABEL), (right, f"Ratio to {first}")):
-        axis.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
-        axis.legend()
+            _draw_curve(ratio_axes, curve, _RATIO_COLUMNS, is_ratio_doubtful, colour, label)
+    ratio_axes.axhline(1, color=style.GREY, linewidth=0.6)
+    for axes, label in ((mu_axes, style.TRACTION_LABEL), (ratio_axes, f"Ratio to {first_name}")):
+        axes.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
+        axes.legend()
     title = _conditions_text(conditions)
-    if simulated:
+    if has_simulated_data:
         title = f"SIMULATED data. {title}"
     if curves[["outside", "over_limit", "ratio_outside", "ratio_support"]].any(axis=None):
-        title += _DOTTED
+        title += _WHAT_DOTTED_MEANS
     figure.suptitle(title, fontsize=8)
     return figure
 
 
 def _draw_curve(
-    axis: Axes,
+    axes: Axes,
     curve: pd.DataFrame,
     columns: Sequence[str],
-    doubtful: BoolArray,
+    is_doubtful: BoolArray,
     colour: str,
     label: str,
 ) -> None:
     """Draw a value over slip with its interval; dotted where it is doubtful."""
     value, lower, upper = (curve[column] for column in columns)
-    axis.plot(curve[SLIP], value.mask(doubtful), color=colour, label=label)
-    axis.plot(curve[SLIP], value.where(doubtful), ":", color=colour)
-    axis.fill_between(curve[SLIP], lower, upper, color=colour, alpha=0.2, linewidth=0)
+    axes.plot(curve[SLIP], value.mask(is_doubtful), color=colour, label=label)
+    axes.plot(curve[SLIP], value.where(is_doubtful), ":", color=colour)
+    axes.fill_between(curve[SLIP], lower, upper, color=colour, alpha=0.2, linewidth=0)
 
 
 def _conditions_text(conditions: Mapping[str, float]) -> str:

@@ -128,23 +128,23 @@ def check_project(folder: Path, campaign: str) -> Checked:
         return Checked(str(mistake))
 
 
-def outcome(checked: Checked, folder: Path) -> Iterator[str]:
+def outcome_lines(checked: Checked, folder: Path) -> Iterator[str]:
     """Lines on what the check says: a mistake, or numbers and the reasons for refusals."""
     if checked.mistake:
         yield f"check: {checked.mistake}"
         return
     accepted = len(checked.logs) - len(checked.refused)
     yield f"check: {accepted} of {len(checked.logs)} logs are accepted"
-    by_reason: dict[str, list[dict[str, Any]]] = {}
+    logs_by_reason: dict[str, list[dict[str, Any]]] = {}
     for log in checked.refused:
-        by_reason.setdefault(_first_reason(log), []).append(log)
-    for logs in list(by_reason.values())[:_MOST_REASONS]:
+        logs_by_reason.setdefault(_first_reason(log), []).append(log)
+    for logs in list(logs_by_reason.values())[:_MOST_REASONS]:
         for line in verdict_lines(logs[0]):
             yield f"  {line}".replace(f"{folder}/", "")
         if len(logs) > 1:
             yield f"  and {len(logs) - 1} more logs for this reason"
-    if len(by_reason) > _MOST_REASONS:
-        yield f"  and {len(by_reason) - _MOST_REASONS} other reasons: see `oilfilm check`"
+    if len(logs_by_reason) > _MOST_REASONS:
+        yield f"  and {len(logs_by_reason) - _MOST_REASONS} other reasons: see `oilfilm check`"
 
 
 def _first_reason(log: Mapping[str, Any]) -> str:
@@ -156,7 +156,12 @@ def _first_reason(log: Mapping[str, Any]) -> str:
 
 
 def converse(
-    folder: Path, campaign: str, files: Sequence[str], names: Sequence[str], ask: Ask, say: Say
+    folder: Path,
+    campaign: str,
+    files: Sequence[str],
+    column_names: Sequence[str],
+    ask: Ask,
+    say: Say,
 ) -> Checked | None:
     """Ask for what is to be filled in, check, and ask again for what the check lacks.
 
@@ -164,7 +169,7 @@ def converse(
         folder: The project.
         campaign: Its campaign.
         files: Its settings files, below the folder.
-        names: Names of the columns of the logs.
+        column_names: Names of the columns of the logs.
         ask: Asks a person.
         say: Shows a line.
 
@@ -177,8 +182,8 @@ def converse(
             lines = open_lines(folder, files)
             if not lines and checked is not None:
                 break
-            answers = [_filled_in(line, names, ask, say) for line in lines]
-            _replace(folder, zip(lines, answers, strict=True))
+            answers = [_filled_in(line, column_names, ask, say) for line in lines]
+            _write_answers(folder, zip(lines, answers, strict=True))
             if open_lines(folder, files):
                 return None
             checked = check_project(folder, campaign)
@@ -189,7 +194,7 @@ def converse(
     return None if open_lines(folder, files) else checked
 
 
-def _filled_in(line: OpenLine, names: Sequence[str], ask: Ask, say: Say) -> str:
+def _filled_in(line: OpenLine, column_names: Sequence[str], ask: Ask, say: Say) -> str:
     """A line with the answer of a person; as it is where the answer is empty."""
     say(f"{line.file}, line {line.number}: {line.key}")
     say(f"  {line.reason}")
@@ -199,7 +204,7 @@ def _filled_in(line: OpenLine, names: Sequence[str], ask: Ask, say: Say) -> str:
         if not answer:
             return line.text
         try:
-            value = _value(line, answer, names)
+            value = _value_of_answer(line, answer, column_names)
         except OilfilmError as mistake:
             say(f"  {mistake}")
             continue
@@ -208,7 +213,7 @@ def _filled_in(line: OpenLine, names: Sequence[str], ask: Ask, say: Say) -> str:
             unit_line = OpenLine(
                 line.file, line.number, indent + settings_line(line.key, value, comment)
             )
-            return _filled_in(unit_line, names, ask, say)
+            return _filled_in(unit_line, column_names, ask, say)
         return indent + settings_line(line.key, value)
 
 
@@ -229,7 +234,7 @@ def _prompt(line: OpenLine) -> str:
     return "Value:"
 
 
-def _value(line: OpenLine, answer: str, names: Sequence[str]) -> Any:
+def _value_of_answer(line: OpenLine, answer: str, column_names: Sequence[str]) -> Any:
     """The value of an answer.
 
     Raises:
@@ -238,30 +243,30 @@ def _value(line: OpenLine, answer: str, names: Sequence[str]) -> Any:
     if line.key == "film_unjudged":
         return {"accept": True, "reason": answer}
     if line.key == "zero":
-        _refuse(first_mistake({"zero": answer}, Semantics))
+        _refuse_mistake(first_mistake({"zero": answer}, Semantics))
         return answer
     if line.key.endswith("_m"):
         length_m = quantity(answer, "m", line.key)
         values = {"name": "-", "source": "-", "ball": _STEEL, "disc": _STEEL, line.key: length_m}
-        _refuse(first_mistake(values, Rig))
+        _refuse_mistake(first_mistake(values, Rig))
         return length_m
     if isinstance(line.value, dict) and "youngs_modulus_pa" in line.value:
-        return _elasticity(answer)
+        return _elasticity_of_answer(answer)
     if isinstance(line.value, dict) and line.value.get("name"):
         _check_unit(line.key, answer)
         return {**line.value, "unit": answer}
     if isinstance(line.value, dict) and "name" in line.value:
-        return _column(line.key, answer, names)
+        return _column_of_answer(line.key, answer, column_names)
     return yaml.safe_load(answer)
 
 
-def _refuse(mistake: str) -> None:
+def _refuse_mistake(mistake: str) -> None:
     """Refuse a mistake; an empty one is none."""
     if mistake:
         raise OilfilmError(mistake)
 
 
-def _elasticity(answer: str) -> dict[str, float]:
+def _elasticity_of_answer(answer: str) -> dict[str, float]:
     """Elastic constants of an answer.
 
     Raises:
@@ -274,19 +279,21 @@ def _elasticity(answer: str) -> dict[str, float]:
     except ValueError:
         raise OilfilmError(f"found {answer!r}; expected two numbers, as 206e9 0.3.") from None
     values = {"youngs_modulus_pa": modulus_pa, "poisson_ratio": poisson_ratio}
-    _refuse(first_mistake(values, Elasticity))
+    _refuse_mistake(first_mistake(values, Elasticity))
     return values
 
 
-def _column(key: str, answer: str, names: Sequence[str]) -> dict[str, Any]:
+def _column_of_answer(key: str, answer: str, column_names: Sequence[str]) -> dict[str, Any]:
     """Name and unit of a column.
 
     Raises:
         OilfilmError: The logs have no such column.
     """
-    matching = [name for name in names if answer in (name, split_unit(name)[0])]
+    matching = [name for name in column_names if answer in (name, split_unit(name)[0])]
     if not matching:
-        raise OilfilmError(f"no log has the column {answer!r}; there are {', '.join(names)}.")
+        raise OilfilmError(
+            f"no log has the column {answer!r}; there are {', '.join(column_names)}."
+        )
     name, unit = split_unit(matching[0])
     if unit:
         return {"name": [name]}
@@ -309,14 +316,14 @@ def _check_unit(key: str, unit: str) -> None:
         raise OilfilmError(f"found {unit!r}; expected a unit such as {expected}.") from None
 
 
-def _replace(folder: Path, answers: Iterable[tuple[OpenLine, str]]) -> None:
+def _write_answers(folder: Path, answers: Iterable[tuple[OpenLine, str]]) -> None:
     """Write the answers into the files, each file completely or not at all."""
-    texts: dict[str, list[str]] = {}
+    lines_by_file: dict[str, list[str]] = {}
     for line, answer in answers:
         path = folder / line.file
-        lines = texts.setdefault(line.file, path.read_text(encoding="utf-8").splitlines())
+        lines = lines_by_file.setdefault(line.file, path.read_text(encoding="utf-8").splitlines())
         lines[line.number - 1] = answer
-    for file, lines in texts.items():
+    for file, lines in lines_by_file.items():
         write_text("\n".join([*lines, ""]), folder / file)
 
 
@@ -327,13 +334,13 @@ def _add_to_rig(path: Path, keys: Sequence[str]) -> None:
         return
     lines = path.read_text(encoding="utf-8").splitlines()
     for key in keys:
-        commented = [
+        numbers_of_lines = [
             number for number, line in enumerate(lines) if line.lstrip("# ").startswith(f"{key}:")
         ]
         meaning = Rig.model_fields[key].description
         line = settings_line(key, None, f"{FILL_IN}: m. {meaning} The logs need it.")
-        if commented:
-            lines[commented[0]] = line
+        if numbers_of_lines:
+            lines[numbers_of_lines[0]] = line
         else:
             lines.append(line)
     write_text("\n".join([*lines, ""]), path)

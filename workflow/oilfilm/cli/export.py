@@ -14,10 +14,10 @@ from oilfilm.exports.campaign import in_folders
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     (study,) = studies.load(studies.available())
-    every_fit, path = study.describe_published()
-    fits = [fit for fit in every_fit if options.oil in (None, fit.oil)]
+    published_fits, path = study.describe_published()
+    fits = [fit for fit in published_fits if options.oil in (None, fit.oil)]
     if not fits:
-        names = ", ".join(fit.oil for fit in every_fit)
+        names = ", ".join(fit.oil for fit in published_fits)
         raise OilfilmError(f"--oil {options.oil!r}: no constants are printed of it; of {names}.")
     provenance = {
         "code": f"oilfilm {oilfilm.__version__}",

@@ -22,13 +22,13 @@ from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.home import CONFIG, HOME
 from oilfilm.base.units import conversion
-from oilfilm.cli.dialogue import Checked, check_project, converse, open_lines, outcome
+from oilfilm.cli.dialogue import Checked, check_project, converse, open_lines, outcome_lines
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.cli.sliding_rigs import does_not_roll
 from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
-from oilfilm.logs.base import SET_POINTS
+from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.meaning import meaning_of, sayings, stated_unit
+from oilfilm.logs.meaning import concepts_in, meaning_of, stated_unit
 from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
 from oilfilm.logs.sniff import (
     VOCABULARY,
@@ -36,7 +36,7 @@ from oilfilm.logs.sniff import (
     Sniffed,
     rows_of_sheet,
     set_points,
-    shipped,
+    shipped_names,
     sniff,
 )
 from oilfilm.settings.messages import load
@@ -71,20 +71,20 @@ class NewProject:
 
     Attributes:
         campaign: Name of the campaign.
-        found: Guesses from the logs.
+        findings: Guesses from the logs.
         no_logs: Named files that are no logs; they are not copied.
         texts: The texts of the new files by their path below the folder, without logs and copies.
     """
 
     campaign: str
-    found: Findings
+    findings: Findings
     no_logs: Sequence[Sniffed]
     texts: Mapping[str, str]
 
     @property
-    def names(self) -> list[str]:
+    def column_names(self) -> list[str]:
         """Names of the columns of all logs."""
-        return list(dict.fromkeys(chain.from_iterable(log.names for log in self.found.logs)))
+        return list(dict.fromkeys(chain.from_iterable(log.names for log in self.findings.logs)))
 
     @property
     def to_fill_in(self) -> list[tuple[str, int, str]]:
@@ -100,18 +100,23 @@ class NewProject:
 def run(options: argparse.Namespace) -> int:
     """Write the folder, report the guesses and the lines to fill in; 1 if a log cannot be read."""
     project = make_project(options.folder, options.logs)
-    _print(_report(project, str(options.folder)))
+    _print(_opening_lines(project, str(options.folder)))
     if is_terminal() and not options.no_questions:
         checked = converse(
-            options.folder, project.campaign, list(project.texts), project.names, input, print
+            options.folder,
+            project.campaign,
+            list(project.texts),
+            project.column_names,
+            input,
+            print,
         )
     else:
         checked = None
         if not project.to_fill_in:
             checked = check_project(options.folder, project.campaign)
-    _print(_end(project, options.folder, checked))
+    _print(_closing_lines(project, options.folder, checked))
     all_refused = checked is not None and len(checked.refused) == len(checked.logs)
-    return int(all_refused or any(log.problem for log in project.found.logs))
+    return int(all_refused or any(log.problem for log in project.findings.logs))
 
 
 def is_terminal() -> bool:
@@ -123,50 +128,51 @@ def _print(lines: Iterable[str]) -> None:
     print("\n".join(map(printable, lines)))
 
 
-def _report(project: NewProject, folder: str) -> Iterator[str]:
+def _opening_lines(project: NewProject, folder: str) -> Iterator[str]:
     yield f"{folder}: a project with the campaign {project.campaign}"
-    for line in summary(project.found):
+    for line in lines_on_forms(project.findings):
         yield f"  {line}"
     for log in project.no_logs:
         yield f"  {log.file} is no log and was not copied: {log.problem}"
-    for quantity, names in project.found.columns.items():
+    for quantity, names in project.findings.columns.items():
         yield f"  {quantity}: {', '.join(names)} (guess)"
     yield f"Written: {', '.join(project.texts)}"
-    yield from abilities(project.found)
+    yield from lines_on_abilities(project.findings)
 
 
-def _end(project: NewProject, folder: Path, checked: Checked | None) -> Iterator[str]:
+def _closing_lines(project: NewProject, folder: Path, checked: Checked | None) -> Iterator[str]:
     """What is left to fill in, what the check says, and the next commands."""
-    open_now = open_lines(folder, list(project.texts))
-    if open_now:
-        yield f"To fill in, because only you can know it: {len(open_now)}"
-        for line in open_now:
+    lines_still_open = open_lines(folder, list(project.texts))
+    if lines_still_open:
+        yield f"To fill in, because only you can know it: {len(lines_still_open)}"
+        for line in lines_still_open:
             yield f"  {line.file}, line {line.number}: {' '.join(line.text.split())}"
     files_for_film = [file for file, text in project.texts.items() if FOR_FILM in text]
     if files_for_film:
         yield f"For pressure and film thickness, fill in as well: {', '.join(files_for_film)}"
     if checked is not None:
-        yield from outcome(checked, folder)
+        yield from outcome_lines(checked, folder)
     yield f"Then: cd {quote(str(folder))}; oilfilm check data/raw/{project.campaign}; oilfilm run"
 
 
-def abilities(found: Findings) -> Iterator[str]:
+def lines_on_abilities(findings: Findings) -> Iterator[str]:
     """What the logs can give and what they cannot give, as far as their columns show it."""
-    missing = [quantity.replace("_", " ") for quantity in found.doubtful]
-    if missing:
-        yield f"The logs give no curve until these columns are named: {', '.join(missing)}."
+    unnamed_quantities = [quantity.replace("_", " ") for quantity in findings.doubtful]
+    if unnamed_quantities:
+        listed = ", ".join(unnamed_quantities)
+        yield f"The logs give no curve until these columns are named: {listed}."
     else:
         yield "The logs can give traction coefficients over slip, with speed and temperature."
-    runs = list(found.runs)
-    cannot = []
-    if runs and all(run.settled for run in runs):
-        cannot.append("whether a reading was steady (each row is one settled reading)")
-    if None in found.zeros:
-        cannot.append("the zero of the force (neither pure rolling nor standstill)")
-    if found.needs_contact:
-        cannot.append("the pressure, without the ball's radius and the moduli")
-    cannot.append("the film thickness, without the files of oil and rig")
-    yield f"They cannot give {'; '.join(cannot)}."
+    runs = list(findings.runs)
+    what_is_missing = []
+    if runs and all(run.is_settled for run in runs):
+        what_is_missing.append("whether a reading was steady (each row is one settled reading)")
+    if None in findings.zeros:
+        what_is_missing.append("the zero of the force (neither pure rolling nor standstill)")
+    if findings.needs_contact:
+        what_is_missing.append("the pressure, without the ball's radius and the moduli")
+    what_is_missing.append("the film thickness, without the files of oil and rig")
+    yield f"They cannot give {'; '.join(what_is_missing)}."
 
 
 def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
@@ -186,12 +192,12 @@ def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
             f"{folder}: exists already and is not empty. Name a new or an empty folder."
         )
     logs, sheets = _logs_and_sheets(paths)
-    found, no_logs = _sniffed(logs)
+    findings, no_logs = _findings_and_no_logs(logs)
     raw = f"data/raw/{name}"
-    texts = _texts(name, found)
+    texts = _texts(name, findings)
     if not sheets:
-        texts[f"{raw}/runs.csv"] = run_sheet(found)
-    sources = {f"{raw}/{log.file}": logs[log.file] for log in found.logs}
+        texts[f"{raw}/runs.csv"] = run_sheet(findings)
+    sources = {f"{raw}/{log.file}": logs[log.file] for log in findings.logs}
     for sheet in sheets:
         sources[f"{raw}/{sheet.name}"] = sheet
     for file in _COPIED_FILES:
@@ -200,7 +206,7 @@ def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
     for schema in sorted((HOME / "workflow/schemas").glob("*.schema.json")):
         sources[f"config/schemas/{schema.name}"] = schema
     _write(folder, texts, sources)
-    return NewProject(name, found, no_logs, texts)
+    return NewProject(name, findings, no_logs, texts)
 
 
 def _write(folder: Path, texts: Mapping[str, str], sources: Mapping[str, Path]) -> None:
@@ -211,9 +217,9 @@ def _write(folder: Path, texts: Mapping[str, str], sources: Mapping[str, Path]) 
     """
     # an empty folder that is there already may be the current one: it keeps its place
     target = folder.resolve()
-    place = target / "project" if target.exists() else target
+    new_folder = target / "project" if target.exists() else target
     try:
-        with atomic_folder(place) as temporary:
+        with atomic_folder(new_folder) as temporary:
             for file, text in texts.items():
                 (temporary / file).parent.mkdir(parents=True, exist_ok=True)
                 # a byte order mark, so that spreadsheets read umlauts
@@ -222,10 +228,10 @@ def _write(folder: Path, texts: Mapping[str, str], sources: Mapping[str, Path]) 
             for file, source in sources.items():
                 (temporary / file).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copyfile(source, temporary / file)
-        if place != target:
-            for entry in place.iterdir():
+        if new_folder != target:
+            for entry in new_folder.iterdir():
                 entry.rename(target / entry.name)
-            place.rmdir()
+            new_folder.rmdir()
     except OSError as error:
         raise OilfilmError(
             f"{folder}: cannot be written ({error.strerror}). Nothing was left behind: repeat the "
@@ -233,7 +239,7 @@ def _write(folder: Path, texts: Mapping[str, str], sources: Mapping[str, Path]) 
         ) from error
 
 
-def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
+def _findings_and_no_logs(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
     """Guesses from the logs, and the files that are no logs.
 
     Raises:
@@ -244,18 +250,18 @@ def _sniffed(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
         source: settings.with_changes({"campaign": {"semantics": {"zero": source}}})
         for source in BEST_FIRST
     }
-    zero = partial(zero_source, settings_by_source=settings_by_source)
-    sniffed = [sniff(file, read_bytes(path), zero) for file, path in logs.items()]
-    found = Findings([log for log in sniffed if log.is_log])
+    source_of_zero = partial(zero_source, settings_by_source=settings_by_source)
+    sniffed = [sniff(file, read_bytes(path), source_of_zero) for file, path in logs.items()]
+    findings = Findings([log for log in sniffed if log.is_log])
     _refuse_sliding_rigs(sniffed, logs)
-    if not found.named:
+    if not findings.named:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed)
         raise OilfilmError(
             "Nothing was written, because nothing can be understood as a log of a traction rig:\n"
             f"{problems}\n`oilfilm fit` takes a table of traction coefficients. data/raw/README.md "
             "of oilfilm says what logs need."
         )
-    return found, [log for log in sniffed if not log.is_log]
+    return findings, [log for log in sniffed if not log.is_log]
 
 
 def _refuse_sliding_rigs(sniffed: Sequence[Sniffed], logs: Mapping[str, Path]) -> None:
@@ -304,33 +310,33 @@ def _logs_and_sheets(paths: Iterable[Path]) -> tuple[dict[str, Path], list[Path]
     return logs, sheets
 
 
-def _texts(name: str, found: Findings) -> dict[str, str]:
+def _texts(campaign: str, findings: Findings) -> dict[str, str]:
     """The texts of Snakefile and settings with the guesses, by their path below the folder."""
     files = {
         "Snakefile": template("Snakefile"),
-        "config/config.yaml": template("config.yaml.jinja", name=name),
-        f"config/campaigns/{name}.yaml": campaign_yaml(name, found),
+        "config/config.yaml": template("config.yaml.jinja", name=campaign),
+        f"config/campaigns/{campaign}.yaml": campaign_yaml(campaign, findings),
     }
-    for rig in found.rigs:
-        if rig not in shipped("rigs").values():
+    for rig in findings.rigs:
+        if rig not in shipped_names("rigs").values():
             text = template(
-                "rig.yaml.jinja", name=rig, found=found, needs_radii=_needs_radii(found)
+                "rig.yaml.jinja", name=rig, findings=findings, needs_radii=_needs_radii(findings)
             )
             files[f"config/rigs/{rig}.yaml"] = text
-    for oil in found.oils:
-        if oil not in shipped("oils").values():
-            files[f"config/oils/{oil}.yaml"] = oil_yaml(oil, found)
+    for oil in findings.oils:
+        if oil not in shipped_names("oils").values():
+            files[f"config/oils/{oil}.yaml"] = oil_yaml(oil, findings)
     return files
 
 
-def _needs_radii(found: Findings) -> bool:
+def _needs_radii(findings: Findings) -> bool:
     """Whether a speed is, or may be, that of a spindle: then the radii of the tracks are needed."""
-    if found.needs_radii:
+    if findings.needs_radii:
         return True
     speeds = {"ball_speed", "disc_speed"}
     names: Iterable[str] = ()
-    if speeds & found.doubtful.keys():
-        names = chain.from_iterable(log.names for log in found.named)
+    if speeds & findings.doubtful.keys():
+        names = chain.from_iterable(log.names for log in findings.named)
     return any(_unit_as(name, "ball_speed") == "rpm" for name in names)
 
 
@@ -358,43 +364,43 @@ def template(file: str, /, **values: object) -> str:
     return environment.get_template(file).render(line=settings_line, **values)
 
 
-def campaign_yaml(name: str, found: Findings) -> str:
+def campaign_yaml(name: str, findings: Findings) -> str:
     """`config/campaigns/<name>.yaml`."""
-    shipped_oils = shipped("oils").values()
-    own_oils = [oil for oil in found.oils if oil not in shipped_oils]
+    shipped_oils = shipped_names("oils").values()
+    own_oils = [oil for oil in findings.oils if oil not in shipped_oils]
     aliases = {}
-    for oil, labels in found.oils.items():
+    for oil, labels in findings.oils.items():
         if labels and labels != [oil]:
             aliases[oil] = labels
     return template(
         "campaign.yaml.jinja",
         name=name,
-        found=found,
+        findings=findings,
         # names come from logs: a line end among them would end the comment
-        summary=[printable(line) for line in summary(found)],
-        shipped=[oil for oil in found.oils if oil in shipped_oils],
+        summary=[printable(line) for line in lines_on_forms(findings)],
+        shipped=[oil for oil in findings.oils if oil in shipped_oils],
         own=own_oils,
-        unnamed="guess: no log names its oil; " if found.oils == {"my-oil": []} else "",
+        unnamed="guess: no log names its oil; " if findings.oils == {"my-oil": []} else "",
         aliases=aliases,
-        no_film=bool(own_oils) or not all(_has_known_contact(rig) for rig in found.rigs),
+        no_film=bool(own_oils) or not all(_has_known_contact(rig) for rig in findings.rigs),
         groups={
-            "columns": list(_columns(found)),
-            "header": [(key, names, "guess") for key, names in found.header.items()],
-            "semantics": list(_semantics(found)),
+            "columns": list(_column_lines(findings)),
+            "header": [(key, names, "guess") for key, names in findings.header.items()],
+            "semantics": list(_semantics_lines(findings)),
         },
     )
 
 
 def _has_known_contact(rig: str) -> bool:
     """Whether a rig comes with oilfilm and its contact was recorded."""
-    if rig not in shipped("rigs").values():
+    if rig not in shipped_names("rigs").values():
         return False
     return load(CONFIG / f"rigs/{rig}.yaml", Rig).contact() is not None
 
 
-def summary(found: Findings) -> Iterator[str]:
+def lines_on_forms(findings: Findings) -> Iterator[str]:
     """The forms of the logs with their numbers, one line per form; then the unreadable logs."""
-    forms = Counter((log.format, log.form) for log in found.logs).most_common()
+    forms = Counter((log.format, log.form) for log in findings.logs).most_common()
     for (name, form), count in forms:
         attributes = [name]
         if form.encoding:
@@ -402,24 +408,24 @@ def summary(found: Findings) -> Iterator[str]:
         if form.delimiter:
             attributes += [f"delimiter {form.delimiter}", f"decimal {form.decimal_mark}"]
         yield f"{count} {'log' if count == 1 else 'logs'}: {', '.join(attributes)}"
-    for log in found.logs:
+    for log in findings.logs:
         if log.problem:
             yield f"{log.file} could not be read: {log.problem}"
 
 
-def _columns(found: Findings) -> Iterator[Line]:
+def _column_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `columns`."""
     for quantity in VOCABULARY.quantities:
-        names = found.columns.get(quantity)
-        unit, unit_is_unknown = found.unit(quantity)
-        if quantity in found.doubtful:
-            names_left = [_choice(name, quantity) for name in found.doubtful[quantity]]
+        names = findings.columns.get(quantity)
+        unit, unit_is_unknown = findings.unit(quantity)
+        if quantity in findings.doubtful:
+            names_left = [_offered_name(name, quantity) for name in findings.doubtful[quantity]]
             choice = ", ".join(names_left) or "no column is left"
             comment = f"{FILL_IN}: the name of the column; perhaps {choice}"
             yield quantity, {"name": names}, comment
-        elif names and _question(found, quantity):
+        elif names and _question(findings, quantity):
             # a name that leaves its meaning open is confirmed, never taken
-            question = _question(found, quantity)
+            question = _question(findings, quantity)
             comment = f"{FILL_IN}: the name of the column; perhaps {names[0]}: {question}"
             yield quantity, {"name": None}, comment
         elif names and unit_is_unknown:
@@ -432,35 +438,35 @@ def _columns(found: Findings) -> Iterator[Line]:
             yield quantity, {"name": names}, "guess"
 
 
-def _question(found: Findings, quantity: str) -> str:
+def _question(findings: Findings, quantity: str) -> str:
     """What names and units of a quantity's columns leave open; empty where it is nothing."""
-    for log in found.named:
-        for name, unit in log.guesses.get(quantity, ()):
+    for log in findings.named:
+        for name, unit in log.candidates.get(quantity, ()):
             meaning = meaning_of(name, unit)
             if meaning is not None and meaning.question:
                 return meaning.question
     return ""
 
 
-def _choice(name: str, quantity: str) -> str:
+def _offered_name(name: str, quantity: str) -> str:
     """A column to choose; a torque is offered as a torque, never as a force."""
-    if quantity == "traction_force" and "torque" in sayings(name):
+    if quantity == "traction_force" and "torque" in concepts_in(name):
         return f"{name} (a torque: the rig file needs torque_arm_m)"
     return name
 
 
-def _semantics(found: Findings) -> Iterator[Line]:
+def _semantics_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `semantics`."""
-    if found.zeros:
-        ((source, count),) = found.zeros.most_common(1)
-        total = found.zeros.total()
-        which = "the runs" if count == total else f"{count} of {total} runs"
-        reason = _REASONS_FOR_ZERO[source].format(which=which)
-        if found.needs_radii and source in ("rolling_phases", "opening_phase"):
+    if findings.zeros:
+        ((source, count),) = findings.zeros.most_common(1)
+        total = findings.zeros.total()
+        which_runs = "the runs" if count == total else f"{count} of {total} runs"
+        reason = _REASONS_FOR_ZERO[source].format(which=which_runs)
+        if findings.needs_radii and source in ("rolling_phases", "opening_phase"):
             reason += "; true where the radii of the tracks make the beginning pure rolling"
         yield "zero", source, reason
-    if found.slip_is_logged:
-        names = found.columns.get("slide_roll_ratio", ["slide_roll_ratio"])
+    if findings.slip_is_logged:
+        names = findings.columns.get("slide_roll_ratio", ["slide_roll_ratio"])
         meanings = [meaning_of(name) for name in names]
         if all(meaning is not None and meaning.definition == "over_mean" for meaning in meanings):
             yield "slide_roll_ratio", "over_mean", "as the name says"
@@ -469,9 +475,9 @@ def _semantics(found: Findings) -> Iterator[Line]:
             yield "slide_roll_ratio", None, comment
 
 
-def oil_yaml(oil: str, found: Findings) -> str:
+def oil_yaml(oil: str, findings: Findings) -> str:
     """`config/oils/<id>.yaml`: the shipped template without its numbers."""
-    label = next(iter(found.oils[oil]), oil)
+    label = next(iter(findings.oils[oil]), oil)
     values = {
         "id": oil,
         "name": label,
@@ -497,36 +503,36 @@ def oil_yaml(oil: str, found: Findings) -> str:
     )
 
 
-def run_sheet(found: Findings) -> str:
+def run_sheet(findings: Findings) -> str:
     """`data/raw/<name>/runs.csv`: what the headers of the logs do not contain."""
-    rows = pd.DataFrame(chain.from_iterable(_rows(log, found) for log in found.logs))
-    used = [name for name in ("run", "oil", "log_kind", *SET_POINTS) if name in rows]
+    rows = pd.DataFrame(chain.from_iterable(_rows_of_log(log, findings) for log in findings.logs))
+    used = [name for name in ("run", "oil", "log_kind", *SET_POINT_KEYS) if name in rows]
     columns = ["file", *used, "exclude", "remarks"]
     return rows.reindex(columns=columns).to_csv(
         index=False,
-        sep=";" if found.decimal_comma else ",",
-        decimal="," if found.decimal_comma else ".",
+        sep=";" if findings.decimal_comma else ",",
+        decimal="," if findings.decimal_comma else ".",
         float_format="%g",
         lineterminator="\n",
     )
 
 
-def _rows(log: Sniffed, found: Findings) -> Iterator[dict[str, object]]:
+def _rows_of_log(log: Sniffed, findings: Findings) -> Iterator[dict[str, object]]:
     """Rows of the run sheet for one log."""
     for run in rows_of_sheet(log):
         row: dict[str, object] = {"file": log.file}
-        if run.part:
-            row["run"] = run.part
+        if run.name_in_file:
+            row["run"] = run.name_in_file
         remarks = []
         medians = set_points(run)
         if medians:
             row |= medians
             remarks.append("guess: set points are medians of the log")
-        if found.unnamed_oil:
+        if findings.unnamed_oil:
             row["oil"] = ""
             if not run.oil:
                 remarks.append("FILL IN: the oil")
-        if run.settled and not run.log_kind:
+        if run.is_settled and not run.log_kind:
             # a table of mu does not say that its rows are settled readings
             row["log_kind"] = "steps"
         row["remarks"] = ". ".join(remarks)

@@ -17,7 +17,7 @@ import oilfilm
 from oilfilm.base import studies
 from oilfilm.base.errors import OilfilmError, cut
 
-# Options of `predict`, `compare` and `fit`: the condition of a law, its meaning, an example.
+# Options of `predict`, `compare` and `fit` -> the condition of a law, its meaning, an example.
 CONDITION_OPTIONS = {
     "--stress": ("max_hertz_pressure_gpa", "maximum Hertz pressure", "1.2GPa"),
     "--load": ("load_n", "normal load", "50N"),
@@ -283,7 +283,7 @@ def export(command: Command) -> None:
     command.path("folder", "FOLDER", meaning, nargs="?", default=default)
 
 
-_OF_STUDIES = (export,) if _HAS_PUBLISHED_LAWS else ()
+_COMMANDS_OF_STUDIES = (export,) if _HAS_PUBLISHED_LAWS else ()
 COMMANDS = (
     init,
     run,
@@ -298,9 +298,9 @@ COMMANDS = (
     fetch,
     diff,
     pin,
-    *_OF_STUDIES,
+    *_COMMANDS_OF_STUDIES,
 )
-_OF_RELEASES = (verify, fetch, diff, pin)
+_COMMANDS_OF_RELEASES = (verify, fetch, diff, pin)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -330,7 +330,7 @@ def parser() -> argparse.ArgumentParser:
             epilog=f"Example: {example}",
         )
         declare(command)
-        command.set_defaults(module="releases" if declare in _OF_RELEASES else name)
+        command.set_defaults(module="releases" if declare in _COMMANDS_OF_RELEASES else name)
     return top
 
 

@@ -28,7 +28,7 @@ from oilfilm.traction.law import CONDITIONS, QUANTITIES
 _CAMPAIGN = "campaign"
 _DUTY_UNITS = ("N", "rpm", "degC")
 # How the uncertainty of each target is printed: name, factor, unit.
-_PRINTED = {
+_PRINTED_TARGETS = {
     "torque": ("friction torque", 100.0, " %"),
     "cage_slip": ("cage slip", 1.0, ""),
     "traction": ("mu", 100.0, " %"),
@@ -47,7 +47,7 @@ _REASONS = {
     "repeat": "a condition that was measured, to know how runs scatter and drift",
     "first_plan": "nothing was measured yet: three pressures, four speeds, six temperatures",
 }
-_NAMES = {
+_CONDITION_NAMES = {
     "max_hertz_pressure_gpa": "pressure",
     "entrainment_speed_m_s": "speed",
     "inlet_temperature_c": "temperature",
@@ -78,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
     results = CampaignTables.in_folder(folder)
     texts, reasons = _texts_of_runs(options, results, settings, str(folder))
     if options.target != _CAMPAIGN:
-        request = _request(options, settings, config)
+        request = _requested_plan(options, settings, config)
         more_texts, more_reasons = _texts_of_tests(options, results, settings, request, str(folder))
         texts += more_texts
         reasons += more_reasons
@@ -148,30 +148,31 @@ def _first_plan(options: argparse.Namespace, settings: Settings) -> int:
     return 0
 
 
-def _chosen_oils(options: argparse.Namespace, oils: list[str], lacking: str) -> list[str]:
+def _chosen_oils(options: argparse.Namespace, oils: list[str], lack: str) -> list[str]:
     """The typed oil, else all oils.
 
     Raises:
-        OilfilmError: The typed oil is not among them; the sentence begins with `lacking`.
+        OilfilmError: The typed oil is not among them; the sentence begins with `lack`.
     """
     if options.oil is None:
         return oils
     if options.oil not in oils:
         names = ", ".join(oils) or "none"
-        what = "fits of " if lacking.endswith("fit of oil") else ""
+        kind_of_names = "fits of " if lack.endswith("fit of oil") else ""
         raise OilfilmError(
-            f"{lacking} {options.oil!r}; there are {what}{names}. Name one of these with --oil."
+            f"{lack} {options.oil!r}; there are {kind_of_names}{names}. Name one of these with "
+            "--oil."
         )
     return [options.oil]
 
 
-def _request(options: argparse.Namespace, settings: Settings, config: Path) -> Request:
+def _requested_plan(options: argparse.Namespace, settings: Settings, config: Path) -> Request:
     """What the plan shall contain, by the options, else by the settings."""
     name = options.bearing
-    bearing = named_file(config, "bearing", name, "--bearing").bearing(name) if name else None
-    request = request_of(settings, bearing)
+    geometry = named_file(config, "bearing", name, "--bearing").bearing(name) if name else None
+    request = request_of(settings, geometry)
     if options.duty:
-        request = replace(request, duty=np.array([_duty(text) for text in options.duty]))
+        request = replace(request, duty=np.array([_duty_point(text) for text in options.duty]))
     if options.count is not None:
         if not 1 <= options.count <= 50:
             raise OilfilmError(f"--count: found {options.count}; expected 1 to 50, as --count 5.")
@@ -186,7 +187,7 @@ def _request(options: argparse.Namespace, settings: Settings, config: Path) -> R
     return replace(request, targets=(target,))
 
 
-def _duty(text: str) -> list[float]:
+def _duty_point(text: str) -> list[float]:
     """Axial load in N, speed in rpm and oil temperature in degC of an operating point."""
     numbers = text.split(",")
     pairs = zip(numbers, _DUTY_UNITS, strict=False)
@@ -225,7 +226,7 @@ def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
     if not plan.film_is_judged:
         yield "The film of these runs is not judged: the properties of the oil are not known."
     if plan.ordered_by:
-        name = _NAMES[plan.ordered_by]
+        name = _CONDITION_NAMES[plan.ordered_by]
         yield (
             f"The names of the accepted runs are in the order of {name}. If the runs were made in "
             f"this order, a drift of the rig looks like an effect of the {name}. In simulated "
@@ -243,11 +244,11 @@ def _lines_of_budget(oil: str, target: str, budget: Budget, irreducible: float) 
         budget: What makes the target uncertain.
         irreducible: Part of the uncertainty that no test of traction reduces.
     """
-    name, _, _ = _PRINTED[target]
+    name, _, _ = _PRINTED_TARGETS[target]
     yield (
         f"{oil}: standard uncertainty of the {name} from everything that is known to be uncertain: "
-        f"{_printed(target, budget.uncertainty)}. Traction has a share of {budget.law_share:.0%} "
-        f"in its variance. With exact traction it would be {_printed(target, irreducible)}."
+        f"{_with_unit(target, budget.uncertainty)}. Traction has a share of {budget.law_share:.0%} "
+        f"in its variance. With exact traction it would be {_with_unit(target, irreducible)}."
     )
     if budget.is_of_law:
         return
@@ -276,35 +277,42 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         yield from _lines_of_budget(plan.oil, target, plan.budget, plan.irreducible)
         if target == "torque" and not plan.budget.is_of_law:
             return
-    name, _, _ = _PRINTED[target]
-    measured = plan.information
-    bearing = f" in {plan.bearing}" if plan.bearing else ""
+    name, _, _ = _PRINTED_TARGETS[target]
+    information = plan.information
+    in_bearing = f" in {plan.bearing}" if plan.bearing else ""
     yield (
-        f"{plan.oil}{bearing}: standard uncertainty of the {name} from the law, root mean square "
-        f"over {len(plan.wanted.labels)} operating points: {_printed(target, plan.design.before)}; "
-        f"largest {_largest(plan, measured.precision)}."
+        f"{plan.oil}{in_bearing}: standard uncertainty of the {name} from the law, root mean "
+        f"square over {len(plan.wanted.labels)} operating points: "
+        f"{_with_unit(target, plan.design.before)}; largest "
+        f"{_largest_with_point(plan, information.precision)}."
     )
-    if measured.calibration.any():
-        precision, gradients = measured.without_calibration(measured.precision, plan.gradients)
-        exact = _printed(target, float(uncertainty(precision, gradients)))
-        rest = "the rest is their calibration, which all tests on this rig share"
-        yield f"With exact sensors it would be {exact}: {rest}."
+    if information.calibration.any():
+        precision, gradients = information.without_calibration(
+            information.precision, plan.gradients
+        )
+        with_exact_sensors = _with_unit(target, float(uncertainty(precision, gradients)))
+        what_is_left = "the rest is their calibration, which all tests on this rig share"
+        yield f"With exact sensors it would be {with_exact_sensors}: {what_is_left}."
     else:
         yield "The calibration of the rig's sensors is not stated, so it is not included."
     for reason in plan.wanted.left_out:
         yield f"left out: {reason}"
     not_possible = counted(plan.candidates.left_out)
-    beyond = f"; the others are beyond {not_possible}" if not_possible else ""
-    yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{beyond}."
+    note_on_beyond = f"; the others are beyond {not_possible}" if not_possible else ""
+    yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{note_on_beyond}."
     tests = plan.table().query("test_order > 0").sort_values("test_order")
     if len(tests):
-        columns = {"law_uncertainty_then": [_printed(target, part) for part in plan.design.after]}
+        columns = {
+            "law_uncertainty_then": [_with_unit(target, by_law) for by_law in plan.design.after]
+        }
         if plan.irreducible:
             columns["uncertainty_then"] = [
-                _printed(target, whole) for whole in tests["uncertainty_with_plan"]
+                _with_unit(target, whole_uncertainty)
+                for whole_uncertainty in tests["uncertainty_with_plan"]
             ]
         yield _as_text(tests[["test_order", *_RUN_COLUMNS]].assign(**columns))
-        yield f"Largest part by the law after the plan: {_largest(plan, plan.design.end)}."
+        largest_part = _largest_with_point(plan, plan.design.end)
+        yield f"Largest part by the law after the plan: {largest_part}."
     if len(tests) < count:
         more = "more " if len(tests) else ""
         yield (
@@ -313,21 +321,24 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         )
 
 
-def _printed(target: str, standard_uncertainty: float) -> str:
+def _with_unit(target: str, standard_uncertainty: float) -> str:
     """An uncertainty of a target with its unit."""
     if np.isnan(standard_uncertainty):
         return "unknown"
-    _, factor, unit = _PRINTED[target]
+    _, factor, unit = _PRINTED_TARGETS[target]
     return f"{factor * standard_uncertainty:.3g}{unit}"
 
 
-def _largest(plan: NextTests, precision: FloatArray) -> str:
+def _largest_with_point(plan: NextTests, precision: FloatArray) -> str:
     """The largest uncertainty of the wanted quantities, and its operating point.
 
     Args:
         plan: The plan.
         precision: Precision of the parameters, shape (n, n).
     """
-    at_points = np.nan_to_num(uncertainties(precision, plan.gradients))
-    worst = int(at_points.argmax())
-    return f"{_printed(plan.wanted.target, at_points[worst])} at {plan.wanted.labels[worst]}"
+    uncertainty_of_points = np.nan_to_num(uncertainties(precision, plan.gradients))
+    worst = int(uncertainty_of_points.argmax())
+    return (
+        f"{_with_unit(plan.wanted.target, uncertainty_of_points[worst])} at "
+        f"{plan.wanted.labels[worst]}"
+    )

@@ -71,21 +71,21 @@ def prediction(
         raise OilfilmError(f"{oil}: {error}.") from None
     if np.isnan(fit.coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    off_tested = fit.away_from(conditions)
-    if off_tested:
+    conditions_off_tested = fit.away_from(conditions)
+    if conditions_off_tested:
         advice = "Give a tested value. Without the option the tested value is used."
-        if any(condition.level is None for condition in off_tested):
+        if any(condition.level is None for condition in conditions_off_tested):
             advice = (
                 "Leave the option out. For a pressure, fill in `ball_radius_m`, `ball` and `disc` "
                 "of the rig's file (roughness is not needed). Then run again. Or fit a law of load."
             )
-        reasons = "; ".join(condition.sentence() for condition in off_tested)
+        reasons = "; ".join(condition.sentence() for condition in conditions_off_tested)
         raise OilfilmError(f"{oil}: mu is not known there: {reasons}. {advice}")
     (row,) = tables.rows(predicted.to_frame())
     if not np.isfinite(row["traction_coefficient"]):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
     evaluated_conditions = fit.on_line(conditions)
-    sentences = [*_intervals(fit, oil, row), *pressure_of_load]
+    sentences = [*_lines_of_intervals(fit, oil, row), *pressure_of_load]
     if fit.surface is not None and not fit.surface.sizes.converged:
         sentences.append(
             "NOT SURE: the search of the surface ended before its maximum; the interval rests on "
@@ -99,7 +99,7 @@ def prediction(
         sentences.append(
             f"mu and its interval are those where it was tested: {condition.sentence()}"
         )
-    sentences += _warnings(fit, [*evaluated_conditions[0], operating_point[SLIP]], row)
+    sentences += _lines_of_warnings(fit, [*evaluated_conditions[0], operating_point[SLIP]], row)
     return row, sentences
 
 
@@ -133,7 +133,7 @@ def _with_pressure(
     return point, [sentence]
 
 
-def _intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str]:
+def _lines_of_intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str]:
     """mu with its two intervals, or the reason why there are none."""
     source = "surface of measured mu" if row["from_surface"] else fit.law.name
     mu = f"{oil}, {source}: mu = {row['traction_coefficient']:.5f}"
@@ -145,13 +145,15 @@ def _intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str
             reason = why_no_support(row["support"], fit.surface.limits) or "mu is 0 at pure rolling"
         yield f"{mu}, no interval, because {reason}"
         return
-    level = f"{fit.interval_level():.0%} interval of the next good run"
-    yield f"{mu}, {level} {row['obs_ci_lower']:.5f} to {row['obs_ci_upper']:.5f}"
+    name_of_interval = f"{fit.interval_level():.0%} interval of the next good run"
+    yield f"{mu}, {name_of_interval} {row['obs_ci_lower']:.5f} to {row['obs_ci_upper']:.5f}"
     mean_curve = "mean curve of the oil, with calibration and misfit of the law"
     yield f"{mean_curve}: {row['mean_ci_lower']:.5f} to {row['mean_ci_upper']:.5f}"
 
 
-def _warnings(fit: FittedLaw, values: Sequence[float], row: Mapping[str, Any]) -> Iterator[str]:
+def _lines_of_warnings(
+    fit: FittedLaw, values: Sequence[float], row: Mapping[str, Any]
+) -> Iterator[str]:
     """Warnings about mu outside the tested conditions, or above what any film carries."""
     names = (*fit.law.conditions, SLIP)
     for name, value, (low, high) in zip(names, values, fit.reach.tolist(), strict=True):
@@ -181,13 +183,14 @@ def _refuse_other_conditions(
         OilfilmError: There is one.
     """
     conditions = set(fit.law.conditions)
-    others = operating_point.keys() - conditions - {SLIP}
-    if others:
-        option_of = {name: option for option, (name, _, _) in CONDITION_OPTIONS.items()}
+    conditions_too_many = operating_point.keys() - conditions - {SLIP}
+    if conditions_too_many:
+        option_by_condition = {name: option for option, (name, _, _) in CONDITION_OPTIONS.items()}
         raise OilfilmError(
             f"{oil}: the law {fit.law.name} does not take "
-            f"{', '.join(option_of[name] for name in sorted(others))}. It takes "
-            f"{', '.join(option_of.get(name, name) for name in fit.law.conditions)}."
+            f"{', '.join(option_by_condition[name] for name in sorted(conditions_too_many))}. "
+            "It takes "
+            f"{', '.join(option_by_condition.get(name, name) for name in fit.law.conditions)}."
         )
     not_followed = {fixed.condition for fixed in fit.coefficients.fixed}
     missing = conditions - not_followed - operating_point.keys()

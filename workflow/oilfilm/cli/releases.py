@@ -33,9 +33,9 @@ def _verify(options: argparse.Namespace) -> int:
     if changes:
         print(f"{options.release}: {len(changes)} files are not as released:", *changes, sep="\n")
         return 1
-    checked = "the files in the pin" if stored.pinned else f"all {len(stored.files)} files"
+    checked_files = "the files in the pin" if stored.pinned else f"all {len(stored.files)} files"
     # without buffering: a rebuild takes minutes
-    print(f"{printable(stored.manifest.version)}: {checked} are as released", flush=True)
+    print(f"{printable(stored.manifest.version)}: {checked_files} are as released", flush=True)
     if not options.rebuild:
         return 0
     comparison = rebuild(options.release, Path(), options.cores)
@@ -57,9 +57,9 @@ def _diff(options: argparse.Namespace) -> int:
     else:
         drift = read_config(folder).drift
     comparison = compare(before, after, drift)
-    too_far = comparison.beyond_limits
+    sections_beyond_limits = comparison.beyond_limits
     if not options.gate:
         print(comparison.text(comparison.sections))
-    elif too_far:
-        print(comparison.text(too_far))
-    return int(options.gate and bool(too_far))
+    elif sections_beyond_limits:
+        print(comparison.text(sections_beyond_limits))
+    return int(options.gate and bool(sections_beyond_limits))

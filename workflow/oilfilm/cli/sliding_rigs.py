@@ -8,12 +8,12 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 
 from oilfilm.logs.likely_names import likely_names
-from oilfilm.logs.meaning import sayings
+from oilfilm.logs.meaning import concepts_in
 from oilfilm.logs.sniff import VOCABULARY, Sniffed
 
 # Kind of rig -> words in the names of its columns, in small letters. A word of up to four letters
 # must be a word of its own. English, German, French, Spanish, Italian, Russian, Chinese, Japanese.
-_WORDS = {
+_WORDS_OF_RIGS = {
     "a reciprocating rig": (
         "frequency frequenz fréquence frecuencia frequenza частота 频率 周波数 "
         "stroke hub course carrera corsa ход 行程 ストローク amplitude 振幅 oscillat srv hfrr"
@@ -40,14 +40,14 @@ def does_not_roll(log: Sniffed, content: bytes) -> str:
     names = list(log.names)
     if not names:
         lines = content.decode("utf-8", "replace").splitlines()[:_LINES_SEARCHED]
-        likely = likely_names(lines)
-        names = re.split(r"[\t;|,]", likely[1]) if likely else []
+        likely_line = likely_names(lines)
+        names = re.split(r"[\t;|,]", likely_line[1]) if likely_line else []
     if _rolls(log, names):
         return ""
-    for kind, words in _WORDS.items():
-        shown = [name.strip() for name in names if _has_any(name, words)]
-        if shown:
-            columns = ", ".join(map(repr, shown[:_MOST_NAMES_SHOWN]))
+    for kind, words in _WORDS_OF_RIGS.items():
+        names_of_kind = [name.strip() for name in names if _has_any(name, words)]
+        if names_of_kind:
+            columns = ", ".join(map(repr, names_of_kind[:_MOST_NAMES_SHOWN]))
             return (
                 f"this rig does not roll: oilfilm cannot use it, because the columns {columns} are "
                 f"those of {kind}, in which one body stands still. Traction needs two driven "
@@ -62,14 +62,14 @@ def _rolls(log: Sniffed, names: Iterable[str]) -> bool:
     if log.format == "pcs":
         # an export of a traction rig, whatever its columns
         return True
-    quantities = set(log.guesses)
+    quantities = set(log.candidates)
     for name in names:
-        said = sayings(name)
-        if said & {"entrainment", "srr"} or {"rolling", "speed"} <= said:
+        concepts = concepts_in(name)
+        if concepts & {"entrainment", "srr"} or {"rolling", "speed"} <= concepts:
             return True
         meaning = VOCABULARY.meaning(name)
         if meaning:
-            quantities.add(meaning[0])
+            quantities.add(meaning.quantity)
     both_bodies = quantities >= {"ball_speed", "disc_speed"}
     return both_bodies or bool(quantities & {"entrainment_speed", "slide_roll_ratio"})
 

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
+from typing import NamedTuple
 
 from oilfilm.api.folders import config_folder, project_folder
 from oilfilm.api.log_check import judged_logs, kinds_of_folders, verdict_lines
@@ -24,8 +25,13 @@ from oilfilm.settings.resolved import Settings
 
 # A network drive may report no changes, so the folders are read again after this pause.
 _PAUSE_S = 1.0
-# Size of a file in bytes, and the time of its last change in ns.
-Stamp = tuple[int, int]
+
+
+class Stamp(NamedTuple):
+    """State of a file: its size in bytes, and the time of its last change in ns."""
+
+    size: int
+    changed_ns: int
 
 
 def run(options: argparse.Namespace) -> int:
@@ -96,21 +102,21 @@ class Watcher:
         for path in faults:
             if path.exists():
                 status = path.stat()
-                stamps[path] = (status.st_size, status.st_mtime_ns)
+                stamps[path] = Stamp(status.st_size, status.st_mtime_ns)
         # every file is looked at: the time of a changed one begins now
-        settled = [path for path, stamp in stamps.items() if self._is_settled(path, stamp)]
-        sound = [path for path in stamps if not faults[path]]
-        sheet = sheet_of_paths(sound, self._raw, self._settings, kind.logs)
-        for path in sorted(settled, key=lambda path: stamps[path][1], reverse=True):
-            state = stamps[path], sheet.rows.get(str(path))
-            if self._judged.get(path) == state:
+        settled_paths = [path for path, stamp in stamps.items() if self._is_settled(path, stamp)]
+        paths_without_fault = [path for path in stamps if not faults[path]]
+        sheet = sheet_of_paths(paths_without_fault, self._raw, self._settings, kind.logs)
+        for path in sorted(settled_paths, key=lambda path: stamps[path].changed_ns, reverse=True):
+            judged_from = stamps[path], sheet.rows.get(str(path))
+            if self._judged.get(path) == judged_from:
                 continue
             try:
                 if faults[path]:
                     verdict = f"{path}: REFUSED\n  {faults[path]}"
                 else:
                     verdict = self._verdict(path, kind, sheet)
-                self._judged[path] = state
+                self._judged[path] = judged_from
                 yield verdict
             except Exception as error:  # one log must not end the watch
                 # tried again: on Windows the program of the rig may hold the file

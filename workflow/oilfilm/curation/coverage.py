@@ -13,7 +13,12 @@ from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
-from oilfilm.tables.set_points import CONDITION, SET_POINTS, planned_conditions, with_levels
+from oilfilm.tables.set_points import (
+    CONDITION_COLUMNS,
+    NOMINAL_COLUMNS,
+    planned_conditions,
+    with_levels,
+)
 
 _PLATEAU_GATES = {gate.name for gate in PLATEAU_GATES}
 _COUNTS = ["runs_accepted", "runs_refused", "points_accepted", "points_refused"]
@@ -33,7 +38,7 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     rigs = settings.campaign.rigs
     planned = planned_conditions(settings).assign(planned=True)
     tested = _counts_by_condition(with_levels(runs, settings))
-    conditions = tested.merge(planned, on=CONDITION, how="outer")
+    conditions = tested.merge(planned, on=CONDITION_COLUMNS, how="outer")
     values_if_untested: dict[str, Any] = dict.fromkeys(_COUNTS, 0)
     values_if_untested["rig"] = rigs[0] if len(rigs) == 1 else ""
     values_if_untested["planned"] = False
@@ -43,7 +48,7 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         ["accepted", "refused"],
         "missing",
     )
-    conditions = conditions.assign(state=state).sort_values(["oil", "rig", *SET_POINTS])
+    conditions = conditions.assign(state=state).sort_values(["oil", "rig", *NOMINAL_COLUMNS])
     return tables.conform(conditions[tables.columns("coverage")], "coverage", "coverage")
 
 
@@ -51,9 +56,9 @@ def runs_of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """The runs at conditions of the campaign's matrix; all of them where it has none."""
     if settings.campaign.matrix is None:
         return runs
-    conditions = with_levels(runs, settings)[CONDITION]
+    conditions = with_levels(runs, settings)[CONDITION_COLUMNS]
     planned = planned_conditions(settings)
-    merged = conditions.merge(planned, on=CONDITION, how="left", indicator="found_in")
+    merged = conditions.merge(planned, on=CONDITION_COLUMNS, how="left", indicator="found_in")
     return runs[(merged["found_in"] == "both").to_numpy()]
 
 
@@ -63,7 +68,7 @@ def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
     planned = coverage[coverage["planned"]]
     rank = planned["state"].map(rank_of_state)
     planned = planned.loc[rank.sort_values(kind="stable").index]
-    return planned.drop_duplicates(["oil", *SET_POINTS]).sort_index()
+    return planned.drop_duplicates(["oil", *NOMINAL_COLUMNS]).sort_index()
 
 
 def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
@@ -111,5 +116,5 @@ def _counts_by_condition(runs: pd.DataFrame) -> pd.DataFrame:
         points_accepted=runs["accepted_points"],
         points_refused=runs["plateaus"] - runs["accepted_points"],
     )
-    key = ["oil", "rig", *SET_POINTS]
+    key = ["oil", "rig", *NOMINAL_COLUMNS]
     return counts.groupby(key, dropna=False)[_COUNTS].sum().reset_index()

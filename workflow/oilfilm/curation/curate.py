@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -48,25 +48,25 @@ from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.config import CopySettings, GateSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
-from oilfilm.tables.set_points import SET_POINTS, with_levels
+from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
 
 # ---------------------------------------------------------------- repeats
 
 # Last plateaus by whose load, speed and temperature copies are looked up among all runs.
-_LOOKED_UP = 3
+_PLATEAUS_LOOKED_UP = 3
 # Campaigns without copies in which a run is taken for one: at most this share of them.
 _CHANCE_OF_A_COPY = 1e-3
 # Column of plateaus and its key of a rig's `full_scale`.
-_SCALES = {
+_FULL_SCALE_KEYS = {
     "load_n": "load_n",
     "traction_force_n": "traction_force_n",
     "entrainment_speed_m_s": "surface_speed_m_s",
     "inlet_temperature_c": "temperature_c",
 }
 # Columns of points by which runs are compared: a campaign's table has three times as many.
-_COMPARED = [
+_COMPARED_COLUMNS = [
     *("run_id", "accepted", "slide_roll_ratio", "slide_roll_ratio_se"),
-    *("traction_coefficient", "traction_coefficient_se", *_SCALES),
+    *("traction_coefficient", "traction_coefficient_se", *_FULL_SCALE_KEYS),
 ]
 
 
@@ -83,21 +83,24 @@ def repeated(
         kind: The kind of rig.
         settings: Settings of the run.
     """
-    left = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
+    remaining = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
     refused: dict[str, Refusal] = {}
-    for case in _readings(points, left, kind, settings):
-        refused.setdefault(case.run_id, case)
+    for refusal in _refusals_of_same_readings(points, remaining, kind, settings):
+        refused.setdefault(refusal.run_id, refusal)
     if kind.name == TRACTION and settings.campaign.repeated_conditions != "accept":
-        left = left[~left["run_id"].isin(refused)]
-        refused |= {case.run_id: case for case in _conditions(points, left, settings)}
+        remaining = remaining[~remaining["run_id"].isin(refused)]
+        refused |= {
+            refusal.run_id: refusal
+            for refusal in _refusals_of_same_conditions(points, remaining, settings)
+        }
     return list(refused.values())
 
 
-def _readings(
+def _refusals_of_same_readings(
     points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
-    pairs = list(_same_readings(points, runs, kind, settings))
+    pairs = list(_pairs_with_same_readings(points, runs, kind, settings))
     for first, later in pairs:
         if first.oil == later.oil:
             yield fault("duplicate_log", run_id=later.run_id, kept=first.run_id)
@@ -107,50 +110,61 @@ def _readings(
                 yield fault("conflicting_labels", run_id=run.run_id, other=other)
 
 
-def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) -> Iterator[Refusal]:
+def _refusals_of_same_conditions(
+    points: pd.DataFrame, runs: pd.DataFrame, settings: Settings
+) -> Iterator[Refusal]:
     """Runs of one condition: curves that contradict each other, and all but one of the others.
 
     Two runs contradict each other beyond `repeat_difference_max`. Of three or more, one that is off
     by less is odd where the others agree far better with each other than with it.
     """
     gates = settings.gates
-    allowed, odd = gates.repeat_difference_max, gates.repeat_odd_min
-    for names, apart in _compared_conditions(points, runs, settings):
+    allowed, odd_from = gates.repeat_difference_max, gates.repeat_odd_min
+    for run_ids, differences in _compared_conditions(points, runs, settings):
         kept = []
-        largest_mutual = _largest_without_each(apart)
-        for index, run_id in enumerate(names):
-            others = np.delete(np.arange(len(names)), index)
-            to_others = apart[index, others]
-            mutual = largest_mutual[index]
-            limit = max(odd, gates.repeat_odd_factor * mutual) if len(others) > 1 else allowed
-            against = others[to_others > allowed]
-            if len(against) <= len(others) / 2:
-                against = others[to_others > limit]
-                if len(against) < len(others):
+        largest_among_others = _largest_without_each(differences)
+        for index, run_id in enumerate(run_ids):
+            others = np.delete(np.arange(len(run_ids)), index)
+            to_others = differences[index, others]
+            difference_of_others = largest_among_others[index]
+            limit = allowed
+            if len(others) > 1:
+                limit = max(odd_from, gates.repeat_odd_factor * difference_of_others)
+            contradicting = others[to_others > allowed]
+            if len(contradicting) <= len(others) / 2:
+                contradicting = others[to_others > limit]
+                if len(contradicting) < len(others):
                     kept.append(index)
                     continue
-            more = f" (and {len(against) - 1} more)" if len(against) > 1 else ""
-            agree = f"; the others agree within {mutual:.1%}" if len(others) > 1 else ""
-            about = dict(other=names[against[0]], apart=apart[index, against[0]], more=more)
-            about |= dict(agree=agree, allowed=min(limit, allowed))
-            yield fault("conflicting_condition", run_id=run_id, **about)
+            more = f" (and {len(contradicting) - 1} more)" if len(contradicting) > 1 else ""
+            agree = ""
+            if len(others) > 1:
+                agree = f"; the others agree within {difference_of_others:.1%}"
+            numbers = dict(
+                other=run_ids[contradicting[0]],
+                apart=differences[index, contradicting[0]],
+                more=more,
+                agree=agree,
+                allowed=min(limit, allowed),
+            )
+            yield fault("conflicting_condition", run_id=run_id, **numbers)
         for later in kept[1:]:
-            about = dict(kept=names[kept[0]], apart=apart[kept[0], later])
-            yield fault("duplicate_condition", run_id=names[later], **about)
+            numbers = dict(kept=run_ids[kept[0]], apart=differences[kept[0], later])
+            yield fault("duplicate_condition", run_id=run_ids[later], **numbers)
 
 
-def _largest_without_each(apart: FloatArray) -> FloatArray:
+def _largest_without_each(differences: FloatArray) -> FloatArray:
     """The largest difference between two runs without a third one, for each of these.
 
     Args:
-        apart: Differences of n runs, shape (n, n), symmetric.
+        differences: Differences of n runs, shape (n, n), symmetric.
     """
-    count = len(apart)
-    largest = np.full(count, apart.max())
+    count = len(differences)
+    largest = np.full(count, differences.max())
     # only the two runs that are farthest apart have another largest difference
-    for farthest in np.unravel_index(np.argmax(apart), apart.shape):
+    for farthest in np.unravel_index(np.argmax(differences), differences.shape):
         others = np.delete(np.arange(count), farthest)
-        largest[farthest] = apart[np.ix_(others, others)].max()
+        largest[farthest] = differences[np.ix_(others, others)].max()
     return largest
 
 
@@ -162,41 +176,44 @@ def _compared_conditions(
     A load counts by the pressure that it makes, where the rig's contact is known: a pressure that
     is rounded by 0.5 % is a load that is off by 1.5 %.
     """
-    accepted = points.loc[points["accepted"], _COMPARED]
-    rows = accepted.groupby("run_id").indices
-    noted, (pressure, load, *_) = with_levels(runs, settings), SET_POINTS
-    # one of the two is unknown
-    noted = noted[noted[[pressure, load]].notna().any(axis=1)].fillna({pressure: -1, load: -1})
-    for group in _same(noted, ["oil", "rig", *SET_POINTS]):
-        names = [run.run_id for run in group]
-        curves = [_curve(accepted.iloc[rows[name]]) for name in names]
-        yield names, _differences(curves, settings.gates.sign_slip_min)
+    accepted = points.loc[points["accepted"], _COMPARED_COLUMNS]
+    rows_by_run = accepted.groupby("run_id").indices
+    pressure, load = NOMINAL_COLUMNS[:2]
+    noted = with_levels(runs, settings)
+    noted = noted[noted[[pressure, load]].notna().any(axis=1)]
+    # one of the two is unknown, and unknown values would not be compared
+    noted = noted.fillna({pressure: -1, load: -1})
+    for group in _groups_with_same_values(noted, ["oil", "rig", *NOMINAL_COLUMNS]):
+        run_ids = [run.run_id for run in group]
+        curves = [_curve(accepted.iloc[rows_by_run[name]]) for name in run_ids]
+        yield run_ids, _curve_differences(curves, settings.gates.sign_slip_min)
 
 
-def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
+def _groups_with_same_values(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
     """Runs with the same values of some columns, two or more; empty values are not compared."""
-    known = runs[runs[key].notna().all(axis=1) & (runs[key] != "").all(axis=1)]
+    with_values = runs[runs[key].notna().all(axis=1) & (runs[key] != "").all(axis=1)]
     # a group takes its time, and hardly any run has a second one in its own
-    for _, group in known[known.duplicated(key, keep=False)].groupby(key, sort=False):
+    for _, group in with_values[with_values.duplicated(key, keep=False)].groupby(key, sort=False):
         yield list(group.itertuples())
 
 
-def _same_readings(
+def _pairs_with_same_readings(
     points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> Iterator[tuple[Any, Any]]:
     """Pairs of runs out of files of one content, or with plateaus of the same noise."""
-    named: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
+    run_by_id: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
     # a file may hold several runs
-    places = [f"in {run_id.removeprefix(run.file)}" for run_id, run in named.items()]
-    for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
+    places_in_files = [f"in {run_id.removeprefix(run.file)}" for run_id, run in run_by_id.items()]
+    runs_with_places = runs.assign(place=places_in_files)
+    for first, *others in _groups_with_same_values(runs_with_places, ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     if kind.name == TRACTION:
-        left = points.loc[points["run_id"].isin(named), _COMPARED]
-        for name, other in _same_noise(left, settings.gates.copies):
-            yield named[name], named[other]
+        remaining = points.loc[points["run_id"].isin(run_by_id), _COMPARED_COLUMNS]
+        for first_id, later_id in _pairs_with_same_noise(remaining, settings.gates.copies):
+            yield run_by_id[first_id], run_by_id[later_id]
 
 
-def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[str, str]]:
+def _pairs_with_same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[str, str]]:
     """Pairs of runs whose plateaus differ by far less than their own errors, whatever the rows.
 
     The same readings, cut off elsewhere or rounded, keep the errors of their means; other readings
@@ -205,56 +222,66 @@ def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[st
     """
     means = ["slide_roll_ratio", "traction_coefficient"]
     errors = [f"{name}_se" for name in means]
-    of_runs = points[(points[errors] > 0).all(axis=1)].groupby("run_id")
-    counts = of_runs.size()
-    names = counts.index[counts > copies.plateaus]
-    last = of_runs.tail(copies.plateaus + 1)
-    last = last.drop(of_runs.tail(1).index)
-    last = last[last["run_id"].isin(names)]
-    if len(names) < 2:
+    points_by_run = points[(points[errors] > 0).all(axis=1)].groupby("run_id")
+    counts = points_by_run.size()
+    run_ids = counts.index[counts > copies.plateaus]
+    last_points = points_by_run.tail(copies.plateaus + 1)
+    last_points = last_points.drop(points_by_run.tail(1).index)
+    last_points = last_points[last_points["run_id"].isin(run_ids)]
+    if len(run_ids) < 2:
         return
-    values, se, at = (
-        last[columns].to_numpy(float).reshape(len(names), copies.plateaus, -1)
-        for columns in (means, errors, ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"])
-    )
-    near = np.nan_to_num(at[:, -_LOOKED_UP:].reshape(len(names), -1))
-    reach = copies.condition * np.abs(near).max(axis=0)
-    near = near / np.where(reach > 0, reach, 1.0)
-    tree = scipy.spatial.cKDTree(near)
-    pairs = (int(tree.count_neighbors(tree, 1.0, p=np.inf)) - len(names)) // 2
-    allowed = np.array([copies.slip_errors, _traction_errors(copies, pairs)])
+
+    def of_plateaus(columns: list[str]) -> FloatArray:
+        """Values of the last plateaus of each run, shape (runs, plateaus, columns)."""
+        return last_points[columns].to_numpy(float).reshape(len(run_ids), copies.plateaus, -1)
+
+    values = of_plateaus(means)
+    se = of_plateaus(errors)
+    conditions = of_plateaus(["load_n", "entrainment_speed_m_s", "inlet_temperature_c"])
+    conditions = np.nan_to_num(conditions[:, -_PLATEAUS_LOOKED_UP:].reshape(len(run_ids), -1))
+    # two conditions are near where they differ by less than 1 once they are scaled
+    condition_reach = copies.condition * np.abs(conditions).max(axis=0)
+    scaled_conditions = conditions / np.where(condition_reach > 0, condition_reach, 1.0)
+    tree = scipy.spatial.cKDTree(scaled_conditions)
+    pair_count = (int(tree.count_neighbors(tree, 1.0, p=np.inf)) - len(run_ids)) // 2
+    allowed = np.array([copies.slip_errors, _allowed_traction_errors(copies, pair_count)])
     # between neighbouring plateaus no zero counts: these differences of mu find the pairs that may
     # be copies. Two plateaus have the sum of squares of all at most
     contrasts = np.diff(values[..., 1], axis=1)
-    reach = 2 * allowed[1] * np.sqrt(copies.plateaus) * se[..., 1].max()
-    tree = scipy.spatial.cKDTree(np.concatenate([near, contrasts / reach], axis=1))
-    for one, other in sorted(tree.query_pairs(1.0, p=np.inf)):
-        apart = values[one] - values[other]
+    contrast_reach = 2 * allowed[1] * np.sqrt(copies.plateaus) * se[..., 1].max()
+    scaled = np.concatenate([scaled_conditions, contrasts / contrast_reach], axis=1)
+    tree = scipy.spatial.cKDTree(scaled)
+    for first, second in sorted(tree.query_pairs(1.0, p=np.inf)):
+        difference = values[first] - values[second]
         # the zero of the force may be that of other rows, and rounding moves the speeds
-        apart -= np.median(apart, axis=0)
-        relative = apart / np.hypot(se[one], se[other])
+        difference -= np.median(difference, axis=0)
+        relative = difference / np.hypot(se[first], se[second])
         rms = np.sqrt(np.mean(relative**2, axis=0))
         if (rms < allowed).all():
-            yield names[one], names[other]
+            yield run_ids[first], run_ids[second]
 
 
-def _traction_errors(copies: CopySettings, pairs: int) -> float:
+def _allowed_traction_errors(copies: CopySettings, pair_count: int) -> float:
     """Largest rms difference of mu over its standard errors at which a pair is a copy.
 
     The more pairs are compared, the smaller the differences that occur by chance. So small ones as
     this occur in one of a thousand campaigns without copies. The sum of squares of m differences,
     less their mean, has the chi-squared distribution of m - 1 degrees of freedom.
     """
-    chance = _CHANCE_OF_A_COPY / max(pairs, 1)
+    chance = _CHANCE_OF_A_COPY / max(pair_count, 1)
     squares = scipy.stats.chi2.ppf(chance, copies.plateaus - 1)
     return min(copies.traction_errors, float(np.sqrt(squares / copies.plateaus)))
 
 
-# Rising slips of a run, its traction coefficients and their standard errors, each of shape (n,).
-_Curve = tuple[FloatArray, FloatArray, FloatArray]
+class _Curve(NamedTuple):
+    """Rising slips of a run, its traction coefficients and their standard errors, shape (n,)."""
+
+    slip: FloatArray
+    mu: FloatArray
+    mu_se: FloatArray
 
 
-def _differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatArray:
+def _curve_differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatArray:
     """Median relative difference of each two curves over the slips that both have.
 
     Twice the standard error of each difference is subtracted where it is known.
@@ -266,37 +293,44 @@ def _differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatArray:
     Returns:
         Shape (n, n), symmetric; 0 where two curves have no slips in common.
     """
-    apart = np.zeros((len(curves), len(curves)))
-    lengths = np.array([len(slip) for slip, _, _ in curves])
-    all_slip, all_mu, all_se = (np.concatenate(columns) for columns in zip(*curves, strict=True))
-    for index, (slip, mu, se) in enumerate(curves[:-1]):
+    differences = np.zeros((len(curves), len(curves)))
+    lengths = np.array([len(curve.slip) for curve in curves])
+    all_slip = np.concatenate([curve.slip for curve in curves])
+    all_mu = np.concatenate([curve.mu for curve in curves])
+    all_se = np.concatenate([curve.mu_se for curve in curves])
+    for index, (slip, mu, mu_se) in enumerate(curves[:-1]):
         # the curves behind it, one after the other
         later = slice(lengths[: index + 1].sum(), None)
         later_slip = all_slip[later]
-        shared = (later_slip >= max(slip.min(), smallest_slip)) & (later_slip <= slip.max())
-        later_slip = later_slip[shared]
-        later_mu = all_mu[later][shared]
+        is_shared = (later_slip >= max(slip.min(), smallest_slip)) & (later_slip <= slip.max())
+        later_slip = later_slip[is_shared]
+        later_mu = all_mu[later][is_shared]
         expected_mu = np.interp(later_slip, slip, mu)
-        expected_se = np.interp(later_slip, slip, se)
-        error = np.nan_to_num(2 * np.hypot(all_se[later][shared], expected_se))
+        expected_se = np.interp(later_slip, slip, mu_se)
+        error = np.nan_to_num(2 * np.hypot(all_se[later][is_shared], expected_se))
         excess = np.maximum(np.abs(later_mu - expected_mu) - error, 0.0)
         mean_size = (np.abs(later_mu) + np.abs(expected_mu)) / 2
-        curve_of_point = np.repeat(np.arange(index + 1, len(curves)), lengths[index + 1 :])[shared]
-        compared, starts = np.unique(curve_of_point, return_index=True)
+        curve_of_point = np.repeat(np.arange(index + 1, len(curves)), lengths[index + 1 :])
+        curve_of_point = curve_of_point[is_shared]
+        compared_curves, starts = np.unique(curve_of_point, return_index=True)
         stretches = Stretches(starts, np.append(starts[1:], len(curve_of_point)))
-        medians = stretches.medians(excess / mean_size) if len(compared) else 0.0
-        apart[index, compared] = apart[compared, index] = medians
-    return apart
+        medians = stretches.medians(excess / mean_size) if len(compared_curves) else 0.0
+        differences[index, compared_curves] = differences[compared_curves, index] = medians
+    return differences
 
 
 def _curve(points: pd.DataFrame) -> _Curve:
-    """Rising slips of a run, its traction coefficients and their standard errors, shape (n,)."""
+    """The curve of a run."""
     ordered = points.sort_values("slide_roll_ratio", kind="stable")
-    return (
-        ordered["slide_roll_ratio"].to_numpy(float),
-        ordered["traction_coefficient"].to_numpy(float),
-        ordered["traction_coefficient_se"].to_numpy(float),
+    return _Curve(
+        slip=ordered["slide_roll_ratio"].to_numpy(float),
+        mu=ordered["traction_coefficient"].to_numpy(float),
+        mu_se=ordered["traction_coefficient_se"].to_numpy(float),
     )
+
+
+# Id of a run, and a sentence about it.
+RunWarning = tuple[str, str]
 
 
 def with_campaign_warnings(
@@ -304,7 +338,7 @@ def with_campaign_warnings(
     points: pd.DataFrame,
     kind: type[RigKind],
     settings: Settings,
-    of_shapes: Iterable[tuple[str, str]],
+    shape_warnings: Iterable[RunWarning],
 ) -> pd.DataFrame:
     """Runs with warnings that only the other runs of their rig, or its file, can give.
 
@@ -313,31 +347,37 @@ def with_campaign_warnings(
         points: Table of points.
         kind: The kind of rig.
         settings: Settings of the run.
-        of_shapes: Warnings about the shapes of curves: id of the run and a sentence.
+        shape_warnings: Warnings about the shapes of curves: id of the run and a sentence.
     """
     if kind.name != TRACTION:
         return runs
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
-    texts = {run_id: list(own_texts) for run_id, own_texts in accepted["warning"].items()}
-    points = points.loc[points["run_id"].isin(accepted.index), _COMPARED]
-    constant = _constant_channels(points, accepted, settings.gates)
-    of_rig = _of_rig(points, accepted["rig"], settings)
-    of_spin = spin_warnings(points, accepted["rig"], settings)
-    of_oil = _of_oil(accepted["oil"], settings)
-    speeds = _speed_controls(points, accepted, settings.gates)
-    for run_id, text in chain(of_shapes, constant, of_rig, of_spin, of_oil, speeds):
-        texts[run_id].append(text)
-    warnings = [tuple(texts.get(run_id, ())) for run_id in runs["run_id"]]
+    sentences_by_run = {
+        run_id: list(own_sentences) for run_id, own_sentences in accepted["warning"].items()
+    }
+    points = points.loc[points["run_id"].isin(accepted.index), _COMPARED_COLUMNS]
+    warnings_of_channels = _channel_warnings(points, accepted, settings.gates)
+    warnings_of_rigs = _rig_warnings(points, accepted["rig"], settings)
+    warnings_of_spin = spin_warnings(points, accepted["rig"], settings)
+    warnings_of_oils = _oil_warnings(accepted["oil"], settings)
+    warnings_of_speeds = _speed_warnings(points, accepted, settings.gates)
+    for run_id, sentence in chain(
+        shape_warnings,
+        warnings_of_channels,
+        warnings_of_rigs,
+        warnings_of_spin,
+        warnings_of_oils,
+        warnings_of_speeds,
+    ):
+        sentences_by_run[run_id].append(sentence)
+    warnings = [tuple(sentences_by_run.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.lists(warnings, runs.index))
 
 
-def _of_rig(
+def _rig_warnings(
     points: pd.DataFrame, rigs: "pd.Series[str]", settings: Settings
-) -> Iterator[tuple[str, str]]:
-    """Warnings from the rig's file: readings beyond the full scale, impossible materials.
-
-    Each is the id of the run and a sentence.
-    """
+) -> Iterator[RunWarning]:
+    """Warnings from the rig's file: readings beyond the full scale, impossible materials."""
     for run_id, points_of_run in points.groupby("run_id"):
         rig_name = rigs.loc[run_id]
         rig = settings.rigs.get(rig_name)
@@ -345,20 +385,20 @@ def _of_rig(
             continue
         warnings = [f"unusual_rig: {doubt}" for doubt in rig.doubts()]
         if rig.full_scale is not None:
-            for column, key in _SCALES.items():
+            for column, key in _FULL_SCALE_KEYS.items():
                 largest = points_of_run[column].abs().max()
                 full_scale = getattr(rig.full_scale, key)
                 if exceeds(largest, full_scale):
-                    beyond = fault(
+                    refusal = fault(
                         "full_scale", column=column, of=largest, full=full_scale, key=key
                     )
-                    warnings.append(beyond.reason)
+                    warnings.append(refusal.reason)
         for text in warnings:
             yield str(run_id), f"{text}; correct {rig_name}.yaml"
 
 
-def _of_oil(oils: "pd.Series[str]", settings: Settings) -> Iterator[tuple[str, str]]:
-    """Warnings from the files of the oils, each as the id of a run and a sentence."""
+def _oil_warnings(oils: "pd.Series[str]", settings: Settings) -> Iterator[RunWarning]:
+    """Warnings from the files of the oils."""
     for oil_name, runs in oils.groupby(oils):
         oil = settings.oils[str(oil_name)]
         for doubt in oil.doubts() if oil else ():
@@ -366,38 +406,46 @@ def _of_oil(oils: "pd.Series[str]", settings: Settings) -> Iterator[tuple[str, s
                 yield str(run_id), f"unusual_oil: {doubt}; correct {oil_name}.yaml"
 
 
-def _speed_controls(
+def _speed_warnings(
     points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
-) -> Iterator[tuple[str, str]]:
-    """Runs in which a rig holds the speed of one body: id and a sentence."""
+) -> Iterator[RunWarning]:
+    """Warnings about runs in which a rig holds the speed of one body."""
     set_speeds = runs["nominal_entrainment_speed_m_s"].to_dict()
-    for run_id, of_run in points[points["accepted"]].groupby("run_id"):
-        nominal = set_speeds[run_id]
-        allowed = gates.speed_tolerance * nominal
-        mean = of_run["entrainment_speed_m_s"]
-        if not exceeds((mean - nominal).abs(), allowed).any():
+    for run_id, points_of_run in points[points["accepted"]].groupby("run_id"):
+        set_speed = set_speeds[run_id]
+        allowed = gates.speed_tolerance * set_speed
+        mean_speeds = points_of_run["entrainment_speed_m_s"]
+        if not exceeds((mean_speeds - set_speed).abs(), allowed).any():
             continue
-        held = held_speed(of_run)
-        speeds = controlled_speeds(of_run).items()
-        control = next(name for name, speed in speeds if speed.equals(held))
-        about = dict(control=control, set=nominal, least=mean.min(), most=mean.max())
-        yield str(run_id), fault("body_at_set_speed", **about).reason
+        held_speeds = held_speed(points_of_run)
+        speed_by_name = controlled_speeds(points_of_run).items()
+        control = next(name for name, speed in speed_by_name if speed.equals(held_speeds))
+        numbers = dict(
+            control=control, set=set_speed, least=mean_speeds.min(), most=mean_speeds.max()
+        )
+        yield str(run_id), fault("body_at_set_speed", **numbers).reason
 
 
-def _constant_channels(
+def _channel_warnings(
     points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
-) -> Iterator[tuple[str, str]]:
-    """A channel that is one number in all plateaus of a run, and moves in most other runs."""
+) -> Iterator[RunWarning]:
+    """Warnings about a channel that is one number in all plateaus, and moves in most other runs."""
     for column, name in (("load_n", "load"), ("inlet_temperature_c", "inlet temperature")):
-        of_runs = points.groupby("run_id")[column].agg(["min", "max", "size"])
-        judged = of_runs[of_runs["size"] >= gates.constant_channel_plateaus]
-        constant = pd.Series(reaches(judged["min"], judged["max"]), judged.index)
-        for _, of_rig in constant.groupby(runs["rig"].reindex(judged.index)):
-            if len(of_rig) >= gates.constant_channel_runs and of_rig.mean() < 1 / 2:
-                moving = dict(name=name, others=(~of_rig).sum(), runs=len(of_rig))
-                for run_id in of_rig.index[of_rig]:
-                    value = of_runs["min"].loc[run_id]
-                    yield str(run_id), fault("constant_channel", value=value, **moving).reason
+        ranges = points.groupby("run_id")[column].agg(["min", "max", "size"])
+        judged_ranges = ranges[ranges["size"] >= gates.constant_channel_plateaus]
+        is_constant = pd.Series(
+            reaches(judged_ranges["min"], judged_ranges["max"]), judged_ranges.index
+        )
+        rigs = runs["rig"].reindex(judged_ranges.index)
+        for _, is_constant_of_rig in is_constant.groupby(rigs):
+            run_count = len(is_constant_of_rig)
+            moving_count = (~is_constant_of_rig).sum()
+            if run_count < gates.constant_channel_runs or is_constant_of_rig.mean() >= 1 / 2:
+                continue
+            numbers = dict(name=name, others=moving_count, runs=run_count)
+            for run_id in is_constant_of_rig.index[is_constant_of_rig]:
+                value = ranges["min"].loc[run_id]
+                yield str(run_id), fault("constant_channel", value=value, **numbers).reason
 
 
 # ---------------------------------------------------------------- the engine
@@ -506,7 +554,7 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig: RigKind) -> Curated:
         runs: Table of runs as ingested.
         rig: The rig.
     """
-    samples_of_run = _by_run(samples)
+    samples_of_run = _samples_by_run(samples)
     measured = _measure_runs(samples_of_run, runs, rig)
     judged = _judge(measured)
     explanations: dict[str, Refusal] = {}
@@ -559,7 +607,7 @@ def _measure_runs(
         run = None
         if run_id in samples_of_run:
             signals = rig.signals(samples_of_run[run_id], row["rig"], rig.settings)
-            run = measure(signals, rig, row["rig"], settled=row["log_kind"] == "steps")
+            run = measure(signals, rig, row["rig"], is_settled=row["log_kind"] == "steps")
             plateaus_of_run[run_id] = run.plateaus
         refusal = _refusal_before_plateaus(row, run)
         if refusal is not None:
@@ -590,39 +638,43 @@ def _refusal_before_plateaus(row: Mapping[str, Any], run: Run | None) -> Refusal
     return None if refusal is None else replace(refusal, run_id=run_id)
 
 
-def _explanation(samples: Columns, run: Mapping[str, Any], rig: RigKind) -> Refusal | None:
+def _explanation(samples: Columns, run_row: Mapping[str, Any], rig: RigKind) -> Refusal | None:
     """The simple mistake without which most plateaus of a refused run would pass.
 
     Args:
         samples: Samples of the run.
-        run: Its row of the table of runs.
+        run_row: Its row of the table of runs.
         rig: The rig.
 
     Returns:
         A refusal that names the mistake; None where no mistake explains the refusal.
     """
-    if run["log_kind"] == "steps":
+    if run_row["log_kind"] == "steps":
         # the rig's program has settled and converted these readings
         return None
     hypotheses = [
         hypothesis
-        for hypothesis in rig.hypotheses(run["rig"])
-        if run["rule"] in hypothesis.explains
+        for hypothesis in rig.hypotheses(run_row["rig"])
+        if run_row["rule"] in hypothesis.explains
     ]
-    of_logs = [hypothesis for hypothesis in hypotheses if not hypothesis.changes]
-    passing = _passing(of_logs, samples, run, rig)
+    mistakes_of_log = [hypothesis for hypothesis in hypotheses if not hypothesis.changes]
+    passing = _passing(mistakes_of_log, samples, run_row, rig)
     for hypothesis in hypotheses:
         # the plausibility of settings does not need the levels, and to try them takes time
         if hypothesis.changes and hypothesis.plausible(samples, 0):
             changed_rig = type(rig)(rig.settings.with_changes(hypothesis.changes))
-            passing += _passing([hypothesis], samples, run, changed_rig)
+            passing += _passing([hypothesis], samples, run_row, changed_rig)
     if not passing:
         return None
-    _, best = max(passing, key=lambda counted: counted[0])
+    best = max(passing, key=lambda candidate: candidate.accepted_points).hypothesis
     # several units may be possible: the data do not show which one it is
-    sentences = [hypothesis.sentence for _, hypothesis in passing if hypothesis.rule == best.rule]
-    reason = f"the run would pass with {'; or '.join(sentences)}; as it is, {run['reason']}"
-    return Refusal(best.rule, reason, "", run["run_id"])
+    sentences = [
+        candidate.hypothesis.sentence
+        for candidate in passing
+        if candidate.hypothesis.rule == best.rule
+    ]
+    reason = f"the run would pass with {'; or '.join(sentences)}; as it is, {run_row['reason']}"
+    return Refusal(best.rule, reason, "", run_row["run_id"])
 
 
 @dataclass(frozen=True)
@@ -648,28 +700,36 @@ class _Corrected(Mapping[str, Columns]):
         return sentence in self.hypotheses
 
 
+class _Passing(NamedTuple):
+    """A hypothesis with which a run passes, and the number of its accepted plateaus then."""
+
+    accepted_points: int
+    hypothesis: Hypothesis
+
+
 def _passing(
-    hypotheses: Iterable[Hypothesis], samples: Columns, run: Mapping[str, Any], rig: RigKind
-) -> list[tuple[int, Hypothesis]]:
-    """The plausible hypotheses with which most plateaus pass, each with their number.
+    hypotheses: Iterable[Hypothesis], samples: Columns, run_row: Mapping[str, Any], rig: RigKind
+) -> list[_Passing]:
+    """The plausible hypotheses with which most plateaus pass.
 
     Args:
         hypotheses: The hypotheses, all with the settings of the rig.
         samples: Samples of the run.
-        run: Its row of the table of runs.
+        run_row: Its row of the table of runs.
         rig: The rig.
     """
     # each is tried as a run of its own, with its sentence as id
     by_sentence = {hypothesis.sentence: hypothesis for hypothesis in hypotheses}
     if not by_sentence:
         return []
-    runs = pd.DataFrame([{**run, "run_id": sentence, "rule": ""} for sentence in by_sentence])
-    judged = _judge(_measure_runs(_Corrected(by_sentence, samples), runs, rig)).runs
-    passing: list[tuple[int, Hypothesis]] = []
-    for row in tables.rows(judged[judged["accepted_points"] > judged["plateaus"] / 2]):
+    runs = pd.DataFrame([{**run_row, "run_id": sentence, "rule": ""} for sentence in by_sentence])
+    judged_runs = _judge(_measure_runs(_Corrected(by_sentence, samples), runs, rig)).runs
+    passing: list[_Passing] = []
+    most_pass = judged_runs["accepted_points"] > judged_runs["plateaus"] / 2
+    for row in tables.rows(judged_runs[most_pass]):
         hypothesis = by_sentence[row["run_id"]]
         if hypothesis.plausible(samples, row["plateaus"]):
-            passing.append((row["accepted_points"], hypothesis))
+            passing.append(_Passing(row["accepted_points"], hypothesis))
     return passing
 
 
@@ -682,11 +742,11 @@ def collect(curated: Curated, settings: Settings, kind: type[RigKind] = Traction
         kind: The kind of rig.
     """
     refused = repeated(curated.points, curated.runs, kind, settings)
-    judged = _without(curated, refused, kind)
+    judged = _with_runs_refused(curated, refused, kind)
     shapes = ShapeVerdicts()
     if kind.name == TRACTION:
         shapes = judged_shapes(judged.points, judged.runs)
-        judged = _without(judged, shapes.refused, kind)
+        judged = _with_runs_refused(judged, shapes.refused, kind)
     points, quarantine = judged.points, judged.quarantine
     runs = with_campaign_warnings(judged.runs, points, kind, settings, shapes.warnings)
     order = ["file", "run_id", "first_row", "rule"]
@@ -697,7 +757,7 @@ def collect(curated: Curated, settings: Settings, kind: type[RigKind] = Traction
     )
 
 
-def _without(curated: Curated, refused: list[Refusal], kind: type[RigKind]) -> Curated:
+def _with_runs_refused(curated: Curated, refused: list[Refusal], kind: type[RigKind]) -> Curated:
     """The tables with some more runs refused."""
     if not refused:
         return curated
@@ -712,7 +772,7 @@ def arrays_of(samples: pd.DataFrame) -> Columns:
     return {str(name): samples[name].to_numpy() for name in samples if name != "run_id"}
 
 
-def _by_run(samples: pd.DataFrame) -> dict[str, Columns]:
+def _samples_by_run(samples: pd.DataFrame) -> dict[str, Columns]:
     """Id of a run -> its samples; the rows of a run must be together."""
     arrays = arrays_of(samples)
     samples_of_run: dict[str, Columns] = {}
@@ -752,18 +812,20 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     """Judge plateaus by the gates of plateaus, and runs by their plateaus."""
     points, runs, rig = measured.points, measured.runs, measured.rig
     refused = dict(measured.refused)
-    failed = judge_plateaus(points, rig)
+    failed_by_gate = judge_plateaus(points, rig)
     unrefused = ~points["run_id"].isin(list(refused))
-    refused_by_plateaus = list(runs_not_usable(points[unrefused], failed[unrefused], rig))
-    points = points.assign(failed_gates=failed_gates.names_of(failed), accepted=~failed.any(axis=1))
+    refused_by_plateaus = list(runs_not_usable(points[unrefused], failed_by_gate[unrefused], rig))
+    points = points.assign(
+        failed_gates=failed_gates.names_of(failed_by_gate), accepted=~failed_by_gate.any(axis=1)
+    )
     points = _refuse_plateaus(points, list(refused.values()), type(rig))
     # plateaus of runs that are refused by their plateaus stay in the table of every rig. Accepted
     # ones get the rule of their run
-    with_accepted = set(points.loc[points["accepted"], "run_id"])
+    runs_with_accepted_points = set(points.loc[points["accepted"], "run_id"])
     rule_of_run = {
         refusal.run_id: refusal.rule
         for refusal in refused_by_plateaus
-        if refusal.run_id in with_accepted
+        if refusal.run_id in runs_with_accepted_points
     }
     points = failed_gates.with_gate_of_run(points, rule_of_run)
     refused |= {refusal.run_id: refusal for refusal in refused_by_plateaus}

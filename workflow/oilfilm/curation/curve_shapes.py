@@ -64,7 +64,7 @@ class ShapeVerdicts:
 
     Attributes:
         refused: Refusals of runs whose curve contradicts the others.
-        warnings: Id of a run and a sentence.
+        warnings: Id of a run, and a sentence about it.
         not_judged: Ids of runs whose curve the others cannot judge.
     """
 
@@ -84,19 +84,21 @@ def judged_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
     points = points[_COLUMNS]
     accepted = runs[runs["verdict"] == "accepted"]
     rig_of_run = accepted.set_index("run_id")["rig"]
-    slides = points["traction_coefficient"].notna() & (points["slide_roll_ratio"] >= _LEAST_SLIP)
-    judged = points[points["accepted"] & slides & points["run_id"].isin(rig_of_run.index)]
+    is_sliding = points["slide_roll_ratio"] >= _LEAST_SLIP
+    is_sliding &= points["traction_coefficient"].notna()
+    judged = points[points["accepted"] & is_sliding & points["run_id"].isin(rig_of_run.index)]
     judged = judged.sort_values(["run_id", "slide_roll_ratio"], kind="stable")
     rigs = judged["run_id"].map(rig_of_run)
-    for _, of_oil in judged.groupby(["oil", rigs], sort=True):
-        certain = of_oil[_is_certain(of_oil)]
-        names = _curves_with_conditions(certain)
-        alone = set(of_oil["run_id"])
-        if len(names) >= FEWEST_CURVES:
-            _judge_beside_others(certain[certain["run_id"].isin(names)], verdicts)
-            alone -= set(names) - verdicts.not_judged
-        for run_id, curve in of_oil[of_oil["run_id"].isin(alone)].groupby("run_id"):
-            verdicts.warnings.extend(_judged_alone(str(run_id), curve))
+    for _, points_of_oil_and_rig in judged.groupby(["oil", rigs], sort=True):
+        certain = points_of_oil_and_rig[_is_certain(points_of_oil_and_rig)]
+        run_ids = _curves_with_conditions(certain)
+        judged_alone = set(points_of_oil_and_rig["run_id"])
+        if len(run_ids) >= FEWEST_CURVES:
+            _judge_beside_others(certain[certain["run_id"].isin(run_ids)], verdicts)
+            judged_alone -= set(run_ids) - verdicts.not_judged
+        is_judged_alone = points_of_oil_and_rig["run_id"].isin(judged_alone)
+        for run_id, curve in points_of_oil_and_rig[is_judged_alone].groupby("run_id"):
+            verdicts.warnings.extend(_warnings_without_others(str(run_id), curve))
     return verdicts
 
 
@@ -119,8 +121,8 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
         points: Points of five curves or more, sorted by run and slip.
         verdicts: Verdicts, to which those of these curves are added.
     """
-    names, curve = np.unique(points["run_id"].to_numpy(str), return_inverse=True)
-    conditions = points.groupby("run_id")[_CONDITIONS].mean().loc[names]
+    run_ids, curve = np.unique(points["run_id"].to_numpy(str), return_inverse=True)
+    conditions = points.groupby("run_id")[_CONDITIONS].mean().loc[run_ids]
     measurements = Measurements(
         conditions=conditions.to_numpy(float),
         curve=curve,
@@ -128,9 +130,9 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
         mu=points["traction_coefficient"].to_numpy(float),
     )
     for shape in curve_shapes(measurements, PAPER_LAW):
-        run_id = str(names[shape.curve])
+        run_id = str(run_ids[shape.curve])
         if shape.is_odd:
-            refusal = _refusal(run_id, shape, points.iloc[shape.point], len(names) - 1)
+            refusal = _refusal_of_shape(run_id, shape, points.iloc[shape.point], len(run_ids) - 1)
             if shape.size > REFUSED_SIZE:
                 verdicts.refused.append(refusal)
             else:
@@ -142,7 +144,7 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
             verdicts.not_judged.add(run_id)
 
 
-def _refusal(run_id: str, shape: CurveShape, point: pd.Series, others: int) -> Refusal:
+def _refusal_of_shape(run_id: str, shape: CurveShape, point: pd.Series, others: int) -> Refusal:
     """The refusal of a run for its shape, with the point that is farthest off."""
     return fault(
         "odd_shape",
@@ -159,7 +161,7 @@ def _refusal(run_id: str, shape: CurveShape, point: pd.Series, others: int) -> R
     )
 
 
-def _judged_alone(run_id: str, points: pd.DataFrame) -> Iterator[tuple[str, str]]:
+def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tuple[str, str]]:
     """Warnings about a curve that no oil has, by limits that hold for any.
 
     Args:
@@ -168,8 +170,8 @@ def _judged_alone(run_id: str, points: pd.DataFrame) -> Iterator[tuple[str, str]
     """
     columns = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
     # where the error of a point is not known, a jump may be noise
-    known = points.dropna(subset=columns).drop_duplicates("slide_roll_ratio")
-    slip, mu, error = known[columns].to_numpy(float).T
+    with_errors = points.dropna(subset=columns).drop_duplicates("slide_roll_ratio")
+    slip, mu, error = with_errors[columns].to_numpy(float).T
     noise = _NOISE_ERRORS * error
     limits = {
         "rises_too_fast": _too_fast_rise(slip, mu, noise),
@@ -188,14 +190,14 @@ def _judged_alone(run_id: str, points: pd.DataFrame) -> Iterator[tuple[str, str]
 
 def _too_fast_rise(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> BoolArray:
     """Whether mu rises to each point but the first faster than the slip, shape (points - 1,)."""
-    from_mu = np.maximum(mu[:-1], 0.0) + noise[:-1] + _ZERO_ERROR
-    return np.asarray(mu[1:] - noise[1:] > _MARGIN * from_mu * slip[1:] / slip[:-1])
+    largest_start = np.maximum(mu[:-1], 0.0) + noise[:-1] + _ZERO_ERROR
+    return np.asarray(mu[1:] - noise[1:] > _MARGIN * largest_start * slip[1:] / slip[:-1])
 
 
 def _too_fast_fall(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> BoolArray:
     """Whether mu falls to each point but the first faster than by heat, shape (points - 1,)."""
-    least = (mu[:-1] - noise[:-1]) * (slip[:-1] / slip[1:]) ** _STEEPEST_FALL / _MARGIN
-    return np.asarray(mu[1:] + noise[1:] + _ZERO_ERROR < least)
+    smallest_mu = (mu[:-1] - noise[:-1]) * (slip[:-1] / slip[1:]) ** _STEEPEST_FALL / _MARGIN
+    return np.asarray(mu[1:] + noise[1:] + _ZERO_ERROR < smallest_mu)
 
 
 def _valley(mu: FloatArray, noise: FloatArray) -> BoolArray:
@@ -213,19 +215,20 @@ def _single_level(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> BoolAr
     Only the point that is farthest off can be named. The ends have no neighbours on one side.
     """
     is_off = np.zeros(len(mu), dtype=bool)
-    carries = np.flatnonzero(mu > _CARRIES_TRACTION)
-    if len(carries) < _FEWEST_LEVELS:
+    levels_with_traction = np.flatnonzero(mu > _CARRIES_TRACTION)
+    if len(levels_with_traction) < _FEWEST_LEVELS:
         return is_off[1:]
-    scaled, log_mu = scaled_slip(slip[carries]), np.log(mu[carries])
+    scaled, log_mu = scaled_slip(slip[levels_with_traction]), np.log(mu[levels_with_traction])
     deviation = _off_neighbours(scaled, log_mu)
-    excess = np.zeros(len(carries))
-    for row in range(1, len(carries) - 1):
-        rest = np.delete(np.arange(len(carries)), row)
-        roughness = np.abs(_off_neighbours(scaled[rest], log_mu[rest])).max()
+    excess = np.zeros(len(levels_with_traction))
+    for row in range(1, len(levels_with_traction) - 1):
+        other_levels = np.delete(np.arange(len(levels_with_traction)), row)
+        roughness = np.abs(_off_neighbours(scaled[other_levels], log_mu[other_levels])).max()
         excess[row] = abs(deviation[row]) / max(roughness, _ROUGHNESS)
     worst = int(first_largest(excess))
-    size = abs(deviation[worst]) - noise[carries[worst]] / mu[carries[worst]]
-    is_off[carries[worst]] = excess[worst] > _TIMES_THE_REST and size > _OFF_THE_CURVE
+    worst_point = levels_with_traction[worst]
+    size = abs(deviation[worst]) - noise[worst_point] / mu[worst_point]
+    is_off[worst_point] = excess[worst] > _TIMES_THE_REST and size > _OFF_THE_CURVE
     return is_off[1:]
 
 
@@ -234,7 +237,9 @@ def _off_neighbours(scaled: FloatArray, log_mu: FloatArray) -> FloatArray:
     deviation = np.zeros(len(scaled))
     for row in range(1, len(scaled) - 1):
         window = np.arange(max(0, row - _NEIGHBOURS), min(len(scaled), row + _NEIGHBOURS + 1))
-        others = window[window != row]
-        through = np.polynomial.Polynomial.fit(scaled[others], log_mu[others], len(others) - 1)
-        deviation[row] = log_mu[row] - through(scaled[row])
+        neighbours = window[window != row]
+        curve = np.polynomial.Polynomial.fit(
+            scaled[neighbours], log_mu[neighbours], len(neighbours) - 1
+        )
+        deviation[row] = log_mu[row] - curve(scaled[row])
     return deviation

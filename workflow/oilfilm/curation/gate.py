@@ -31,7 +31,7 @@ RULES: Mapping[str, Any] = yaml.load(
 _FORCE_UNITS_N = {"kgf": 9.80665, "lbf": 4.4482216152605, "gf": 9.80665e-3, "kN": 1e3}
 
 
-def refused(rule: str, sentence: str, numbers: Mapping[str, Any]) -> Refusal:
+def refusal_by_rule(rule: str, sentence: str, numbers: Mapping[str, Any]) -> Refusal:
     """A refusal by a rule; its advice is added when it becomes a row of the quarantine.
 
     Args:
@@ -55,10 +55,10 @@ def fault(rule: str, sentence: str = "", /, **numbers: Any) -> Refusal:
     Args:
         rule: The rule.
         sentence: Name of the sentence in `rules.yaml`, where it is not the rule's.
-        numbers: Numbers and names for the sentence and for `refused`.
+        numbers: Numbers and names for the sentence and for `refusal_by_rule`.
     """
     template = RULES["sentences"][sentence or rule]
-    return refused(rule, template.format(**numbers), numbers)
+    return refusal_by_rule(rule, template.format(**numbers), numbers)
 
 
 def unit_hint(name: str, fits: Callable[[float], bool]) -> str:
@@ -90,7 +90,7 @@ class Gate(Generic[Judge]):
     Attributes:
         name: Name of its function.
         judge: The function.
-        judges: Kinds of rig, separated by blanks.
+        judges: Kinds of rig that it judges, separated by blanks.
         finds: Sentence about a refusal, with names of numbers in braces.
         advice: What to do about a refusal.
         blames_run: For gates of plateaus: whether a fault shows a fault of the run. Where many

@@ -222,7 +222,7 @@ def _exchanged_bodies(speeds_phrase: str, track_ratio: float, direction: int) ->
 
 
 def _slips_as_stated(
-    undo: Callable[[Columns], Columns], direction: int, samples: Columns, levels: int
+    undo: Callable[[Columns], Columns], direction: int, samples: Columns, level_count: int
 ) -> bool:
     """Whether the body that the campaign file names is the slower one without a mistake."""
     corrected = undo(samples)
@@ -279,11 +279,11 @@ def _has_usual_times(factor: float, samples: Columns, level_count: int) -> bool:
     interval_s = median(np.diff(time_s))
     hold_s = float(time_s[-1] - time_s[0]) / max(level_count, 1)
 
-    def usual(scale: float) -> bool:
+    def are_usual_times(scale: float) -> bool:
         usual_hold = _SHORTEST_HOLD_S <= scale * hold_s <= LONGEST_HOLD_S
         return scale * interval_s <= _LONGEST_INTERVAL_S and usual_hold
 
-    return usual(factor) and not usual(1.0)
+    return are_usual_times(factor) and not are_usual_times(1.0)
 
 
 def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, level_count: int) -> bool:

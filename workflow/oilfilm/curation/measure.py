@@ -19,35 +19,37 @@ from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import StepSettings
 
 
-def measure(signals: Signals, rig: RigKind, name: str, settled: bool = False) -> Run:
+def measure(signals: Signals, rig: RigKind, rig_name: str, is_settled: bool = False) -> Run:
     """The plateaus of a run, less the zero of its sensor.
 
     Args:
         signals: The run.
         rig: The rig.
-        name: Name of its file.
-        settled: Whether each row is a settled reading, the zero removed by the rig.
+        rig_name: Name of its file.
+        is_settled: Whether each row is a settled reading, the zero removed by the rig.
     """
-    if settled:
+    if is_settled:
         run = Run(rig, signals, signals, _settled_readings(signals, rig))
         return replace(run, flaw=rig.settled_fault(run))
-    parts = rig.divide(signals, name)
-    usable = parts.signals
-    phases, flaw = _usable_phases(parts, rig)
-    starts, stops = _levels_without_phases(parts, phases if parts.in_levels else [], rig)
+    division = rig.divide(signals, rig_name)
+    usable = division.signals
+    phases, flaw = _usable_phases(division, rig)
+    phases_to_cut_off = phases if division.phases_in_levels else []
+    starts, stops = _levels_without_phases(division, phases_to_cut_off, rig)
     averages = average(usable, starts, stops, rig)
     if flaw is not None:
-        output = output_se = unknown(len(starts))
+        zero_output = zero_output_se = unknown(len(starts))
     else:
-        spike = rig.settings.curation.spikes.threshold
-        zero = zero_reference(parts.at_rest, rig.sensor.column, parts.phases, spike)
-        output, output_se = zero.at(averages["time_s"]), zero.standard_error_at(averages["time_s"])
-        flaw = moved_zero(zero, parts, rig.sensor, rig.zero_drift_max, rig.gates)
-    plateaus, working = rig.derive(averages, output, output_se), usable.at(parts.working)
-    run = Run(rig, signals, working, plateaus, flaw, parts.too_short, tuple(parts.phases))
-    return rig.measured_ramp(run, parts, name) or replace(
-        run, flaw=rig.zero_fault(run, parts, name)
-    )
+        spike_threshold = rig.settings.curation.spikes.threshold
+        zero = zero_reference(division.at_rest, rig.sensor.column, division.phases, spike_threshold)
+        zero_output = zero.at(averages["time_s"])
+        zero_output_se = zero.standard_error_at(averages["time_s"])
+        flaw = moved_zero(zero, division, rig.sensor, rig.zero_drift_max, rig.gates)
+    plateaus = rig.derive(averages, zero_output, zero_output_se)
+    working = usable.at(division.working)
+    run = Run(rig, signals, working, plateaus, flaw, division.too_short, tuple(division.phases))
+    ramp = rig.measured_ramp(run, division, rig_name)
+    return ramp or replace(run, flaw=rig.zero_fault(run, division, rig_name))
 
 
 def _settled_readings(signals: Signals, rig: RigKind) -> Columns:
@@ -60,15 +62,17 @@ def _settled_readings(signals: Signals, rig: RigKind) -> Columns:
     return rig.derive(averages, zero=np.zeros(count), zero_se=unknown(count))
 
 
-def _usable_phases(parts: Division, rig: RigKind) -> tuple[list[slice], Refusal | None]:
+def _usable_phases(division: Division, rig: RigKind) -> tuple[list[slice], Refusal | None]:
     """The phases at rest before the first that gives no zero, and the fault of that one."""
     usable: list[slice] = []
     max_slip = rig.settings.curation.zero_reference.max_slide_roll_ratio
-    for name, phase in parts.phases.items():
-        words = f"{name} phase of {parts.words}"
-        problem = phase_too_short(parts.at_rest, phase, words, rig.zero.min_duration_s)
-        if problem is None and parts.in_levels:
-            problem = sliding_phase(parts, name, max_slip)
+    for name, phase in division.phases.items():
+        phase_in_words = f"{name} phase of {division.rest_in_words}"
+        problem = phase_too_short(
+            division.at_rest, phase, phase_in_words, rig.zero_settings.min_duration_s
+        )
+        if problem is None and division.phases_in_levels:
+            problem = sliding_phase(division, name, max_slip)
         if problem is not None:
             return usable, problem
         usable.append(phase)
@@ -76,22 +80,22 @@ def _usable_phases(parts: Division, rig: RigKind) -> tuple[list[slice], Refusal 
 
 
 def _levels_without_phases(
-    parts: Division, phases: list[slice], rig: RigKind
+    division: Division, phases: list[slice], rig: RigKind
 ) -> tuple[IndexArray, IndexArray]:
     """Starts and stops of the levels without the phases that gave the zero.
 
     The rest of such a level is a plateau if it is long enough.
     """
-    interval_s = parts.signals.interval_s
-    starts, stops = parts.starts, parts.stops
+    interval_s = division.signals.interval_s
+    starts, stops = division.starts, division.stops
     for phase in phases:
         has_phase = (starts < phase.stop) & (stops > phase.start)
         starts = np.where(has_phase, phase.stop, starts)
         rest_s = (stops - starts) * interval_s
-        kept = ~has_phase | reaches(rest_s, rig.plateaus.min_duration_s)
+        kept = ~has_phase | reaches(rest_s, rig.plateau_settings.min_duration_s)
         starts = starts[kept]
         stops = stops[kept]
-    if len(parts.signals) == 0:
+    if len(division.signals) == 0:
         return starts[:0], stops[:0]
     # a level that ended before it settled becomes a plateau of its last row, which a gate refuses
     stops = np.maximum(stops, 1)
@@ -130,11 +134,11 @@ def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig: RigKin
         if name in rig.errors:
             averages[f"{name}_se"] = stretches.standard_errors(values, inside, mean)
         if name in rig.changes:
-            others = stretches.means(values, inside & ~first_half)
-            averages[f"{name}_change"] = others - stretches.means(values, first_half)
+            mean_of_rest = stretches.means(values, inside & ~first_half)
+            averages[f"{name}_change"] = mean_of_rest - stretches.means(values, first_half)
         if name in rig.transients:
-            others = stretches.means(values, inside & ~beginning)
-            averages[f"{name}_transient"] = stretches.means(values, beginning) - others
+            mean_of_rest = stretches.means(values, inside & ~beginning)
+            averages[f"{name}_transient"] = stretches.means(values, beginning) - mean_of_rest
     return averages
 
 
@@ -156,8 +160,8 @@ def find_steps(
     window = max(round(settings.window_s / interval_s), 2)
     if len(level) < 2 * window:
         return np.array([], dtype=np.int64)
-    total = np.concatenate([[0.0], np.cumsum(level)])
-    sums = total[window:] - total[:-window]
+    running_sum = np.concatenate([[0.0], np.cumsum(level)])
+    sums = running_sum[window:] - running_sum[:-window]
     # the first difference is at the first sample with a full window before it
     change = np.abs(sums[window:] - sums[:-window]) / window
     noise = MAD_TO_SIGMA * median(np.abs(np.diff(level))) / np.sqrt(2)

@@ -42,7 +42,7 @@ def traction_missing(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]
 @gate
 def too_short(points: pd.DataFrame, rig: RigKind) -> BoolArray:
     """Little is left of a level once it has settled."""
-    return exceeds(rig.plateaus.min_duration_s, points["duration_s"])
+    return exceeds(rig.plateau_settings.min_duration_s, points["duration_s"])
 
 
 @gate
@@ -69,9 +69,9 @@ def held_speed(points: pd.DataFrame) -> "pd.Series[float]":
     run_id = points["run_id"]
     distance = (speeds - speeds.groupby(run_id).transform("median")).abs()
     scatter = distance.groupby(run_id).transform("median").fillna(np.inf)
-    held = scatter.to_numpy().argmin(axis=1)
-    of_plateau = speeds.to_numpy()[np.arange(len(points)), held]
-    return pd.Series(of_plateau, index=points.index)
+    held_column = scatter.to_numpy().argmin(axis=1)
+    held_speeds = speeds.to_numpy()[np.arange(len(points)), held_column]
+    return pd.Series(held_speeds, index=points.index)
 
 
 def controlled_speeds(points: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
@@ -197,7 +197,7 @@ def traction_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bo
     return ~mu.between(rig.gates.traction_min, rig.gates.traction_max) & mu.notna()
 
 
-def unit_of_load(points: pd.DataFrame, rig: TractionRig) -> str:
+def hint_at_unit_of_load(points: pd.DataFrame, rig: TractionRig) -> str:
     """A hint at the units of the load with which too large traction coefficients are usual ones."""
     sizes = points["traction_coefficient"].abs()
     sliding = points["slide_roll_ratio"].abs() > rig.gates.sign_slip_min
@@ -227,10 +227,10 @@ def surely_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool
     A small negative coefficient without slip is none of them: the zero may be slightly off.
     """
     mu, error = points["traction_coefficient"], points["traction_coefficient_se"].fillna(0.0)
-    sliding = points["slide_roll_ratio"] > rig.gates.sign_slip_min
+    is_sliding = points["slide_roll_ratio"] > rig.gates.sign_slip_min
     error = rig.gates.significant_errors * error
     above = mu - error > rig.gates.traction_max
-    return above | (sliding & (mu + error < rig.gates.traction_min))
+    return above | (is_sliding & (mu + error < rig.gates.traction_min))
 
 
 @gate
@@ -243,9 +243,9 @@ def thin_film(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
 @gate
 def film_not_judged(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """The film cannot be calculated, and the campaign does not accept that."""
-    accepted = rig.settings.campaign.film_unjudged
+    exception = rig.settings.campaign.film_unjudged
     unknown = points["film_judgement"] == "cannot be judged"
-    return unknown & (accepted is None or not accepted.accept)
+    return unknown & (exception is None or not exception.accept)
 
 
 @gate
@@ -266,7 +266,7 @@ def unloaded(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
     return ~(points["axial_load_n"] > 0)
 
 
-def _unit_of_set_load(points: pd.DataFrame, rig: TractionRig) -> str:
+def _hint_at_unit_of_set_load(points: pd.DataFrame, rig: TractionRig) -> str:
     """A hint at the units of the load with which it is the load that was set."""
     ratio = points["load_n"].mean() / points["nominal_load_n"].median()
     allowed = 2 * rig.gates.load_tolerance
@@ -277,7 +277,7 @@ def _unit_of_set_load(points: pd.DataFrame, rig: TractionRig) -> str:
     return unit_hint("load", fits)
 
 
-def _limit_of_slip(points: pd.DataFrame, rig: TractionRig) -> str:
+def _hint_at_slip_limit(points: pd.DataFrame, rig: TractionRig) -> str:
     """The limit with which the largest slip passes, in whole per cent; empty where it is low."""
     largest = points["slide_roll_ratio"].max()
     if not exceeds(largest, rig.gates.slide_roll_ratio_max):
@@ -289,11 +289,11 @@ def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig: Any) -> str
     """The sentence of a gate about plateaus that all fail it."""
     hint = ""
     if gate.name == "load_off_nominal":
-        hint = _unit_of_set_load(points, rig)
+        hint = _hint_at_unit_of_set_load(points, rig)
     if gate.name == "slip_out_of_range":
-        hint = _limit_of_slip(points, rig)
+        hint = _hint_at_slip_limit(points, rig)
     if gate.name == "traction_unphysical":
-        hint = unit_of_load(points, rig)
+        hint = hint_at_unit_of_load(points, rig)
     numbers = points.select_dtypes("number")
     return gate.sentence(
         rig,
@@ -320,7 +320,7 @@ def advice_for(rule: str, kind: type[RigKind]) -> str:
     advice |= RULES[kind.name]
     for name, text in RULES["mistakes"].items():
         advice[name] = f"{text} {_IF_RIGHT}"
-    return str(advice[rule]).format(**kind.words)
+    return str(advice[rule]).format(**kind.terms)
 
 
 def quarantine_rows(
@@ -365,21 +365,25 @@ def runs_not_usable(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) ->
     """
     if points.empty:
         return
-    judged = _judged(points, failed, rig)
-    of_runs = judged.groupby(points["run_id"])
-    means, counts, some = of_runs.mean(), of_runs.sum(), of_runs.any()
+    judged = _judgements(points, failed, rig)
+    judged_by_run = judged.groupby(points["run_id"])
+    share_by_run = judged_by_run.mean()
+    count_by_run = judged_by_run.sum()
+    any_by_run = judged_by_run.any()
     share, fewest = rig.gates.faulty_share_max, rig.gates.faulty_plateaus_min
-    many = (means["faulty_where_held"] > share) & (counts["faulty_where_held"] >= fewest)
-    most = means["faulty"] > max(1 / 2, share)
-    blamed = judged["faulty_where_held"].where(points["run_id"].map(many), judged["faulty"])
+    many_fail = share_by_run["faulty_where_held"] > share
+    many_fail &= count_by_run["faulty_where_held"] >= fewest
+    most_fail = share_by_run["faulty"] > max(1 / 2, share)
+    blamed = judged["faulty_where_held"].where(points["run_id"].map(many_fail), judged["faulty"])
     judged = judged.assign(blamed=blamed)
-    for run_id in some.index[~some["left"] | most | many | some["unphysical"]]:
-        of_run = points["run_id"] == run_id
-        refusal = _refusal_of_run(points[of_run], failed[of_run], judged[of_run], rig)
+    is_refused = ~any_by_run["left"] | most_fail | many_fail | any_by_run["unphysical"]
+    for run_id in any_by_run.index[is_refused]:
+        is_of_run = points["run_id"] == run_id
+        refusal = _refusal_of_run(points[is_of_run], failed[is_of_run], judged[is_of_run], rig)
         yield replace(refusal, run_id=str(run_id))
 
 
-def _judged(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
+def _judgements(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
     """What each plateau means for its run: boolean columns, one row per plateau.
 
     - `wanted`: it slides, or no plateau of its run does;
@@ -393,7 +397,7 @@ def _judged(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> pd.Data
     faulty = failed[blaming].any(axis=1)
     judged = pd.DataFrame({"wanted": True, "held": True, "unphysical": False}, index=points.index)
     if isinstance(rig, TractionRig):
-        sliding = points["slide_roll_ratio"].abs() > rig.zero.max_slide_roll_ratio
+        sliding = points["slide_roll_ratio"].abs() > rig.zero_settings.max_slide_roll_ratio
         held = slip_is_held(points, rig)
         causes = failed[["slip_out_of_range", "load_off_nominal", "load_changes"]].any(axis=1)
         judged = judged.assign(
@@ -413,7 +417,7 @@ def _refusal_of_run(
     Args:
         points: Its plateaus.
         failed: The gates that each of them fails.
-        judged: Columns of `_judged`, and `blamed`: the plateaus whose faults count.
+        judged: Columns of `_judgements`, and `blamed`: the plateaus whose faults count.
         rig: The rig.
     """
     gates = PLATEAU_GATES.for_rig(rig.name)
@@ -428,7 +432,7 @@ def _refusal_of_run(
             count=unphysical.sum(),
             plateaus=len(points),
             worst=worst,
-            hint=unit_of_load(points, rig),
+            hint=hint_at_unit_of_load(points, rig),
             first=worst["first_row"],
             last=worst["last_row"],
         )

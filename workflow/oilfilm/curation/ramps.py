@@ -173,64 +173,66 @@ class _Trial:
         return self.filter_s + self.delay_s
 
 
-def is_ramp(run: Run, plateaus: PlateauSettings, rolling_slip: float, held: BoolArray) -> bool:
+def is_ramp(run: Run, plateaus: PlateauSettings, rolling_slip: float, is_held: BoolArray) -> bool:
     """Whether the slip of a run moves all the time, in place of steps.
 
     Args:
         run: The run, divided into levels.
         plateaus: `min_duration_s`, the shortest level.
         rolling_slip: Slip below which the rig rolls.
-        held: Plateaus whose slip is steady, shape (plateaus,).
+        is_held: Plateaus whose slip is steady, shape (plateaus,).
     """
     slip = run.working["slide_roll_ratio"]
-    sliding = np.flatnonzero(np.abs(slip) > rolling_slip)
-    if len(sliding) < _FEWEST_ROWS:
+    sliding_rows = np.flatnonzero(np.abs(slip) > rolling_slip)
+    if len(sliding_rows) < _FEWEST_ROWS:
         return False
-    sliding_s = len(sliding) * run.signals.interval_s
-    is_level = held & (np.abs(run.plateaus["slide_roll_ratio"]) > rolling_slip)
+    sliding_s = len(sliding_rows) * run.signals.interval_s
+    is_level = is_held & (np.abs(run.plateaus["slide_roll_ratio"]) > rolling_slip)
     is_level &= run.plateaus["duration_s"] >= plateaus.min_duration_s
     if run.plateaus["duration_s"][is_level].sum() > _LARGEST_HELD_SHARE * sliding_s:
         return False
-    moving = slip[sliding[0] : sliding[-1] + 1]
-    scales = (moving, np.arcsinh(moving / _SLIP_SCALE))
+    sliding_slip = slip[sliding_rows[0] : sliding_rows[-1] + 1]
+    scales = (sliding_slip, np.arcsinh(sliding_slip / _SLIP_SCALE))
     if max(_share_of_time(scale) for scale in scales) < _LEAST_SHARE_OF_TIME:
         return False
-    if not _goes_straight(moving):
+    if not _goes_straight(sliding_slip):
         return False
     rows = max(round(_SHORT_S / run.signals.interval_s), 1)
     return max(_share_of_squares(scale, rows) for scale in scales) >= _LEAST_SHARE_OF_SQUARES
 
 
-def _share_of_time(level: FloatArray) -> float:
+def _share_of_time(signal: FloatArray) -> float:
     """Smallest share of the time in which a signal covers most of its way."""
-    means = _block_means(level, max(len(level) // _WINDOWS, 1))
+    means = _block_means(signal, max(len(signal) // _WINDOWS, 1))
     return _smallest_share(np.abs(np.diff(means)))
 
 
-def _goes_straight(level: FloatArray) -> bool:
+def _goes_straight(signal: FloatArray) -> bool:
     """Whether a signal goes from turn to turn, so that its way is none of noise."""
-    means = _block_means(level, max(len(level) // _WINDOWS, 1))
+    means = _block_means(signal, max(len(signal) // _WINDOWS, 1))
     size = np.abs(means)
     corners = size[[0, *_turns(size), len(size) - 1]]
     way = np.abs(np.diff(size)).sum()
     return bool(way <= _LONGEST_WAY * np.abs(np.diff(corners)).sum())
 
 
-def _share_of_squares(level: FloatArray, rows: int) -> float:
+def _share_of_squares(signal: FloatArray, rows: int) -> float:
     """Smallest share of the time that has most of the squared changes over so many rows.
 
     Small steps have them at their edges, a ramp all the time. A single fall to rolling is left out.
     """
-    squares = np.sort(np.diff(_block_means(level, rows)) ** 2)
+    squares = np.sort(np.diff(_block_means(signal, rows)) ** 2)
     return _smallest_share(squares[: round((1 - _SHARE_OF_A_FALL) * len(squares))])
 
 
 def _smallest_share(changes: FloatArray) -> float:
     """Smallest share of changes that add up to most of their sum."""
-    added = np.cumsum(np.sort(changes)[::-1])
-    if len(added) == 0 or added[-1] == 0:
+    running_sum = np.cumsum(np.sort(changes)[::-1])
+    if len(running_sum) == 0 or running_sum[-1] == 0:
         return 0.0
-    return float((1 + np.searchsorted(added, _MOST_OF_THE_WAY * added[-1])) / len(added))
+    return float(
+        (1 + np.searchsorted(running_sum, _MOST_OF_THE_WAY * running_sum[-1])) / len(running_sum)
+    )
 
 
 @dataclass(frozen=True)
@@ -287,11 +289,14 @@ def rolling_ends(
     slip = signals["slide_roll_ratio"]
     rows = max(round(window_s / signals.interval_s), 1)
     mean_slip = scipy.ndimage.uniform_filter1d(slip, rows, mode="nearest")
-    sliding = np.flatnonzero(np.abs(mean_slip) > settings.max_slide_roll_ratio)
-    if len(sliding) == 0:
+    sliding_rows = np.flatnonzero(np.abs(mean_slip) > settings.max_slide_roll_ratio)
+    if len(sliding_rows) == 0:
         # a slip that alternates faster than the window has no ends of rolling
         return {"opening": slice(0, 0), "closing": slice(0, 0)}
-    return {"opening": slice(0, int(sliding[0])), "closing": slice(int(sliding[-1]) + 1, len(slip))}
+    return {
+        "opening": slice(0, int(sliding_rows[0])),
+        "closing": slice(int(sliding_rows[-1]) + 1, len(slip)),
+    }
 
 
 def _slides_both_ways(slip: FloatArray) -> bool:
@@ -301,7 +306,11 @@ def _slides_both_ways(slip: FloatArray) -> bool:
 
 
 def ramp_readings(
-    signals: Signals, lag_range_s: Sequence[float], zero_terms: int, least_slip: float, spike: float
+    signals: Signals,
+    lag_range_s: Sequence[float],
+    zero_terms: int,
+    least_slip: float,
+    spike_threshold: float,
 ) -> RampReadings | None:
     """Traction coefficients on a ramp; None where it resolves too few slips.
 
@@ -310,14 +319,14 @@ def ramp_readings(
         lag_range_s: Smallest and largest lag of the force behind the slip.
         zero_terms: 0 where the force has no zero left, 1 for a zero, 2 for a zero with a drift.
         least_slip: Smallest slip at which a point is given.
-        spike: Threshold of a spike of the force, in robust standard deviations.
+        spike_threshold: Threshold of a spike of the force, in robust standard deviations.
     """
-    force_n, is_spike = _without_spikes(signals["traction_force_n"], spike)
+    force_n, is_spike = _without_spikes(signals["traction_force_n"], spike_threshold)
     ramp = _averaged(signals, force_n)
     low_s, high_s = lag_range_s
     is_seen = high_s > low_s and _shows_its_lag(ramp)
     ramp = _weighted(ramp, high_s, zero_terms)
-    trials, variance, is_seen = _trials(ramp, low_s, high_s, zero_terms, is_seen)
+    trials, variance, is_seen = _weighted_trials(ramp, low_s, high_s, zero_terms, is_seen)
     slips, ways = _slips_of_ways(ramp, trials[0].knots, least_slip)
     if len(slips) < FEWEST_READINGS:
         return None
@@ -333,14 +342,14 @@ def ramp_readings(
     lag_s, lag_se_s = _mean_of_trials(lags_s, np.zeros(len(lags_s)), weights)
     starts, stops = _rows_of_readings(ramp, slips, ways)
     signs = np.array([np.sign(median(ramp.slip[ramp.way == way])) for way in ways])
-    passed = stops > starts
-    starts = starts[passed] * ramp.samples_per_row
-    stops = stops[passed] * ramp.samples_per_row
+    has_rows = stops > starts
+    starts = starts[has_rows] * ramp.samples_per_row
+    stops = stops[has_rows] * ramp.samples_per_row
     stretches = Stretches(starts, stops)
     return RampReadings(
-        slip=(signs * slips)[passed],
-        mu=(signs * mu)[passed],
-        mu_se=np.hypot(mu_se, _CURVE_ERROR * mu)[passed],
+        slip=(signs * slips)[has_rows],
+        mu=(signs * mu)[has_rows],
+        mu_se=np.hypot(mu_se, _CURVE_ERROR * mu)[has_rows],
         starts=starts,
         stops=stops,
         spikes=stretches.counts(stretches.cut(is_spike.astype(float)) > 0),
@@ -418,32 +427,32 @@ def _weighted(ramp: _Ramp, high_s: float, zero_terms: int) -> _Ramp:
     if force_noise_n == 0:
         return ramp
     knots = _knots(ramp, _KNOT_RATIOS[-1])
-    best = _best_lag(ramp, knots, high_s, zero_terms)
+    best_lag = _best_lag(ramp, knots, high_s, zero_terms)
     curve, zero = _design(ramp, knots, zero_terms)
-    late = _late(curve, best.x[0], best.x[1], ramp.interval_s)
-    fitted, _ = _least_squares(np.hstack([late, zero]), ramp.force_n)
+    logged_curve = _as_logged(curve, best_lag.x[0], best_lag.x[1], ramp.interval_s)
+    coefficients, _ = _least_squares(np.hstack([logged_curve, zero]), ramp.force_n)
     size = np.abs(ramp.slip)
-    apart = knots[0] / 10
-    rise = _basis(size + apart, knots) - _basis(np.maximum(size - apart, 0.0), knots)
-    slope_n = ramp.load_n * (rise @ fitted[: curve.shape[1]]) / (2 * apart)
+    slip_step = knots[0] / 10
+    rise = _basis(size + slip_step, knots) - _basis(np.maximum(size - slip_step, 0.0), knots)
+    slope_n = ramp.load_n * (rise @ coefficients[: curve.shape[1]]) / (2 * slip_step)
     return replace(ramp, weight=1 / np.hypot(1.0, slope_n * ramp.slip_noise / force_noise_n))
 
 
 def _turns(size: FloatArray) -> list[int]:
     """Rows at which the size of the slip turns back, in the order of time."""
-    turn = _TURN_SHARE * size.max()
+    smallest_return = _TURN_SHARE * size.max()
     turns: list[int] = []
     rises: bool | None = None
     extreme = 0
     for row, value in enumerate(size.tolist()):
         change = value - float(size[extreme])
         if rises is None:
-            if abs(change) > turn:
+            if abs(change) > smallest_return:
                 rises = change > 0
                 extreme = row
         elif (change > 0) == rises:
             extreme = row
-        elif abs(change) > turn:
+        elif abs(change) > smallest_return:
             turns.append(extreme)
             rises = not rises
             extreme = row
@@ -456,12 +465,12 @@ def _ways(size: FloatArray) -> IndexArray:
     A way with too few rows for a curve counts as part of the one before it.
     """
     way = np.zeros(len(size), dtype=np.int64)
-    number = 0
+    way_number = 0
     turns = _turns(size)
     for start, stop in pairwise([*turns, len(size)]):
         if stop - start >= _FEWEST_ROWS:
-            number += 1
-        way[start:] = number
+            way_number += 1
+        way[start:] = way_number
     return way
 
 
@@ -481,10 +490,10 @@ def _knots(ramp: _Ramp, ratio: float) -> FloatArray:
     size = np.abs(ramp.slip)
     largest = float(size.max())
     steps = np.abs(np.diff(size))[size[1:] > _FIRST_KNOT]
-    apart = _ROWS_PER_KNOT * max(median(steps), largest / _MOST_ROWS)
-    knots = [max(_FIRST_KNOT, apart)]
+    least_distance = _ROWS_PER_KNOT * max(median(steps), largest / _MOST_ROWS)
+    knots = [max(_FIRST_KNOT, least_distance)]
     while knots[-1] < largest:
-        knots.append(max(knots[-1] * ratio, knots[-1] + apart))
+        knots.append(max(knots[-1] * ratio, knots[-1] + least_distance))
     knots = knots[:-1]
     # the last one is the largest slip, and not too near to the one before it
     if len(knots) > 1 and largest - knots[-1] < (knots[-1] - knots[-2]) / 2:
@@ -502,7 +511,9 @@ def _basis(size: FloatArray, knots: FloatArray) -> FloatArray:
     return np.asarray(splines[:, 1:])
 
 
-def _late(columns: FloatArray, filter_s: float, delay_s: float, interval_s: float) -> FloatArray:
+def _as_logged(
+    columns: FloatArray, filter_s: float, delay_s: float, interval_s: float
+) -> FloatArray:
     """Columns of signals as a sensor logs them, shape (rows, columns).
 
     Signals between rows are straight lines; beyond the first and the last row they do not change.
@@ -513,17 +524,17 @@ def _late(columns: FloatArray, filter_s: float, delay_s: float, interval_s: floa
         delay_s: Delay; where it is negative the signals are early.
         interval_s: Time between rows.
     """
-    whole, part = divmod(delay_s / interval_s, 1.0)
-    rows = np.arange(len(columns)) - int(whole)
+    whole_rows, fraction = divmod(delay_s / interval_s, 1.0)
+    rows = np.arange(len(columns)) - int(whole_rows)
     last = len(columns) - 1
-    delayed = (1 - part) * columns[np.clip(rows, 0, last)]
-    delayed += part * columns[np.clip(rows - 1, 0, last)]
+    delayed = (1 - fraction) * columns[np.clip(rows, 0, last)]
+    delayed += fraction * columns[np.clip(rows - 1, 0, last)]
     if filter_s < _NO_FILTER * interval_s:
         return np.asarray(delayed)
-    kept = np.exp(-interval_s / filter_s)
-    mean_age = (1 - kept) * filter_s / interval_s
+    decay = np.exp(-interval_s / filter_s)
+    mean_age = (1 - decay) * filter_s / interval_s
     filtered, _ = scipy.signal.lfilter(
-        [1 - mean_age, mean_age - kept], [1.0, -kept], delayed, axis=0, zi=mean_age * delayed[:1]
+        [1 - mean_age, mean_age - decay], [1.0, -decay], delayed, axis=0, zi=mean_age * delayed[:1]
     )
     return np.asarray(filtered)
 
@@ -536,7 +547,7 @@ def _design(ramp: _Ramp, knots: FloatArray, zero_terms: int) -> tuple[FloatArray
     return curve, zero
 
 
-def _trials(
+def _weighted_trials(
     ramp: _Ramp, low_s: float, high_s: float, zero_terms: int, is_seen: bool
 ) -> tuple[list[_Trial], float, bool]:
     """Lags with their weights, the variance of a row that counts for means, and what is seen."""
@@ -545,19 +556,20 @@ def _trials(
     variance = min(
         _variance(best.fun, len(knots)) for best, knots in zip(fits, spacings, strict=True)
     )
-    by_spacing = [
-        _around(best, variance, knots) for best, knots in zip(fits, spacings, strict=True)
+    trials_by_spacing = [
+        _trials_around_best(best, variance, knots)
+        for best, knots in zip(fits, spacings, strict=True)
     ]
-    is_seen = is_seen and all(_is_narrow(trials, low_s, high_s) for trials in by_spacing)
+    is_seen = is_seen and all(_is_narrow(trials, low_s, high_s) for trials in trials_by_spacing)
     if not is_seen:
-        by_spacing = [_over_range(low_s, high_s, knots) for knots in spacings]
+        trials_by_spacing = [_trials_over_range(low_s, high_s, knots) for knots in spacings]
     squares = np.array([np.sum(best.fun**2) for best in fits])
     splines = np.array([len(knots) for knots in spacings])
     deviances = squares / variance + splines * np.log(len(ramp.slip))
     weights = np.exp(-(deviances - deviances.min()) / 2)
     weights /= weights.sum()
     trials: list[_Trial] = []
-    for trials_of_spacing, weight in zip(by_spacing, weights.tolist(), strict=True):
+    for trials_of_spacing, weight in zip(trials_by_spacing, weights.tolist(), strict=True):
         trials += [replace(trial, weight=trial.weight * weight) for trial in trials_of_spacing]
     return trials, variance, is_seen
 
@@ -570,8 +582,8 @@ def _best_lag(
     weighted_n = ramp.weight * ramp.force_n
 
     def residual(lag: FloatArray) -> FloatArray:
-        late = _late(curve, lag[0], lag[1], ramp.interval_s)
-        columns = ramp.weight[:, np.newaxis] * np.hstack([late, zero])
+        logged_curve = _as_logged(curve, lag[0], lag[1], ramp.interval_s)
+        columns = ramp.weight[:, np.newaxis] * np.hstack([logged_curve, zero])
         fitted, _ = _least_squares(columns, weighted_n)
         return np.asarray(weighted_n - columns @ fitted)
 
@@ -595,11 +607,11 @@ def _best_lag(
 def _variance(residual: FloatArray, splines: int) -> float:
     """Variance of a row that counts for means of many rows: autocorrelation included."""
     _, error = mean_with_error(residual)
-    plain = np.sum(residual**2) / max(len(residual) - 2 * splines, 1)
-    return float(max(error**2 * len(residual), plain))
+    uncorrelated_variance = np.sum(residual**2) / max(len(residual) - 2 * splines, 1)
+    return float(max(error**2 * len(residual), uncorrelated_variance))
 
 
-def _around(
+def _trials_around_best(
     best: scipy.optimize.OptimizeResult, variance: float, knots: FloatArray
 ) -> list[_Trial]:
     """Lags that stand for the best one and its covariance: four of equal weight."""
@@ -622,7 +634,7 @@ def _is_narrow(trials: list[_Trial], low_s: float, high_s: float) -> bool:
     return float(np.std(lags_s)) < (high_s - low_s) / np.sqrt(12)
 
 
-def _over_range(low_s: float, high_s: float, knots: FloatArray) -> list[_Trial]:
+def _trials_over_range(low_s: float, high_s: float, knots: FloatArray) -> list[_Trial]:
     """Lags in a range, of equal weight: filters, delays, and half of both."""
     lags_s = np.linspace(low_s, high_s, _LAGS_TRIED if high_s > low_s else 1)
     # the ends of the range count half
@@ -673,25 +685,29 @@ def _curve_of_trial(
     weight = ramp.weight[:, np.newaxis]
     weighted_n = ramp.weight * ramp.force_n
     weighted_zero = weight * zero
-    one_curve = weight * _late(curve, trial.filter_s, trial.delay_s, ramp.interval_s)
-    of_all, inverse_of_all = _least_squares(np.hstack([one_curve, weighted_zero]), weighted_n)
+    common_curve = weight * _as_logged(curve, trial.filter_s, trial.delay_s, ramp.interval_s)
+    fitted_together, inverse_together = _least_squares(
+        np.hstack([common_curve, weighted_zero]), weighted_n
+    )
     splines = curve.shape[1]
-    zero_coefficients = of_all[splines:]
-    zero_covariance = variance * inverse_of_all[splines:, splines:]
+    zero_coefficients = fitted_together[splines:]
+    zero_covariance = variance * inverse_together[splines:, splines:]
 
-    numbers = np.unique(ramp.way)
-    of_ways = [np.where((ramp.way == way)[:, np.newaxis], curve, 0.0) for way in numbers]
-    late = _late(np.hstack(of_ways), trial.filter_s, trial.delay_s, ramp.interval_s)
-    columns = weight * late
+    way_numbers = np.unique(ramp.way)
+    curves_of_ways = [np.where((ramp.way == way)[:, np.newaxis], curve, 0.0) for way in way_numbers]
+    logged_curves = _as_logged(
+        np.hstack(curves_of_ways), trial.filter_s, trial.delay_s, ramp.interval_s
+    )
+    columns = weight * logged_curves
     fitted, inverse = _least_squares(columns, weighted_n - weighted_zero @ zero_coefficients)
     at_slips = np.zeros((len(slips), len(fitted)))
     basis = _basis(slips, trial.knots)
-    for number, way in enumerate(numbers):
-        of_way = ways == way
-        at_slips[of_way, number * splines : (number + 1) * splines] = basis[of_way]
-    by_zero = at_slips @ inverse @ (columns.T @ weighted_zero)
+    for number, way in enumerate(way_numbers):
+        is_of_way = ways == way
+        at_slips[is_of_way, number * splines : (number + 1) * splines] = basis[is_of_way]
+    sensitivity_to_zero = at_slips @ inverse @ (columns.T @ weighted_zero)
     variances = variance * np.einsum("ij,jk,ik->i", at_slips, inverse, at_slips)
-    variances += np.einsum("ij,jk,ik->i", by_zero, zero_covariance, by_zero)
+    variances += np.einsum("ij,jk,ik->i", sensitivity_to_zero, zero_covariance, sensitivity_to_zero)
     drift_n = float(zero_coefficients[-1]) if zero_terms > 1 else 0.0
     return at_slips @ fitted, np.sqrt(variances), drift_n
 
@@ -713,16 +729,16 @@ def _rows_of_readings(
     starts = np.zeros(len(slips), dtype=np.int64)
     stops = np.zeros(len(slips), dtype=np.int64)
     for way in np.unique(ways):
-        of_way = np.flatnonzero(ways == way)
-        slips_of_way = slips[of_way]
+        readings_of_way = np.flatnonzero(ways == way)
+        slips_of_way = slips[readings_of_way]
         middles = (slips_of_way[1:] + slips_of_way[:-1]) / 2
         size = np.abs(ramp.slip)
         # rows of rolling belong to no slip
-        rows = np.flatnonzero((ramp.way == way) & (size > slips_of_way[0] / _KNOT_RATIOS[0]))
-        nearest = np.searchsorted(middles, size[rows])
-        for index, reading in enumerate(of_way):
-            own = rows[nearest == index]
-            if len(own):
-                starts[reading] = own[0]
-                stops[reading] = own[-1] + 1
+        rows_of_way = np.flatnonzero((ramp.way == way) & (size > slips_of_way[0] / _KNOT_RATIOS[0]))
+        nearest = np.searchsorted(middles, size[rows_of_way])
+        for index, reading in enumerate(readings_of_way):
+            nearest_rows = rows_of_way[nearest == index]
+            if len(nearest_rows):
+                starts[reading] = nearest_rows[0]
+                stops[reading] = nearest_rows[-1] + 1
     return starts, stops

@@ -129,8 +129,8 @@ class Division:
         stops: Index after its last sample.
         at_rest: The samples that contain the phases.
         phases: Name of a phase that gives the zero -> its samples, in the order of time.
-        words: What the rig does in the phases, in words.
-        in_levels: Whether the phases are parts of levels. The rest of these gives plateaus.
+        rest_in_words: What the rig does in the phases, in words.
+        phases_in_levels: Whether the phases are parts of levels. The rest of these gives plateaus.
         working: The samples at which the rig turns, between the phases.
         too_short: Levels that ended before they settled and give no plateau.
     """
@@ -140,8 +140,8 @@ class Division:
     stops: IndexArray
     at_rest: Signals
     phases: Mapping[str, slice]
-    words: str = "standstill"
-    in_levels: bool = False
+    rest_in_words: str = "standstill"
+    phases_in_levels: bool = False
     working: BoolArray | slice = field(default_factory=lambda: slice(None))
     too_short: Sequence[Refusal] = ()
 
@@ -159,16 +159,16 @@ class RigKind(Protocol):
         errors: Columns with a standard error.
         changes: Columns whose second half is compared with the first.
         transients: Columns whose beginning is compared with the rest.
-        words: Words for `sensor` and `level` in sentences and advice.
+        terms: Words for `sensor` and `level` in sentences and advice.
         carried: Columns of the table of runs that every plateau gets.
         keeps_refused_runs: Whether the table has the plateaus of refused runs.
         shown_signals: Signals on the page of a refused run -> their labels.
         settings: Settings of the run.
         gates: Limits of its gates.
-        plateaus: Settings by which its levels are found.
-        zero: Settings of the phases at rest.
+        plateau_settings: Settings by which its levels are found.
+        zero_settings: Settings of the phases at rest.
         zero_drift_max: Largest change of the zero, in the sensor's unit.
-        stuck: Settings of stuck signals.
+        stuck_settings: Settings of stuck signals.
     """
 
     name: str
@@ -180,20 +180,20 @@ class RigKind(Protocol):
     errors: tuple[str, ...]
     changes: tuple[str, ...]
     transients: tuple[str, ...]
-    words: Mapping[str, str]
+    terms: Mapping[str, str]
     carried: tuple[str, ...]
     keeps_refused_runs: bool
     shown_signals: Mapping[str, str]
     settings: Settings
     gates: SignalGateSettings
-    plateaus: StepSettings
-    zero: ZeroReferenceSettings | TareSettings
+    plateau_settings: StepSettings
+    zero_settings: ZeroReferenceSettings | TareSettings
     zero_drift_max: float
-    stuck: StuckSettings
+    stuck_settings: StuckSettings
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
-        self.stuck = settings.curation.stuck
+        self.stuck_settings = settings.curation.stuck
 
     @staticmethod
     def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
@@ -210,22 +210,22 @@ class RigKind(Protocol):
         """The phases at rest and the levels of a run."""
         ...
 
-    def zero_fault(self, run: Run, parts: Division, rig: str) -> Refusal | None:
+    def zero_fault(self, run: Run, division: Division, rig: str) -> Refusal | None:
         """The fault of the zero, judged with the plateaus; None without one.
 
         Args:
             run: The run, measured with the zero. Its `flaw` is an earlier fault.
-            parts: The phases that gave the zero.
+            division: The phases that gave the zero.
             rig: Name of the rig's file.
         """
         return run.flaw
 
-    def measured_ramp(self, run: Run, parts: Division, rig: str) -> Run | None:
+    def measured_ramp(self, run: Run, division: Division, rig: str) -> Run | None:
         """The run measured as a continuous ramp; None where it is none.
 
         Args:
             run: The run, measured by its levels.
-            parts: Its phases and levels.
+            division: Its phases and levels.
             rig: Name of the rig's file.
         """
         return None

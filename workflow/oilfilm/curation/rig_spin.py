@@ -38,17 +38,17 @@ def spin_warnings(
     """
     if settings.campaign.data == "simulated":
         return
-    slides = points["accepted"] & (points["slide_roll_ratio"] >= _LEAST_SLIP)
-    slides &= points["traction_coefficient"] > 0
-    sliding = points[slides]
-    for name, of_rig in sliding.groupby(sliding["run_id"].map(rigs), sort=True):
+    is_sliding = points["accepted"] & (points["slide_roll_ratio"] >= _LEAST_SLIP)
+    is_sliding &= points["traction_coefficient"] > 0
+    sliding = points[is_sliding]
+    for name, points_of_rig in sliding.groupby(sliding["run_id"].map(rigs), sort=True):
         rig = settings.rigs.get(str(name))
         contact = None if rig is None else rig.contact()
         if rig is None or contact is None or rig.disc_track_radius_m is None:
             continue
         spins = [
             _spin_of_run(curve, contact, rig.disc_track_radius_m)
-            for _, curve in of_rig.groupby("run_id", sort=True)
+            for _, curve in points_of_rig.groupby("run_id", sort=True)
         ]
         spin = pd.DataFrame(spins)
         few_slips = spin["slip"] < LEAST_SLIP_OVER_EDGE * spin["edge"]
@@ -73,31 +73,31 @@ def _spin_of_run(
     mu = curve["traction_coefficient"].to_numpy(float)
     load = float(curve["load_n"].mean())
     radius = contact_radius(load, contact.radius_m, contact.reduced_modulus_pa)
-    edge = float(edge_slip(radius, disc_track_radius_m))
-    correction = float(_correction(slip, mu, edge))
-    plateau = edge**2 / (10 * slip[0] ** 2)
+    slip_at_edge = float(edge_slip(radius, disc_track_radius_m))
+    correction = float(_correction(slip, mu, slip_at_edge))
+    plateau = slip_at_edge**2 / (10 * slip[0] ** 2)
     return {
         "run_id": str(curve["run_id"].iloc[0]),
         "slip": slip[0],
-        "edge": edge,
+        "edge": slip_at_edge,
         "correction": correction,
         "lacks": plateau if np.isnan(correction) else correction,
     }
 
 
-def _correction(slip: FloatArray, mu: FloatArray, edge: float) -> FloatArray:
+def _correction(slip: FloatArray, mu: FloatArray, slip_at_edge: float) -> FloatArray:
     """Correction at the lowest slip; NaN where few points are near it or the formula fails.
 
     The logarithm of mu is taken as a polynomial in that of the slip.
     """
-    near = slip <= _NEAR * slip[0]
-    if near.sum() < _FEWEST_POINTS:
+    is_near = slip <= _NEAR * slip[0]
+    if is_near.sum() < _FEWEST_POINTS:
         return np.asarray(np.nan)
-    degree = 2 if near.sum() > _FEWEST_POINTS else 1
-    coefficients = np.polyfit(np.log(slip[near] / slip[0]), np.log(mu[near]), degree)
+    degree = 2 if is_near.sum() > _FEWEST_POINTS else 1
+    coefficients = np.polyfit(np.log(slip[is_near] / slip[0]), np.log(mu[is_near]), degree)
     power = coefficients[-2]
     bend = 2 * coefficients[0] if degree == 2 else 0.0
     level = np.exp(coefficients[-1])
     slope = power * level / slip[0]
     curvature = (power * (power - 1) + bend) * level / slip[0] ** 2
-    return spin_correction(slip[0], level, slope, curvature, edge)
+    return spin_correction(slip[0], level, slope, curvature, slip_at_edge)

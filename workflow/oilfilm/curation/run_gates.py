@@ -13,7 +13,16 @@ import numpy as np
 
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray
-from oilfilm.curation.gate import RULES, Faults, Gate, Gates, RunJudge, fault, refused, unit_hint
+from oilfilm.curation.gate import (
+    RULES,
+    Faults,
+    Gate,
+    Gates,
+    RunJudge,
+    fault,
+    refusal_by_rule,
+    unit_hint,
+)
 from oilfilm.curation.rig_kind import Channel, RigKind, Run
 from oilfilm.curation.statistics import changed, is_noise, longest_hold, median, rows_per_reading
 from oilfilm.curation.traction_rig import TractionRig
@@ -37,7 +46,7 @@ def first_fault(run: Run) -> Refusal | None:
     """The refusal by the first gate that refuses a run, if one does."""
     for run_gate in RUN_GATES.for_rig(run.rig.name):
         for numbers in run_gate.judge(run, run.rig):
-            return refused(run_gate.name, _sentence(run_gate, run, numbers), numbers)
+            return refusal_by_rule(run_gate.name, _sentence(run_gate, run, numbers), numbers)
     if run.flaw is None and len(run.plateaus["time_s"]) == 0:
         return fault("no_plateau")
     return run.flaw
@@ -124,7 +133,7 @@ def never_turns(run: Run, rig: RigKind) -> Faults:
 def held_readings(run: Run, rig: RigKind) -> Faults:
     """The sensor is read so slowly that a plateau has few readings of its own."""
     durations = run.plateaus["duration_s"]
-    plateau_s = median(durations) if len(durations) else rig.plateaus.min_duration_s
+    plateau_s = median(durations) if len(durations) else rig.plateau_settings.min_duration_s
     rows = rows_per_reading(run.signals[run.rig.sensor.column])
     hold_s = rows * run.signals.interval_s
     fewest = rig.gates.readings_min
@@ -152,7 +161,7 @@ def stuck_channel(run: Run, rig: RigKind) -> Faults:
         if not (is_noise(changed_readings) and _noise_beside_hold(values, start, stop)):
             continue
         expected_holds = len(values) * repeat_share ** (stop - start)
-        if expected_holds < rig.stuck.chance:
+        if expected_holds < rig.stuck_settings.chance:
             rows = run.working.rows(start, stop - 1)
             yield {"channel": channel, "value": values[start], **rows}
 
@@ -176,7 +185,10 @@ def _long_hold(values: FloatArray, run: Run, rig: RigKind) -> tuple[int, int]:
         return 0, 0
     start, stop = longest_hold(values)
     duration_s = (stop - start) * run.signals.interval_s
-    suspicious = reaches(duration_s, rig.stuck.duration_s) and stop - start >= rig.stuck.samples
+    suspicious = (
+        reaches(duration_s, rig.stuck_settings.duration_s)
+        and stop - start >= rig.stuck_settings.samples
+    )
     return (start, stop) if suspicious else (0, 0)
 
 
@@ -198,13 +210,13 @@ def no_traction(run: Run, rig: TractionRig) -> Faults:
 
 def _small_traction(run: Run, rig: TractionRig, least: float) -> Faults:
     """A median traction coefficient below a limit, with the units that would explain it."""
-    size = _median_traction(run, rig)
+    median_mu = _median_traction(run, rig)
 
     def is_usual(unit_n: float) -> bool:
-        return rig.gates.sliding_traction_usual <= size * unit_n <= rig.gates.traction_max
+        return rig.gates.sliding_traction_usual <= median_mu * unit_n <= rig.gates.traction_max
 
-    if size < least:
-        yield {"size": size, "hint": unit_hint("traction force", is_usual)}
+    if median_mu < least:
+        yield {"size": median_mu, "hint": unit_hint("traction force", is_usual)}
 
 
 @gate
@@ -212,11 +224,11 @@ def impossible_traction(run: Run, rig: TractionRig) -> Faults:
     """The zero moves, but the traction is too large by more than a zero explains."""
     if run.flaw is None or run.flaw.rule != "zero_drift":
         return
-    size = _median_traction(run, rig)
+    median_mu = _median_traction(run, rig)
     load_n = median(run.plateaus["load_n"])
-    explained_by_zero = rig.zero.max_drift_n * rig.gates.significant_errors / load_n
-    if size - explained_by_zero > rig.gates.traction_max:
-        yield {"size": size, "flaw": run.flaw.reason}
+    explained_by_zero = rig.zero_settings.max_drift_n * rig.gates.significant_errors / load_n
+    if median_mu - explained_by_zero > rig.gates.traction_max:
+        yield {"size": median_mu, "flaw": run.flaw.reason}
 
 
 @gate
@@ -237,14 +249,14 @@ def sign_changes(run: Run, rig: TractionRig) -> Faults:
     force_n = plateaus["traction_force_n"]
     error_n = np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
     significant = np.abs(force_n) > rig.gates.significant_errors * error_n
-    judged = _sliding(run, rig) & significant
-    against = judged & (force_n * slip < 0)
-    count_judged = judged.sum()
-    count_against = against.sum()
+    is_judged = _sliding(run, rig) & significant
+    is_against = is_judged & (force_n * slip < 0)
+    count_judged = is_judged.sum()
+    count_against = is_against.sum()
     fewest = max(rig.gates.faulty_plateaus_min, (1 - rig.gates.sign_share) * count_judged)
     # so many plateaus must have either sign
     if reaches(count_against, fewest) and reaches(count_judged - fewest, count_against):
-        first, last = np.flatnonzero(against)[[0, -1]]
+        first, last = np.flatnonzero(is_against)[[0, -1]]
         yield {
             "against": count_against,
             "sliding": count_judged,
@@ -261,19 +273,19 @@ def _ways(run: Run, rig: TractionRig, direction: int) -> list[tuple[FloatArray, 
     """
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
-    judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION] == direction)
-    slip = slip[judged]
-    mu = mu[judged]
+    is_judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION] == direction)
+    slip = slip[is_judged]
+    mu = mu[is_judged]
     fewest = rig.gates.branch_points
-    branches = [slice(None)]
+    rows_of_branches = [slice(None)]
     if len(slip) >= 2 * fewest:
         extremes = np.array([np.argmax(slip), np.argmin(slip)])
         from_end = np.minimum(extremes, len(slip) - 1 - extremes)
         turn = int(extremes[np.argmax(from_end)])
         if from_end.max() >= fewest:
-            branches = [slice(turn + 1), slice(turn, None)]
+            rows_of_branches = [slice(turn + 1), slice(turn, None)]
     ways = []
-    for branch in branches:
+    for branch in rows_of_branches:
         by_slip = np.argsort(slip[branch], kind="stable")
         ways.append((slip[branch][by_slip], mu[branch][by_slip]))
     return ways
@@ -290,11 +302,11 @@ def saturated(run: Run, rig: RigKind) -> Faults:
             # a signal that keeps this value to its end is stuck
             logged_at_extreme = run.signals[channel.column] == extreme
             rows_to_end = len(logged_at_extreme) - np.argmax(logged_at_extreme)
-            stuck = np.count_nonzero(logged_at_extreme) == rows_to_end
+            is_stuck = np.count_nonzero(logged_at_extreme) == rows_to_end
             if (
-                len(at_extreme) >= rig.stuck.samples
+                len(at_extreme) >= rig.stuck_settings.samples
                 and share > rig.gates.saturated_share
-                and not stuck
+                and not is_stuck
                 and _piled_up(values, extreme, rig.gates.piled_up_factor)
                 and is_noise(changed(np.delete(values, at_extreme)))
             ):
@@ -308,10 +320,10 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
     A sensor at its stop gives one value again and again, with noise on one side only. Values that
     are coarse anyway are not piled up, nor is the load of a dead weight.
     """
-    levels, counts = np.unique(values, return_counts=True)
-    if len(levels) <= 1:
+    different_values, counts = np.unique(values, return_counts=True)
+    if len(different_values) <= 1:
         return False
-    end, neighbour = (-1, -2) if extreme == levels[-1] else (0, 1)
+    end, neighbour = (-1, -2) if extreme == different_values[-1] else (0, 1)
     return bool(counts[end] > factor * counts[neighbour])
 
 
@@ -322,10 +334,10 @@ def stuck_sensor(run: Run, rig: RigKind) -> Faults:
     start, stop = _long_hold(values, run, rig)
     if start == stop:
         return
-    levels = np.unique(values)
+    different_values = np.unique(values)
     hint = ""
-    if len(levels) >= _FEWEST_VALUES and not is_noise(changed(values)):
-        step = f"; it moves in steps of {np.diff(levels).min():.2g}"
+    if len(different_values) >= _FEWEST_VALUES and not is_noise(changed(values)):
+        step = f"; it moves in steps of {np.diff(different_values).min():.2g}"
         hint = f"{step}: log it with more digits, if that is its last one"
     yield {"value": values[start], "hint": hint, **run.working.rows(start, stop - 1)}
 
@@ -350,20 +362,20 @@ def two_conditions(run: Run, rig: TractionRig) -> Faults:
         (speed, limits.entrainment_speed),
     ):
         # a load that changes within a plateau is neither
-        held = ~(np.abs(run.plateaus["load_change"]) > rig.gates.load_change_max)
-        values = np.where(held, run.plateaus[channel.column], np.nan)
+        is_held = ~(np.abs(run.plateaus["load_change"]) > rig.gates.load_change_max)
+        values = np.where(is_held, run.plateaus[channel.column], np.nan)
         limit = _between_levels(values, range_of_level, rig.gates.faulty_plateaus_min)
         if np.isnan(limit):
             continue
-        high = values > limit
-        changes = np.flatnonzero(high[1:] != high[:-1])
+        is_high = values > limit
+        changes = np.flatnonzero(is_high[1:] != is_high[:-1])
         yield {
             "name": channel.name,
             "unit": channel.unit,
             "low": median(values[values < limit]),
-            "high": median(values[high]),
+            "high": median(values[is_high]),
             "count_low": np.count_nonzero(values < limit),
-            "count_high": np.count_nonzero(high),
+            "count_high": np.count_nonzero(is_high),
             "first": run.plateaus["first_row"][changes[0] + 1],
             "last": run.plateaus["last_row"][-1],
         }
@@ -413,10 +425,10 @@ def _branches(run: Run, rig: TractionRig) -> tuple[FloatArray, FloatArray]:
         (slip, mu), (back_slip, back_mu) = ways
         lowest = max(slip[0], back_slip[0])
         highest = min(slip[-1], back_slip[-1])
-        shared = (slip >= lowest) & (slip <= highest)
-        if shared.sum() >= rig.gates.branch_points:
-            differences.append(mu[shared] - np.interp(slip[shared], back_slip, back_mu))
-            compared_mu.append(mu[shared])
+        is_shared = (slip >= lowest) & (slip <= highest)
+        if is_shared.sum() >= rig.gates.branch_points:
+            differences.append(mu[is_shared] - np.interp(slip[is_shared], back_slip, back_mu))
+            compared_mu.append(mu[is_shared])
     return np.concatenate(differences), np.concatenate(compared_mu)
 
 
@@ -457,7 +469,7 @@ def little_traction(run: Run, rig: TractionRig) -> Faults:
 @WARNINGS.gate
 def zero_on_trust(run: Run, rig: TractionRig) -> Faults:
     """Nothing in settled readings shows that their zero was removed."""
-    if _is_settled(run) and not is_tested(run, rig.zero):
+    if _is_settled(run) and not is_tested(run, rig.zero_settings):
         yield {}
 
 
@@ -465,11 +477,11 @@ def zero_on_trust(run: Run, rig: TractionRig) -> Faults:
 def drift_not_seen(run: Run, rig: TractionRig) -> Faults:
     """The zero was taken on one side of the run alone, so that nothing shows its drift."""
     if len(run.zero_phases) == 1:
-        (part,) = run.zero_phases
-        allowed_n = rig.zero.max_drift_n
+        (phase,) = run.zero_phases
+        allowed_n = rig.zero_settings.max_drift_n
         largest_n = np.nanmax(np.abs(run.plateaus["traction_force_n"]), initial=0.0)
         if largest_n > 0:
-            yield {"part": part, "allowed": allowed_n, "share": allowed_n / largest_n}
+            yield {"part": phase, "allowed": allowed_n, "share": allowed_n / largest_n}
 
 
 @WARNINGS.gate
@@ -503,7 +515,7 @@ def _is_settled(run: Run) -> bool:
     return run.force_lag is None and bool(np.isnan(run.plateaus["duration_s"]).all())
 
 
-def _noise(run: Run) -> FloatArray:
+def _noise_of_samples(run: Run) -> FloatArray:
     """Size of the sensor's noise at each sample but the first and last.
 
     Ramps do not change second differences. These have six times the variance of the noise.
@@ -520,7 +532,7 @@ def _noise(run: Run) -> FloatArray:
 @WARNINGS.gate
 def noisy_sensor(run: Run, rig: RigKind) -> Faults:
     """The readings scatter by a large share of what is measured."""
-    noise_of_sample = _noise(run)
+    noise_of_sample = _noise_of_samples(run)
     noise = MAD_TO_SIGMA * median(noise_of_sample)
     largest = float(np.nanmax(np.abs(run.plateaus[run.rig.sensor.column]), initial=0.0))
     enough = len(noise_of_sample) >= _FEWEST_CHANGES
@@ -531,7 +543,7 @@ def noisy_sensor(run: Run, rig: RigKind) -> Faults:
 @WARNINGS.gate
 def soft_saturation(run: Run, rig: RigKind) -> Faults:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
-    noise_of_sample = _noise(run)
+    noise_of_sample = _noise_of_samples(run)
     if len(noise_of_sample) == 0:
         return
     size = np.abs(run.working[run.rig.sensor.column][1:-1])

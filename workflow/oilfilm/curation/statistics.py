@@ -56,7 +56,7 @@ class Stretches:
         return self.stops - self.starts
 
     @cached_property
-    def first(self) -> IndexArray:
+    def first_in_cut(self) -> IndexArray:
         """Index of the first sample of each stretch in what `cut` gives, shape (stretches,)."""
         return np.cumsum(self.lengths) - self.lengths
 
@@ -68,20 +68,20 @@ class Stretches:
         limits = zip(self.starts.tolist(), self.stops.tolist(), strict=True)
         return np.concatenate([signal[start:stop] for start, stop in limits])
 
-    def everything(self) -> BoolArray:
+    def all_samples(self) -> BoolArray:
         """The mask in which each sample of each stretch counts, shape (samples,)."""
         return np.ones(self.lengths.sum(), dtype=bool)
 
     def sums(self, values: FloatArray) -> FloatArray:
         """Sum of each stretch of values that `cut` gives, shape (stretches,)."""
         # not BLAS: the last digit must not depend on the processor or its threads
-        return np.add.reduceat(values, self.first) if len(self.first) else np.empty(0)
+        return np.add.reduceat(values, self.first_in_cut) if len(self.first_in_cut) else np.empty(0)
 
     def counts(self, inside: BoolArray) -> IndexArray:
         """Number of samples of each stretch that count, shape (stretches,)."""
-        if len(self.first) == 0:
+        if len(self.first_in_cut) == 0:
             return np.empty(0, dtype=np.int64)
-        return np.add.reduceat(inside, self.first, dtype=np.int64)
+        return np.add.reduceat(inside, self.first_in_cut, dtype=np.int64)
 
     def for_samples(self, values: FloatArray | IndexArray) -> FloatArray:
         """The value of its stretch for each sample, shape (samples,)."""
@@ -145,19 +145,19 @@ class Stretches:
     def medians(self, values: FloatArray) -> FloatArray:
         """Median of each stretch, shape (stretches,); NaN where it has a NaN."""
         ranked = values.copy()
-        for start, length in zip(self.first.tolist(), self.lengths.tolist(), strict=True):
+        for start, length in zip(self.first_in_cut.tolist(), self.lengths.tolist(), strict=True):
             ranked[start : start + length].sort()
         last = self.lengths - 1
-        lower = ranked[self.first + last // 2]
-        upper = ranked[self.first + (last + 1) // 2]
+        lower = ranked[self.first_in_cut + last // 2]
+        upper = ranked[self.first_in_cut + (last + 1) // 2]
         # a NaN is the last in order
-        return np.where(np.isnan(ranked[self.first + last]), np.nan, (lower + upper) / 2)
+        return np.where(np.isnan(ranked[self.first_in_cut + last]), np.nan, (lower + upper) / 2)
 
 
 def mean_with_error(values: FloatArray) -> tuple[float, float]:
     """Mean of samples, shape (n,), and its standard error, autocorrelation included."""
     stretch = Stretches(np.array([0]), np.array([len(values)]))
-    inside = stretch.everything()
+    inside = stretch.all_samples()
     mean = stretch.means(values, inside)
     return float(mean[0]), float(stretch.standard_errors(values, inside, mean)[0])
 
@@ -176,18 +176,18 @@ def _sum_of_lags(residual: FloatArray, lengths: IndexArray) -> FloatArray:
     # the stretches whose sum has not ended
     pending = np.arange(len(lengths))
     for lag in range(1, _LAGS_SUMMED_DIRECTLY + 1):
-        longer = lengths > lag
-        residual = residual[np.repeat(longer, lengths)]
-        pending = pending[longer]
-        lengths = lengths[longer]
+        is_longer = lengths > lag
+        residual = residual[np.repeat(is_longer, lengths)]
+        pending = pending[is_longer]
+        lengths = lengths[is_longer]
         if len(pending) == 0:
             return total
         covariance = _covariance(residual, lengths, lag)
-        positive = covariance > 0
-        residual = residual[np.repeat(positive, lengths)]
-        pending = pending[positive]
-        lengths = lengths[positive]
-        total[pending] += covariance[positive]
+        is_positive = covariance > 0
+        residual = residual[np.repeat(is_positive, lengths)]
+        pending = pending[is_positive]
+        lengths = lengths[is_positive]
+        total[pending] += covariance[is_positive]
     stops = np.cumsum(lengths)
     for stretch, start, stop in zip(pending, stops - lengths, stops, strict=True):
         total[stretch] = _sum_of_positive_lags(residual[start:stop])
@@ -213,8 +213,8 @@ def _sum_of_positive_lags(residual: FloatArray) -> float:
     power = spectrum.real**2 + spectrum.imag**2
     del spectrum
     covariance = scipy.fft.irfft(power, padded)[1:length]
-    ended = covariance <= 0
-    last = int(np.argmax(ended)) if ended.any() else len(covariance)
+    is_ended = covariance <= 0
+    last = int(np.argmax(is_ended)) if is_ended.any() else len(covariance)
     return float(covariance[:last].sum())
 
 

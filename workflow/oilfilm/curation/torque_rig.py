@@ -56,7 +56,7 @@ class TorqueRig(RigKind):
     errors: tuple[str, ...] = ("torque_n_m",)
     changes: tuple[str, ...] = ("torque_n_m", "oil_temperature_c", "axial_load_n")
     transients: tuple[str, ...] = ()
-    words: Mapping[str, str] = {"sensor": sensor.name, "level": "speed"}
+    terms: Mapping[str, str] = {"sensor": sensor.name, "level": "speed"}
     carried: tuple[str, ...] = ("oil", "rig", "sha256", "reader")
     keeps_refused_runs = False
     shown_signals: Mapping[str, str] = {
@@ -66,13 +66,13 @@ class TorqueRig(RigKind):
         "oil_temperature_c": "Oil temp.\n(\N{DEGREE SIGN}C)",
     }
 
-    plateaus: TorquePlateauSettings
+    plateau_settings: TorquePlateauSettings
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
         self.gates = settings.torque_logs.gates
-        self.plateaus = settings.torque_logs.plateaus
-        self.zero = settings.torque_logs.tare
+        self.plateau_settings = settings.torque_logs.plateaus
+        self.zero_settings = settings.torque_logs.tare
         self.zero_drift_max = settings.torque_logs.tare.max_drift_n_m
 
     @staticmethod
@@ -83,21 +83,21 @@ class TorqueRig(RigKind):
 
     def divide(self, signals: Signals, rig: str) -> Division:
         """Levels of speed between the first and the last sample at which the bearing turns."""
-        turning = np.abs(signals["inner_speed_rpm"]) > self.zero.max_speed_rpm
-        if not turning.any():
+        is_turning = np.abs(signals["inner_speed_rpm"]) > self.zero_settings.max_speed_rpm
+        if not is_turning.any():
             no_levels = np.array([], dtype=np.int64)
             return Division(signals, no_levels, no_levels, at_rest=signals, phases={})
-        turning_rows = np.flatnonzero(turning)
+        turning_rows = np.flatnonzero(is_turning)
         start = int(turning_rows[0])
         stop = int(turning_rows[-1]) + 1
-        starts, stops, too_short = _levels(signals, start, stop, self.plateaus)
+        starts, stops, too_short = _levels(signals, start, stop, self.plateau_settings)
         return Division(
             signals,
             starts,
             stops,
             at_rest=signals,
             phases={"opening": slice(0, start), "closing": slice(stop, len(signals))},
-            working=turning,
+            working=is_turning,
             too_short=too_short,
         )
 
@@ -126,7 +126,7 @@ class TorqueRig(RigKind):
     def hypotheses(self, rig: str) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
         yield from time_hypotheses()
-        yield from setting_hypotheses("torque_logs", self.plateaus, "min_step_rpm")
+        yield from setting_hypotheses("torque_logs", self.plateau_settings, "min_step_rpm")
 
 
 def _levels(
@@ -154,18 +154,24 @@ def _levels(
             starts[level] += np.argmax(near_median)
             stops[level] -= np.argmax(near_median[::-1])
     # a single row gives no standard error
-    settled = stops - starts > 1
+    is_settled_level = stops - starts > 1
     too_short: list[Refusal] = []
     edges = pairwise([0, *steps, len(speed)])
-    for (start, stop), is_settled in zip(edges, settled, strict=True):
+    for (start, stop), is_settled in zip(edges, is_settled_level, strict=True):
         if is_settled or stop <= start:
             continue
         # on a ramp hardly any row is near the median one
         if _near_median(speed[start:stop], settings).mean() > 1 / 3:
             too_short.append(
-                _too_short(signals, turning_start + start, turning_start + stop, settings)
+                _refusal_of_short_level(
+                    signals, turning_start + start, turning_start + stop, settings
+                )
             )
-    return turning_start + starts[settled], turning_start + stops[settled], too_short
+    return (
+        turning_start + starts[is_settled_level],
+        turning_start + stops[is_settled_level],
+        too_short,
+    )
 
 
 def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDArray[np.bool_]:
@@ -173,7 +179,9 @@ def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDAr
     return np.asarray(np.abs(speed - median(speed)) <= settings.min_step_rpm)
 
 
-def _too_short(signals: Signals, start: int, stop: int, settings: TorquePlateauSettings) -> Refusal:
+def _refusal_of_short_level(
+    signals: Signals, start: int, stop: int, settings: TorquePlateauSettings
+) -> Refusal:
     """The refusal of a level that ended before it settled."""
     speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s

@@ -107,7 +107,7 @@ class TractionRig(RigKind):
     errors = ("slide_roll_ratio", "traction_force_n", "load_n")
     changes = (*errors, "inlet_temperature_c")
     transients = ("slide_roll_ratio", "traction_force_n")
-    words: Mapping[str, str] = {"sensor": sensor.name, "level": "slip"}
+    terms: Mapping[str, str] = {"sensor": sensor.name, "level": "slip"}
     carried: tuple[str, ...] = (
         "oil",
         "rig",
@@ -125,15 +125,15 @@ class TractionRig(RigKind):
     }
 
     gates: GateSettings
-    plateaus: PlateauSettings
-    zero: ZeroReferenceSettings
+    plateau_settings: PlateauSettings
+    zero_settings: ZeroReferenceSettings
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
         self.gates = settings.gates
-        self.plateaus = settings.curation.plateaus
-        self.zero = settings.curation.zero_reference
-        self.zero_drift_max = self.zero.max_drift_n
+        self.plateau_settings = settings.curation.plateaus
+        self.zero_settings = settings.curation.zero_reference
+        self.zero_drift_max = self.zero_settings.max_drift_n
 
     @property
     def planned_slips(self) -> Sequence[float]:
@@ -163,13 +163,16 @@ class TractionRig(RigKind):
         """Levels of slip; the first and the last of them are pure rolling."""
         curation = self.settings.curation
         # where nothing turns S has no value
-        turning = np.isfinite(signals["slide_roll_ratio"]) & turns_steadily(signals, curation)
-        usable = signals.at(turning)
+        is_turning = np.isfinite(signals["slide_roll_ratio"]) & turns_steadily(signals, curation)
+        usable = signals.at(is_turning)
         interval_s = usable.interval_s
         steps = find_steps(
-            usable["slide_roll_ratio"], interval_s, self.plateaus.min_step, self.plateaus
+            usable["slide_roll_ratio"],
+            interval_s,
+            self.plateau_settings.min_step,
+            self.plateau_settings,
         )
-        starts, stops = settled_parts(len(usable), steps, interval_s, self.plateaus)
+        starts, stops = settled_parts(len(usable), steps, interval_s, self.plateau_settings)
         source = self.settings.campaign.semantics_for(rig).zero
         if source == "standstill":
             phases = phases_at_standstill(signals, curation)
@@ -177,7 +180,7 @@ class TractionRig(RigKind):
         rolling = {"opening": slice(0, 0), "closing": slice(0, 0)}
         if len(steps):
             # the beginning of the opening phase gives the zero; the rest is a plateau without slip
-            zero_rows = round(self.zero.duration_s / interval_s)
+            zero_rows = round(self.zero_settings.duration_s / interval_s)
             # a slow log takes more time: the mean of fewer readings has no standard error. No rig
             # rolls for so long that a wrong unit of time would look like a slow log
             if exceeds(LONGEST_HOLD_S, stops[0] * interval_s):
@@ -190,68 +193,68 @@ class TractionRig(RigKind):
             stops,
             at_rest=usable,
             phases={name: rolling[name] for name in _ROLLING_PHASES[source]},
-            words="pure rolling",
-            in_levels=True,
+            rest_in_words="pure rolling",
+            phases_in_levels=True,
         )
 
-    def measured_ramp(self, run: Run, parts: Division, rig: str) -> Run | None:
+    def measured_ramp(self, run: Run, division: Division, rig: str) -> Run | None:
         """The run measured as a continuous ramp of slip; None where it is none."""
-        signals = parts.signals
+        signals = division.signals
         is_loaded = (signals["load_n"] > LEAST_LOAD_N).all()
         if not is_loaded or not is_ramp(
-            run, self.plateaus, self.zero.max_slide_roll_ratio, self._is_held(run)
+            run, self.plateau_settings, self.zero_settings.max_slide_roll_ratio, self._is_held(run)
         ):
             return None
         source = self.settings.campaign.semantics_for(rig).zero
         if source == "standstill" and run.flaw is not None:
             return run
-        zero = rolling_zero(signals, source, self.plateaus.window_s, self.zero)
+        zero = rolling_zero(signals, source, self.plateau_settings.window_s, self.zero_settings)
         if zero.flaw is not None:
             slip = signals["slide_roll_ratio"]
             numbers = dict(least=slip.min(), most=slip.max(), flaw=zero.flaw.reason)
             return replace(run, flaw=fault("zero_missing", "ramp_without_zero", **numbers))
-        removed_n, removed_se_n = self._zero_at_standstill(parts, source)
+        removed_n, removed_se_n = self._zero_at_standstill(division, source)
         sensor = self.sensor.column
         readings = ramp_readings(
             replace(signals, columns={**signals.columns, sensor: signals[sensor] - removed_n}),
             self._force_lag_range_s(rig),
             zero.terms,
-            self.zero.max_slide_roll_ratio,
+            self.zero_settings.max_slide_roll_ratio,
             self.settings.curation.spikes.threshold,
         )
         if readings is None:
             return replace(run, flaw=fault("slip_ramps", "ramp_too_fast", fewest=FEWEST_READINGS))
         averages = average(signals, readings.starts, readings.stops, self)
-        averages |= _at_slips(averages, readings)
+        averages |= _columns_at_slips(averages, readings)
         no_zero = np.zeros(len(readings.slip))
         measured = replace(
             run,
             plateaus=self.derive(averages, no_zero, removed_se_n[readings.starts]),
             flaw=self._fault_of_ramp(readings),
             too_short=(),
-            zero_phases=zero.phases or tuple(parts.phases),
+            zero_phases=zero.phases or tuple(division.phases),
             force_lag=readings.lag,
         )
         if source == "already_removed" and measured.flaw is None:
-            rolling = rolling_ends(signals, self.plateaus.window_s, self.zero)
+            rolling = rolling_ends(signals, self.plateau_settings.window_s, self.zero_settings)
             errors = self.gates.significant_errors
             curation = self.settings.curation
-            left = force_left_in_rolling(signals, rolling, curation, errors)
-            return replace(measured, flaw=left or force_left(measured, curation, errors))
+            fault_of_zero = force_left_in_rolling(signals, rolling, curation, errors)
+            return replace(measured, flaw=fault_of_zero or force_left(measured, curation, errors))
         return measured
 
-    def _zero_at_standstill(self, parts: Division, source: str) -> tuple[FloatArray, FloatArray]:
+    def _zero_at_standstill(self, division: Division, source: str) -> tuple[FloatArray, FloatArray]:
         """Zero at standstill and its standard error at each sample; 0 where another source counts.
 
         Args:
-            parts: The phases of the run.
+            division: The phases of the run.
             source: `semantics: zero` of the campaign.
         """
-        time_s = parts.signals.time_s
+        time_s = division.signals.time_s
         if source != "standstill":
             return np.zeros(len(time_s)), np.zeros(len(time_s))
         threshold = self.settings.curation.spikes.threshold
-        zero = zero_reference(parts.at_rest, self.sensor.column, parts.phases, threshold)
+        zero = zero_reference(division.at_rest, self.sensor.column, division.phases, threshold)
         return zero.at(time_s), zero.standard_error_at(time_s)
 
     def _force_lag_range_s(self, rig: str) -> Sequence[float]:
@@ -275,11 +278,11 @@ class TractionRig(RigKind):
         is_longer = lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_RANGE * longest_s
         is_shorter = lag.lag_s + error_s < shortest_s
         if lag.is_seen and (is_longer or is_shorter):
-            allowed = dict(least=shortest_s, most=longest_s)
-            return fault("slip_ramps", "lag_out_of_range", lag=lag.lag_s, **allowed)
-        if abs(readings.drift_n) > self.zero.max_drift_n:
-            drift = dict(drift=readings.drift_n, allowed=self.zero.max_drift_n)
-            return fault("zero_drift", sensor=self.sensor, **drift)
+            limits = dict(least=shortest_s, most=longest_s)
+            return fault("slip_ramps", "lag_out_of_range", lag=lag.lag_s, **limits)
+        if abs(readings.drift_n) > self.zero_settings.max_drift_n:
+            numbers = dict(drift=readings.drift_n, allowed=self.zero_settings.max_drift_n)
+            return fault("zero_drift", sensor=self.sensor, **numbers)
         slides = np.abs(readings.slip) > self.gates.sign_slip_min
         error = median(np.abs(readings.mu_se / readings.mu)[slides])
         largest_error = self.settings.curation.ramps.largest_error
@@ -288,38 +291,40 @@ class TractionRig(RigKind):
             return fault("slip_ramps", "lag_matters", error=error, allowed=largest_error, why=why)
         return None
 
-    def zero_fault(self, run: Run, parts: Division, rig: str) -> Refusal | None:
+    def zero_fault(self, run: Run, division: Division, rig: str) -> Refusal | None:
         """A phase that is part of the curve, or a force that should be zero."""
         source = self.settings.campaign.semantics_for(rig).zero
         if source == "standstill":
             return run.flaw
         if source == "already_removed":
             return force_left(run, self.settings.curation, self.gates.significant_errors)
-        share, errors = self.zero.max_traction_share, self.gates.significant_errors
-        return run.flaw or part_of_curve(parts, run.plateaus, share, errors)
+        share, errors = self.zero_settings.max_traction_share, self.gates.significant_errors
+        return run.flaw or part_of_curve(division, run.plateaus, share, errors)
 
     def settled_fault(self, run: Run) -> Refusal | None:
         """Rows that are no settled readings, or whose zero the rig has not removed."""
-        return raw_signal(run.signals, self.plateaus) or zero_of_readings(run, self.zero)
+        return raw_signal(run.signals, self.plateau_settings) or zero_of_readings(
+            run, self.zero_settings
+        )
 
     def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
         slip = averages["slide_roll_ratio"]
         direction = np.ones(len(slip))
-        backwards = slip < self.gates.slide_roll_ratio_min
+        is_backwards = slip < self.gates.slide_roll_ratio_min
         # traction is odd in slip: the other direction gives points of the same curve. A few may be
         # mishaps
-        if backwards.sum() >= self.gates.faulty_plateaus_min:
-            direction[backwards] = -1.0
+        if is_backwards.sum() >= self.gates.faulty_plateaus_min:
+            direction[is_backwards] = -1.0
         force_n = direction * (averages["traction_force_n"] - zero)
         load_n = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
         mu = force_n / load_n
         force_se_n = np.hypot(averages["traction_force_n_se"], zero_se)
         mu_se = np.hypot(force_se_n, mu * averages["load_n_se"]) / load_n
         film_um = averages.get("measured_film_thickness_um", unknown(len(zero)))
-        kept = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
+        kept_columns = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
         return {
-            **{name: averages[name] for name in (*kept, *self.means)},
+            **{name: averages[name] for name in (*kept_columns, *self.means)},
             DIRECTION: direction,
             "slide_roll_ratio": direction * slip,
             "force_asymmetry": _asymmetry(averages),
@@ -344,20 +349,20 @@ class TractionRig(RigKind):
         """See `RigKind.hypotheses`."""
         direction = self.settings.campaign.semantics_for(rig).direction
         yield from traction_hypotheses(self.settings.rigs[rig], direction)
-        yield from setting_hypotheses("curation", self.plateaus, "min_step")
+        yield from setting_hypotheses("curation", self.plateau_settings, "min_step")
 
 
-def _at_slips(averages: Columns, readings: RampReadings) -> Columns:
+def _columns_at_slips(averages: Columns, readings: RampReadings) -> Columns:
     """The columns of plateaus for points on a ramp: no slip is held, so nothing is to be steady."""
-    unheld = unknown(len(readings.slip))
+    not_known = unknown(len(readings.slip))
     return {
-        "duration_s": unheld,
+        "duration_s": not_known,
         "n_spikes": readings.spikes,
         "n_samples": readings.stops - readings.starts - readings.spikes,
-        "slide_roll_ratio_change": unheld,
-        "slide_roll_ratio_transient": unheld,
-        "traction_force_n_change": unheld,
-        "traction_force_n_transient": unheld,
+        "slide_roll_ratio_change": not_known,
+        "slide_roll_ratio_transient": not_known,
+        "traction_force_n_change": not_known,
+        "traction_force_n_transient": not_known,
         "slide_roll_ratio": readings.slip,
         # a point is at its slip by definition
         "slide_roll_ratio_se": np.zeros(len(readings.slip)),

@@ -105,7 +105,7 @@ def phase_too_short(
 
 
 def zero_reference(
-    signals: Signals, sensor: str, phases: Mapping[str, slice], spike: float
+    signals: Signals, sensor: str, phases: Mapping[str, slice], spike_threshold: float
 ) -> ZeroReference:
     """The zero from the phases at rest.
 
@@ -113,14 +113,14 @@ def zero_reference(
         signals: The run.
         sensor: Column of the sensor.
         phases: Name of a phase -> its samples. Empty where the rig has removed the zero itself.
-        spike: Threshold of the spike test, in robust standard deviations.
+        spike_threshold: Threshold of the spike test, in robust standard deviations.
     """
     stretches = Stretches(
         starts=np.array([phase.start for phase in phases.values()], dtype=np.int64),
         stops=np.array([phase.stop for phase in phases.values()], dtype=np.int64),
     )
     outputs = stretches.cut(signals[sensor])
-    inside = ~stretches.spikes(outputs, spike)
+    inside = ~stretches.spikes(outputs, spike_threshold)
     output = stretches.means(outputs, inside)
     return ZeroReference(
         time_s=stretches.means(stretches.cut(signals.time_s), inside),
@@ -130,7 +130,11 @@ def zero_reference(
 
 
 def moved_zero(
-    zero: ZeroReference, parts: Division, sensor: Channel, allowed: float, gates: SignalGateSettings
+    zero: ZeroReference,
+    division: Division,
+    sensor: Channel,
+    allowed: float,
+    gates: SignalGateSettings,
 ) -> Refusal | None:
     """A refusal if the zero after the run differs from that before it, by the most likely cause.
 
@@ -142,24 +146,29 @@ def moved_zero(
 
     Args:
         zero: The zero at both phases.
-        parts: The phases.
+        division: The phases.
         sensor: The signal whose zero it is.
         allowed: Largest difference, in the sensor's unit.
         gates: `zero_moving_share` and `significant_errors`.
     """
     if abs(zero.drift) <= allowed:
         return None
-    last_name = list(parts.phases)[-1]
-    last_phase = parts.phases[last_name]
-    values = parts.at_rest[sensor.column][last_phase]
+    last_name = list(division.phases)[-1]
+    last_phase = division.phases[last_name]
+    values = division.at_rest[sensor.column][last_phase]
     third = len(values) // 3
     change = float(np.mean(values[-third:]) - np.mean(values[:third])) if third else 0.0
     numbers = {"sensor": sensor, "drift": zero.drift, "allowed": allowed}
     # towards the opening zero, by more than the share of a steady drift
     if -change * np.sign(zero.drift) > gates.zero_moving_share * abs(zero.drift):
-        rows = parts.at_rest.rows(last_phase.start, last_phase.stop - 1)
+        rows = division.at_rest.rows(last_phase.start, last_phase.stop - 1)
         return fault(
-            "zero_not_settled", phase=last_name, rest=parts.words, change=change, **numbers, **rows
+            "zero_not_settled",
+            phase=last_name,
+            rest=division.rest_in_words,
+            change=change,
+            **numbers,
+            **rows,
         )
     error = float(np.hypot(zero.output_se[0], zero.output_se[-1]))
     if abs(zero.drift) <= gates.significant_errors * error:
@@ -167,7 +176,7 @@ def moved_zero(
     return fault("zero_drift", **numbers)
 
 
-def _still(signals: Signals, settings: CurationSettings) -> BoolArray:
+def _is_still(signals: Signals, settings: CurationSettings) -> BoolArray:
     """The samples at which both surfaces are slower than a share of the run's speed."""
     faster = np.maximum(np.abs(signals["ball_speed_m_s"]), np.abs(signals["disc_speed_m_s"]))
     speeds = faster[np.isfinite(faster)]
@@ -180,7 +189,7 @@ def phases_at_standstill(signals: Signals, settings: CurationSettings) -> dict[s
     guard = round(settings.plateaus.guard_s / signals.interval_s)
     settle = round(settings.plateaus.settle_s / signals.interval_s)
     rows = len(signals)
-    turning = np.flatnonzero(~_still(signals, settings))
+    turning = np.flatnonzero(~_is_still(signals, settings))
     if len(turning) == 0:
         first_turning, last_turning = 0, rows - 1
     else:
@@ -199,54 +208,54 @@ def turns_steadily(signals: Signals, settings: CurationSettings) -> BoolArray:
     A ramp ends where the speed equals the mean of the following window. `settle_s` is cut off after
     a ramp and `guard_s` before the next one.
     """
-    still = _still(signals, settings)
-    turning = ~still
-    if not still.any():
-        return turning
+    is_still = _is_still(signals, settings)
+    is_turning = ~is_still
+    if not is_still.any():
+        return is_turning
     interval_s = signals.interval_s
     window = max(round(settings.plateaus.window_s / interval_s), 2)
     settle = round(settings.plateaus.settle_s / interval_s)
     guard = round(settings.plateaus.guard_s / interval_s)
     tolerance = settings.zero_reference.ramp_tolerance
     speed = signals["entrainment_speed_m_s"]
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still, [0]]).astype(int)))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_still, [0]]).astype(int)))
     for start, stop in edges.reshape(-1, 2):
         # within a run a few readings of 0 are lost readings and no standstill
-        if stop - start < window and 0 < start and stop < len(still):
+        if stop - start < window and 0 < start and stop < len(is_still):
             continue
         ramp_up = _ramp_length(speed[stop:], window, tolerance)
         ramp_down = _ramp_length(speed[:start][::-1], window, tolerance)
-        turning[max(start - ramp_down - guard, 0) : stop + ramp_up + settle] = False
-    return turning
+        is_turning[max(start - ramp_down - guard, 0) : stop + ramp_up + settle] = False
+    return is_turning
 
 
 def _ramp_length(speed: FloatArray, window: int, tolerance: float) -> int:
     """Samples before a speed equals the mean of the window that it begins; all if it never does."""
     if len(speed) < window:
         return len(speed)
-    total = np.concatenate([[0.0], np.cumsum(speed)])
-    mean = (total[window:] - total[:-window]) / window
-    steady = np.abs(speed[: len(mean)] - mean) <= tolerance * np.abs(mean)
+    running_sum = np.concatenate([[0.0], np.cumsum(speed)])
+    mean = (running_sum[window:] - running_sum[:-window]) / window
+    is_steady = np.abs(speed[: len(mean)] - mean) <= tolerance * np.abs(mean)
     # the zeros of the next standstill are steady too, but do not end this ramp
-    steady &= mean != 0
-    return int(np.argmax(steady)) if steady.any() else len(speed)
+    is_steady &= mean != 0
+    return int(np.argmax(is_steady)) if is_steady.any() else len(speed)
 
 
-def sliding_phase(parts: Division, name: str, limit: float) -> Refusal | None:
+def sliding_phase(division: Division, name: str, limit: float) -> Refusal | None:
     """A phase whose slide-roll ratio is beyond a limit; None where it is not."""
-    slip = float(np.mean(parts.at_rest["slide_roll_ratio"][parts.phases[name]]))
+    slip = float(np.mean(division.at_rest["slide_roll_ratio"][division.phases[name]]))
     if abs(slip) <= limit:
         return None
     return fault("zero_missing", "sliding_phase", phase=name, slip=slip, limit=limit)
 
 
 def part_of_curve(
-    parts: Division, plateaus: Columns, allowed: float, significant_errors: float
+    division: Division, plateaus: Columns, allowed: float, significant_errors: float
 ) -> Refusal | None:
     """A phase taken for pure rolling whose traction is more than a share of the largest one.
 
     Args:
-        parts: The phases.
+        division: The phases.
         plateaus: The plateaus of the run.
         allowed: That share.
         significant_errors: Standard errors beyond which a slip is significant.
@@ -254,8 +263,8 @@ def part_of_curve(
     slips = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
     largest = float(np.nanmax(np.abs(mu), initial=0.0))
-    for name, phase in parts.phases.items():
-        phase_slips = parts.at_rest["slide_roll_ratio"][phase]
+    for name, phase in division.phases.items():
+        phase_slips = division.at_rest["slide_roll_ratio"][phase]
         slip, error = mean_with_error(phase_slips)
         # Student's distribution: the error of the mean of few readings is itself uncertain
         chance = scipy.stats.norm.sf(significant_errors)
@@ -297,13 +306,13 @@ def force_left(run: Run, curation: CurationSettings, significant_errors: float) 
     threshold = curation.spikes.threshold
     standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
     slip = np.abs(plateaus["slide_roll_ratio"])
-    rolling = slip <= significant_errors * plateaus["slide_roll_ratio_se"]
+    is_rolling = slip <= significant_errors * plateaus["slide_roll_ratio_se"]
     force_error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     # plateaus without slip first, then the phases of standstill
-    conditions = ["without slip"] * int(rolling.sum()) + list(phases)
-    force_n = np.append(plateaus["traction_force_n"][rolling], standstill.output)
-    error_n = np.append(force_error_n[rolling], standstill.output_se)
-    return _left(force_n, significant_errors * error_n, conditions, allowed_n)
+    conditions = ["without slip"] * int(is_rolling.sum()) + list(phases)
+    force_n = np.append(plateaus["traction_force_n"][is_rolling], standstill.output)
+    error_n = np.append(force_error_n[is_rolling], standstill.output_se)
+    return _first_force_left(force_n, significant_errors * error_n, conditions, allowed_n)
 
 
 def force_left_in_rolling(
@@ -321,32 +330,32 @@ def force_left_in_rolling(
         significant_errors: As for `force_left`.
     """
     settings = curation.zero_reference
-    judged = {
+    judged_phases = {
         f"in the {name} phase of pure rolling": phase
         for name, phase in phases.items()
         if phase_too_short(signals, phase, name, settings.min_duration_s) is None
     }
-    zero = zero_reference(signals, "traction_force_n", judged, curation.spikes.threshold)
+    zero = zero_reference(signals, "traction_force_n", judged_phases, curation.spikes.threshold)
     tolerances_n = significant_errors * zero.output_se
-    return _left(zero.output, tolerances_n, list(judged), settings.max_drift_n)
+    return _first_force_left(zero.output, tolerances_n, list(judged_phases), settings.max_drift_n)
 
 
-def _left(
-    force_n: FloatArray, tolerances_n: FloatArray, places: Sequence[str], allowed_n: float
+def _first_force_left(
+    force_n: FloatArray, tolerances_n: FloatArray, conditions: Sequence[str], allowed_n: float
 ) -> Refusal | None:
     """The first force beyond what is allowed; None where all are within it.
 
     Args:
         force_n: Forces where there should be none, shape (places,).
         tolerances_n: What their noise explains, shape (places,).
-        places: Where they are, in words.
+        conditions: Where they are, in words.
         allowed_n: Largest force that is allowed.
     """
     beyond = np.flatnonzero(np.abs(force_n) > allowed_n + tolerances_n)
     if len(beyond) == 0:
         return None
     first = beyond[0]
-    return fault("zero_left", force=force_n[first], place=places[first], allowed=allowed_n)
+    return fault("zero_left", force=force_n[first], place=conditions[first], allowed=allowed_n)
 
 
 def raw_signal(signals: Signals, settings: PlateauSettings) -> Refusal | None:
@@ -363,8 +372,8 @@ def raw_signal(signals: Signals, settings: PlateauSettings) -> Refusal | None:
     numbers |= dict(least_s=settings.min_duration_s, least=settings.min_step)
     if interval_s > 0 and exceeds(settings.min_duration_s, interval_s):
         return fault("no_settled_readings", "fast_rows", **numbers)
-    many = len(signals) >= _FEWEST_ROWS_OF_SIGNAL
-    if not interval_s > 0 and many and step < settings.min_step / 2:
+    has_many_rows = len(signals) >= _FEWEST_ROWS_OF_SIGNAL
+    if not interval_s > 0 and has_many_rows and step < settings.min_step / 2:
         return fault("no_settled_readings", "close_rows", **numbers)
     return None
 
@@ -410,10 +419,10 @@ def zero_of_readings(run: Run, settings: ZeroReferenceSettings) -> Refusal | Non
     mu = run.plateaus["traction_coefficient"]
     load_n = run.plateaus["load_n"]
     largest_n = _largest_zero_n(run.plateaus, settings)
-    rolls = _without_slip(run.plateaus, largest_n)
+    is_rolling = _without_slip(run.plateaus, largest_n)
     # a reading with some slip may have as much traction of its own
     allowed_n = largest_n * np.where(slip == 0, 1, 2)
-    beyond = np.flatnonzero(rolls & (np.abs(mu * load_n) > allowed_n))
+    beyond = np.flatnonzero(is_rolling & (np.abs(mu * load_n) > allowed_n))
     if len(beyond):
         first = beyond[0]
         return fault(
@@ -450,16 +459,16 @@ def differences_of_directions(plateaus: Columns) -> tuple[FloatArray, FloatArray
     """
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
-    known = np.isfinite(slip) & np.isfinite(mu)
-    negative = known & (plateaus[DIRECTION] < 0)
-    positive = known & (plateaus[DIRECTION] > 0)
-    if not negative.any() or not positive.any():
+    is_known = np.isfinite(slip) & np.isfinite(mu)
+    is_negative = is_known & (plateaus[DIRECTION] < 0)
+    is_positive = is_known & (plateaus[DIRECTION] > 0)
+    if not is_negative.any() or not is_positive.any():
         return np.empty(0), np.empty(0)
-    by_slip = np.argsort(slip[positive], kind="stable")
-    rising = slip[positive][by_slip]
-    shared = negative & (slip >= rising[0]) & (slip <= rising[-1])
-    other = np.interp(slip[shared], rising, mu[positive][by_slip])
-    return other - mu[shared], mu[shared]
+    by_slip = np.argsort(slip[is_positive], kind="stable")
+    rising = slip[is_positive][by_slip]
+    is_shared = is_negative & (slip >= rising[0]) & (slip <= rising[-1])
+    positive_mu = np.interp(slip[is_shared], rising, mu[is_positive][by_slip])
+    return positive_mu - mu[is_shared], mu[is_shared]
 
 
 def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
@@ -492,19 +501,19 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
     size = size[usable]
     if len(distance) == 0:
         return 0.0
-    nearest = reaches(_SAME_LEVEL_RATIO * distance.min(), distance)
-    nearest_distance = distance[nearest].mean()
-    nearest_size = size[nearest].mean()
+    is_nearest = reaches(_SAME_LEVEL_RATIO * distance.min(), distance)
+    nearest_distance = distance[is_nearest].mean()
+    nearest_size = size[is_nearest].mean()
     chord = nearest_size / nearest_distance
-    distance = distance[~nearest]
-    size = size[~nearest]
+    distance = distance[~is_nearest]
+    size = size[~is_nearest]
     if len(distance) == 0:
         return float(_STEEPEST_RATIO * chord)
-    following = reaches(_SAME_LEVEL_RATIO * distance.min(), distance)
-    step = distance[following].mean() - nearest_distance
-    next_chord = (size[following] - nearest_size).mean() / step
+    is_following = reaches(_SAME_LEVEL_RATIO * distance.min(), distance)
+    step = distance[is_following].mean() - nearest_distance
+    next_chord = (size[is_following] - nearest_size).mean() / step
     if next_chord <= 0:
         return float(_STEEPEST_RATIO * chord)
     # from the middle of the first chord back to the middle between no slip and that of the zero
-    power = (nearest_distance + abs(at_slip)) / (nearest_distance + step)
-    return float(chord * np.clip((chord / next_chord) ** power, 1, _STEEPEST_RATIO))
+    exponent = (nearest_distance + abs(at_slip)) / (nearest_distance + step)
+    return float(chord * np.clip((chord / next_chord) ** exponent, 1, _STEEPEST_RATIO))

@@ -24,7 +24,7 @@ from oilfilm.fits.problem import Problem
 from oilfilm.fits.uncertainty import SENSORS, Estimates
 from oilfilm.settings.config import FitSettings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_FIT
+from oilfilm.tables.table_needs import FIT_TABLES
 from oilfilm.traction.law import CONDITIONS, Law, Observations
 
 # Residuals of an exact fit are rounding: their SSE over the sum of mu^2 is below this.
@@ -105,7 +105,7 @@ def _with_oil_and_law(quality: Mapping[str, Any], **frames: pd.DataFrame) -> Cam
     """
     frames["fit_quality"] = pd.DataFrame([quality])
     oil = quality["oil"]
-    finished = {name: tables.empty(name) for name in OF_FIT}
+    finished = {name: tables.empty(name) for name in FIT_TABLES}
     for name, frame in frames.items():
         if len(frame):
             rows = frame.assign(oil=oil, law=quality["law"])

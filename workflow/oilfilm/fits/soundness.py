@@ -26,13 +26,13 @@ from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_col
 from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.set_points import SET_POINTS, with_levels
-from oilfilm.tables.table_needs import OF_FIT, OF_SURFACE
+from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
+from oilfilm.tables.table_needs import FIT_TABLES, SURFACE_TABLES
 
 # Largest ratio of the sum of squares to that between repeats. Repeats that are copies have a sum of
 # squares of rounding only.
 _LARGEST_RATIO = 1e6
-# Measured columns that replace set points that no log states, in the order of `SET_POINTS`.
+# Measured columns that replace set points that no log states, in the order of `NOMINAL_COLUMNS`.
 _MEASURED = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 
 
@@ -127,10 +127,10 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     accepted = results.points[results.points["accepted"]]
     means = accepted.groupby("run_id")[list(_MEASURED)].mean().reindex(runs.index)
     # pressure and load are one set point: where one is stated, the other is not needed
-    load_set_points = SET_POINTS[:2]
+    load_set_points = NOMINAL_COLUMNS[:2]
     is_load_stated = runs[list(load_set_points)].notna().any(axis=1)
     labels = runs[["oil", "rig"]].assign(load_noted=is_load_stated)
-    for name, measured in zip(SET_POINTS, _MEASURED, strict=True):
+    for name, measured in zip(NOMINAL_COLUMNS, _MEASURED, strict=True):
         is_stated = is_load_stated if name in load_set_points else runs[name].notna()
         level = levels_of(measured, means[measured].to_numpy(float), settings.same_condition)
         # a negative number is a level of the measured means
@@ -289,7 +289,7 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
         limiting_stress_ratio=quality["oil"].map(limiting_stress_ratios).astype(float)
     )
     results = results.replace(fit_quality=quality)
-    finished = {name: results.table(name) for name in (*OF_FIT, *OF_SURFACE)}
+    finished = {name: results.table(name) for name in (*FIT_TABLES, *SURFACE_TABLES)}
     finished["law_verdicts"] = best_laws(
         quality, results.law_points, results.points, settings.compare.bic_difference_min
     )

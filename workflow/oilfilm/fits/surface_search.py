@@ -37,7 +37,7 @@ from oilfilm.surface.surface import (
     surface_of_sizes,
 )
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.table_needs import OF_SURFACE
+from oilfilm.tables.table_needs import SURFACE_TABLES
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import to_constants
 
@@ -70,7 +70,7 @@ def surface_of_oil(
         if len(runs) < settings.surface.fewest_curves:
             break
         return searched_surface(oil, name, law, measurements, settings.surface, assumptions)
-    return CampaignTables.in_memory(**{table: tables.empty(table) for table in OF_SURFACE})
+    return CampaignTables.in_memory(**{table: tables.empty(table) for table in SURFACE_TABLES})
 
 
 def _rig_of_runs(points: pd.DataFrame, runs: pd.DataFrame) -> list[str] | None:
@@ -93,7 +93,7 @@ def with_surface(
 ) -> CampaignTables:
     """The tables of fits to one oil, with those of its surface; see `surface_of_oil`."""
     found = surface_of_oil(results, oil, settings, rigs)
-    return results.replace(**{name: found.table(name) for name in OF_SURFACE})
+    return results.replace(**{name: found.table(name) for name in SURFACE_TABLES})
 
 
 def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float) -> Iterator[str]:

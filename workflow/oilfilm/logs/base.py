@@ -8,11 +8,10 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.base.units import ABSOLUTE_ZERO_C
+from oilfilm.base.units import ABSOLUTE_ZERO_C, IndexArray
 
 # Columns of the table of samples without `run_id`: name -> array over the rows of one run.
 Columns = dict[str, npt.NDArray[Any]]
-IndexArray = npt.NDArray[np.int64]
 
 # Columns of a log: the name of each, and the unit beside or below it (empty where there is none).
 NamesAndUnits = list[tuple[str, str]]
@@ -42,8 +41,9 @@ SET_POINT_UNITS = {
     "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
     "inlet_temperature_c": ("inlet_temperature", "degC"),
 }
-SET_POINTS = tuple(SET_POINT_UNITS)
-LOADS = frozenset({"max_hertz_pressure_gpa", "load_n"})
+SET_POINT_KEYS = tuple(SET_POINT_UNITS)
+# Set points that state the load: a run has one of them.
+LOAD_KEYS = frozenset({"max_hertz_pressure_gpa", "load_n"})
 # No contact of steel or ceramic bears a higher pressure: a larger number is in MPa.
 LARGEST_PRESSURE_GPA = 10.0
 

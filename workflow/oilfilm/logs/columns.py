@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.base.errors import printable
-from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray
+from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray, IndexArray
 from oilfilm.logs import base
 from oilfilm.logs.clocks import with_time
 from oilfilm.logs.log_kind import Column, LogKind, UsableLog, Vocabulary
@@ -38,7 +38,7 @@ _LARGEST_RATE_RATIO = 1.5
 # Share of refused rows from which the decimal mark of the file is in doubt.
 _MANY_ROWS_SHARE = 0.05
 # Keys that have columns of their own in the table of runs.
-_KEYS_WITH_COLUMN = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINTS})
+_KEYS_WITH_COLUMN = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINT_KEYS})
 _MOST_STATED_KEYS = 30
 # Of the columns of a log that the table of runs names.
 _MOST_NAMES, _LONGEST_NAME = 200, 100
@@ -71,9 +71,9 @@ def _runs_in(table: LoggedTable, settings: Settings, kind: LogKind) -> list[Logg
     converted: dict[int, Values] = {}
 
     def values(indices: Sequence[int]) -> list[Values]:
-        missing = [index for index in indices if index not in converted]
-        if missing:
-            converted.update(zip(missing, table.values(missing), strict=True))
+        not_yet_converted = [index for index in indices if index not in converted]
+        if not_yet_converted:
+            converted.update(zip(not_yet_converted, table.values(not_yet_converted), strict=True))
         return [converted[index] for index in indices]
 
     return runs_in_table(replace(table, values=values), vocabulary, settings)
@@ -133,15 +133,15 @@ def _parts_at_set_points(
     if len(rows_of_parts) < 2:
         return [table]
     # rows that cannot be used belong to the part before them
-    firsts = [int(run.samples["row"][rows[0]]) for rows in rows_of_parts[1:]]
-    splits = np.searchsorted(table.numbers_of_rows(first_row), firsts)
-    listed_rows = ", ".join(map(str, firsts[:10]))
+    first_rows = [int(run.samples["row"][rows[0]]) for rows in rows_of_parts[1:]]
+    split_indices = np.searchsorted(table.numbers_of_rows(first_row), first_rows)
+    listed_rows = ", ".join(map(str, first_rows[:10]))
     note = (
         f"the load or the speed changes to another set point at row {listed_rows}; the rows "
         f"before and after are runs of their own"
     )
     parts: list[LoggedTable] = []
-    for number, rows in enumerate(np.split(np.arange(table.rows), splits), start=1):
+    for number, rows in enumerate(np.split(np.arange(table.rows), split_indices), start=1):
         name = f"{table.run_name} setpoint{number}".strip()
         part = table.part(rows, name, table.keys)
         parts.append(part.with_note(note))
@@ -201,19 +201,19 @@ def _without_twins(table: LoggedTable, vocabulary: Vocabulary) -> tuple[list[str
     names = list(table.names)
     if table.columns:
         return names, table
-    first_of: dict[str, int] = {}
+    first_by_quantity: dict[str, int] = {}
     notes: list[str] = []
     meanings = vocabulary.meanings(table.names, table.units)
     for index, (quantity, unit) in meanings.items():
-        first = first_of.setdefault(quantity, index)
-        if first == index or unit != meanings[first][1]:
+        first_index = first_by_quantity.setdefault(quantity, index)
+        if first_index == index or unit != meanings[first_index][1]:
             continue
-        numbers, twin_numbers = table.values([first, index])
+        numbers, twin_numbers = table.values([first_index, index])
         if numbers.dtype.kind not in "iuf" or twin_numbers.dtype.kind not in "iuf":
             continue
         if np.array_equal(numbers, twin_numbers, equal_nan=True):
             notes.append(
-                f"the columns {names[first][:60]!r} and {names[index][:60]!r} hold the same "
+                f"the columns {names[first_index][:60]!r} and {names[index][:60]!r} hold the same "
                 "numbers; the first of them is used"
             )
             names[index] = ""
@@ -221,7 +221,7 @@ def _without_twins(table: LoggedTable, vocabulary: Vocabulary) -> tuple[list[str
 
 
 def _good_rows(
-    table: LoggedTable, logged: Sequence[FloatArray], readable: BoolArray, rows: base.IndexArray
+    table: LoggedTable, logged: Sequence[FloatArray], readable: BoolArray, rows: IndexArray
 ) -> tuple[BoolArray, list[base.Refusal]]:
     """Which rows can be used, shape (rows,), and the refusals of the others.
 
@@ -236,7 +236,7 @@ def _good_rows(
     if table.cut_row_cells:
         ended[-1] = False
     refusals = [
-        _unreadable(table, logged, first, last, int(np.searchsorted(rows, first)))
+        _refusal_of_unreadable_rows(table, logged, first, last, int(np.searchsorted(rows, first)))
         for first, last in base.unbroken_ranges(rows[ended & ~readable])
     ]
     good = readable & ended
@@ -251,14 +251,14 @@ def _good_rows(
         )
         good &= ~table.contradictory
     if table.cut_row_cells:
-        refusals.append(_cut_row(table, int(rows[-1])))
+        refusals.append(_refusal_of_cut_row(table, int(rows[-1])))
     return good, refusals
 
 
 def _flaw(
     table: LoggedTable,
     labels: Labels,
-    rows: base.IndexArray,
+    rows: IndexArray,
     values: Mapping[str, FloatArray],
     refusals: Sequence[base.Refusal],
     form: base.TextForm,
@@ -320,7 +320,7 @@ def _stated(keys: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(statements[:_MOST_STATED_KEYS])
 
 
-def _unreadable(
+def _refusal_of_unreadable_rows(
     table: LoggedTable, logged: Sequence[FloatArray], first: int, last: int, index: int
 ) -> base.Refusal:
     """Refusal of rows with a bad cell, which shows the first of them.
@@ -343,7 +343,7 @@ def _unreadable(
     return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows("", first, last)
 
 
-def _cut_row(table: LoggedTable, row: int) -> base.Refusal:
+def _refusal_of_cut_row(table: LoggedTable, row: int) -> base.Refusal:
     """The refusal of a last row without a line end."""
     row_text = table.show(table.rows - 1) if table.show else ""
     zeros = row_text.count("\0")
@@ -362,27 +362,30 @@ def _cut_row(table: LoggedTable, row: int) -> base.Refusal:
     return base.Refusal(rule, reason, advice).of_rows("", row, row)
 
 
-def _rate_change(time: FloatArray, rows: base.IndexArray) -> base.Refusal | None:
+def _rate_change(time: FloatArray, rows: IndexArray) -> base.Refusal | None:
     """A flaw where the sampling rate changes within a run: levels are found at one interval."""
     blocks = (len(time) - 1) // _ROWS_PER_BLOCK
     if blocks < 2 * _FEWEST_BLOCKS:
         return None
-    steps = np.diff(time)[: blocks * _ROWS_PER_BLOCK].reshape(blocks, _ROWS_PER_BLOCK)
+    steps_by_block = np.diff(time)[: blocks * _ROWS_PER_BLOCK].reshape(blocks, _ROWS_PER_BLOCK)
     # gates judge pauses and wrong digits of single rows
-    trimmed = np.sort(steps, axis=1)[:, _ROWS_PER_BLOCK // 10 : -_ROWS_PER_BLOCK // 10]
-    interval = trimmed.mean(axis=1)
-    if not interval[0] > 0:
+    trimmed_steps = np.sort(steps_by_block, axis=1)[
+        :, _ROWS_PER_BLOCK // 10 : -_ROWS_PER_BLOCK // 10
+    ]
+    intervals_s = trimmed_steps.mean(axis=1)
+    if not intervals_s[0] > 0:
         return None
-    slower = interval > interval[0] * _LARGEST_RATE_RATIO
-    faster = interval < interval[0] / _LARGEST_RATE_RATIO
+    slower = intervals_s > intervals_s[0] * _LARGEST_RATE_RATIO
+    faster = intervals_s < intervals_s[0] / _LARGEST_RATE_RATIO
     changed = slower | faster
     if changed.sum() < _FEWEST_BLOCKS:
         return None
-    first = int(np.argmax(changed))
+    first_changed = int(np.argmax(changed))
     return base.Refusal(
         "sampling_rate",
-        f"rows come every {interval[0]:.3g} s at first and every {interval[first]:.3g} s from "
-        f"about row {rows[first * _ROWS_PER_BLOCK]} on; expected one sampling rate",
+        f"rows come every {intervals_s[0]:.3g} s at first and every "
+        f"{intervals_s[first_changed]:.3g} s from "
+        f"about row {rows[first_changed * _ROWS_PER_BLOCK]} on; expected one sampling rate",
     )
 
 
@@ -433,20 +436,20 @@ def _converted(logged: Mapping[Column, FloatArray]) -> tuple[dict[str, FloatArra
         if not column.spare:
             limit = _LARGEST_TIME if column.quantity == "time" else base.LARGEST_READING
             within_limits.append(np.abs(numbers) < limit)
-    good = np.logical_and.reduce(within_limits)
-    all_good = bool(good.all())
+    readable = np.logical_and.reduce(within_limits)
+    all_readable = bool(readable.all())
     values: dict[str, FloatArray] = {}
     for column, numbers in logged.items():
-        usable = numbers if all_good else np.where(good, numbers, np.nan)
-        values[column.quantity] = column.to.convert(usable)
+        usable = numbers if all_readable else np.where(readable, numbers, np.nan)
+        values[column.quantity] = column.conversion.convert(usable)
     for column in logged:
         quantity = column.quantity
         numbers = values[quantity]
-        if column.to.unit == "GPa":
-            good = good & ~(np.abs(numbers) > base.LARGEST_PRESSURE_GPA)
+        if column.conversion.unit == "GPa":
+            readable = readable & ~(np.abs(numbers) > base.LARGEST_PRESSURE_GPA)
         if quantity.endswith("temperature"):
-            good = good & ~((numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C))
-    return values, good
+            readable = readable & ~((numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C))
+    return values, readable
 
 
 def seconds(values: Values) -> Values:
@@ -472,7 +475,7 @@ def texts_of(values: Values) -> Texts:
     Args:
         values: Values of a column, shape (rows,).
     """
-    codes, different = pd.factorize(values)
+    codes, different_values = pd.factorize(values)
     # the code of a missing value is -1
-    texts = [*(header_text(value) for value in different.tolist()), ""]
+    texts = [*(header_text(value) for value in different_values.tolist()), ""]
     return np.array(texts, dtype=object)[codes]

@@ -19,7 +19,7 @@ from oilfilm.logs import base, text_rows
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows, parse_decimal
 from oilfilm.logs.header import FULL_WIDTH
 from oilfilm.logs.likely_names import likely_names
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_kind import Meanings, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 _BLANKS = " "
@@ -84,9 +84,11 @@ def recognises(head: bytes) -> bool:
     head = text_rows.without_zero_blocks(head)
     text = text_rows.normalise(head).decode("utf-8", "replace")
     letters = text.lstrip("\ufeff \n")[:_LETTERS_JUDGED]
-    control = [letter for letter in letters if not (letter.isprintable() or letter.isspace())]
-    few_control = len(control) <= _LARGEST_CONTROL_SHARE * len(letters)
-    return letters != "" and "\0" not in letters[:200] and few_control
+    control_letters = [
+        letter for letter in letters if not (letter.isprintable() or letter.isspace())
+    ]
+    is_mostly_text = len(control_letters) <= _LARGEST_CONTROL_SHARE * len(letters)
+    return letters != "" and "\0" not in letters[:200] and is_mostly_text
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -129,20 +131,20 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         body, start = _without_comments(text, head)
         rows = text_rows.count_rows(body, start)
         meanings = vocabulary.meanings(head.names, head.units)
-        stamps = _stamps(head, meanings)
+        stamp_columns = _stamp_columns(head, meanings)
     except ValueError as error:
         read_as = "" if encoding == "ascii" else f"; read as {encoding}"
         raise UnreadableLogError(f"{error}{read_as}", vocabulary.advice, rows) from error
-    if stamps:
+    if stamp_columns:
         # seconds, in spite of any unit that the log gives
-        head.units[stamps[0]] = "s"
+        head.units[stamp_columns[0]] = "s"
     body, delimiter, start = _plain_cells(body, head, start)
-    decimal_mark, group_mark = _marks(head, delimiter, meanings.keys() - stamps)
+    decimal_mark, group_mark = _marks(head, delimiter, meanings.keys() - stamp_columns)
     keys = _header_keys(head.header, head.delimiter)
     may_grow = "time" in vocabulary.required and keys.get("log_kind") != "steps"
     body, notes = _with_line_end(body, start, delimiter, len(head.names), may_grow=may_grow)
     table = text_rows.TextTable(
-        body, len(head.names), delimiter, decimal_mark, group_mark, stamps, start
+        body, len(head.names), delimiter, decimal_mark, group_mark, stamp_columns, start
     )
     logged = LoggedTable(
         keys,
@@ -168,13 +170,13 @@ def _blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
     names_at = _start_of_line(text, len(head.header))
     line_of_names = text[names_at : text.find(b"\n", names_at) + 1]
     starts = [0]
-    found = text.find(b"\n" + line_of_names, names_at) if line_of_names else -1
-    while found >= 0:
-        start = _start_of_header(text, found + 1, head)
-        has_header = start < found + 1
-        if has_header or not _time_goes_on(text, found + 1, head, vocabulary):
+    end_of_line_above = text.find(b"\n" + line_of_names, names_at) if line_of_names else -1
+    while end_of_line_above >= 0:
+        start = _start_of_header(text, end_of_line_above + 1, head)
+        has_header = start < end_of_line_above + 1
+        if has_header or not _time_goes_on(text, end_of_line_above + 1, head, vocabulary):
             starts.append(start)
-        found = text.find(b"\n" + line_of_names, found + 1)
+        end_of_line_above = text.find(b"\n" + line_of_names, end_of_line_above + 1)
     return [text[start:stop] for start, stop in pairwise([*starts, len(text)])]
 
 
@@ -201,13 +203,13 @@ def _with_line_end(
     lengths = [_length_of_number(row[-1]) for row in rows_above if len(row) == width]
     if len(last_row) != width or not lengths:
         return body, ()
-    whole, decimals = _length_of_number(last_row[-1])
+    whole_letters, decimal_letters = _length_of_number(last_row[-1])
     shortest_whole = min(length for length, _ in lengths)
     fewest_decimals = min(length for _, length in lengths)
     most_decimals = max(length for _, length in lengths)
-    if whole < shortest_whole or decimals < fewest_decimals:
+    if whole_letters < shortest_whole or decimal_letters < fewest_decimals:
         return body, ()
-    if may_grow and decimals < most_decimals:
+    if may_grow and decimal_letters < most_decimals:
         return body, ()
     note = (
         "the last row has no line end; it is used, because it has all its cells and its last "
@@ -243,28 +245,30 @@ def _start_of_header(text: bytes, names_at: int, head: _Head) -> int:
     """
     start = names_at
     while start > 0:
-        above = text.rfind(b"\n", 0, start - 1) + 1
-        line = text[above : start - 1].decode("utf-8", "replace")
+        start_of_line_above = text.rfind(b"\n", 0, start - 1) + 1
+        line = text[start_of_line_above : start - 1].decode("utf-8", "replace")
         cells = _split(line, head.delimiter)
         numbers = [cell for cell in cells if _is_number(cell) or text_rows.is_stamp(cell)]
         if len(cells) >= len(head.names) and len(numbers) > len(cells) / 2:
             return start
-        start = above
+        start = start_of_line_above
     return start
 
 
 def _time_goes_on(text: bytes, names_at: int, head: _Head, vocabulary: Vocabulary) -> bool:
     """Whether time rises from the row above a repeated line of names to the row below it."""
     meanings = vocabulary.meanings(head.names, head.units)
-    time = next((index for index, (quantity, _) in meanings.items() if quantity == "time"), None)
-    if time is None:
+    time_index = next(
+        (index for index, (quantity, _) in meanings.items() if quantity == "time"), None
+    )
+    if time_index is None:
         return False
-    above = text[:names_at].rstrip(b"\n").rpartition(b"\n")[2]
+    line_above = text[:names_at].rstrip(b"\n").rpartition(b"\n")[2]
     times: list[str] = []
     lines_below = text[names_at : names_at + text_rows.HEAD_BYTES].split(b"\n")[1:3]
-    for line in (above, *lines_below):
+    for line in (line_above, *lines_below):
         cells = _split(line.decode("utf-8", "replace"), head.delimiter)
-        cell = cells[time].strip('" ') if time < len(cells) else ""
+        cell = cells[time_index].strip('" ') if time_index < len(cells) else ""
         if cell[:1].isdigit():
             times.append(cell)
     if len(times) < 2:
@@ -278,9 +282,11 @@ def _time_goes_on(text: bytes, names_at: int, head: _Head, vocabulary: Vocabular
 
 def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
     """Header keys of each block, with those above the first block that no other block gives."""
-    of_other_blocks = {key for table in tables[1:] for key in table.keys}
-    of_file = {key: text for key, text in tables[0].keys.items() if key not in of_other_blocks}
-    return [of_file | dict(table.keys) for table in tables]
+    keys_of_other_blocks = {key for table in tables[1:] for key in table.keys}
+    keys_of_file = {
+        key: text for key, text in tables[0].keys.items() if key not in keys_of_other_blocks
+    }
+    return [keys_of_file | dict(table.keys) for table in tables]
 
 
 def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
@@ -320,13 +326,13 @@ def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
         units = [_bare(cell) for cell in rows.pop(0)]
         start = number_of_row[0] + 1
     width = _width(rows, names)
-    empty = [""] * width
+    empty_cells = [""] * width
     return _Head(
         header=lines[: line_of_names.number],
         start=start,
         delimiter=delimiter,
-        names=[*names, *empty][:width],
-        units=[*units, *empty][:width],
+        names=[*names, *empty_cells][:width],
+        units=[*units, *empty_cells][:width],
         rows=rows,
         quoted='"' in beginning,
     )
@@ -340,11 +346,11 @@ def _width(rows: Sequence[Sequence[str]], names: Sequence[str]) -> int:
     if not rows:
         return len(names)
     width = _most_frequent(len(row) for row in rows)
-    names_lost = any(names[width:])
-    nameless_cells = width > len(names) and any(
+    would_lose_names = any(names[width:])
+    would_lose_cells = width > len(names) and any(
         any(row[len(names) :]) for row in rows if len(row) == width
     )
-    return len(names) if names_lost or nameless_cells else width
+    return len(names) if would_lose_names or would_lose_cells else width
 
 
 def _most_frequent(numbers: Iterable[int]) -> int:
@@ -426,14 +432,14 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> _NameLine:
                     return _NameLine(number, _BLANKS, names)
                 hint = f": blanks part {width} columns, but {len(names)} names; write these without"
     if not hint:
-        first = next((line for line in plain_lines.values() if line.strip()), "")
-        hint = f"; its first line is {first[:120]!r}" if first else ""
-        commented = _names_in_comment(comments.values(), first)
-        likely = likely_names(lines)
-        if commented:
-            hint = f"; the names in its comment are {commented[:120]!r}"
-        elif likely is not None:
-            number, text = likely
+        first_line = next((line for line in plain_lines.values() if line.strip()), "")
+        hint = f"; its first line is {first_line[:120]!r}" if first_line else ""
+        commented_names = _names_in_comment(comments.values(), first_line)
+        likely_line = likely_names(lines)
+        if commented_names:
+            hint = f"; the names in its comment are {commented_names[:120]!r}"
+        elif likely_line is not None:
+            number, text = likely_line
             hint = f"; the names seem to be in line {number}: {text.strip()[:160]!r}"
     raise ValueError(f"no line names columns of a {vocabulary.name} log{hint}")
 
@@ -458,18 +464,18 @@ def _best_line_of_names(lines: Mapping[int, str], vocabulary: Vocabulary) -> _Na
         vocabulary: The names that are known.
     """
     best: _NameLine | None = None
-    most_known = 1
+    largest_count = 1
     for number, line in lines.items():
         if best and number > best.number + _LINES_COMPARED:
             break
         for delimiter in _DELIMITERS:
             names = _split(line, delimiter)
-            if len(names) <= most_known or _is_number(names[0]):
+            if len(names) <= largest_count or _is_number(names[0]):
                 continue
-            known = _count_known(names, vocabulary)
-            if known > most_known:
+            known_count = _count_known(names, vocabulary)
+            if known_count > largest_count:
                 best = _NameLine(number, delimiter, names)
-                most_known = known
+                largest_count = known_count
     return best
 
 
@@ -498,11 +504,11 @@ def _names_between_blanks(line: str, vocabulary: Vocabulary) -> Iterator[list[st
     yield words
     yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
     names: list[str] = []
-    first = 0
-    while first < len(words):
-        count = _words_of_known_name(words[first:], vocabulary)
-        names.append(" ".join(words[first : first + count]))
-        first += count
+    first_word = 0
+    while first_word < len(words):
+        word_count = _words_of_known_name(words[first_word:], vocabulary)
+        names.append(" ".join(words[first_word : first_word + word_count]))
+        first_word += word_count
     yield names
 
 
@@ -547,42 +553,45 @@ def _marks(head: _Head, delimiter: str, indices: Set[int]) -> tuple[str, str]:
     if delimiter == "," and not head.quoted:
         return ".", ""
     # from all of the first rows: one row may hold whole numbers only
-    with_comma = []
+    cells_with_comma = []
     for row in head.rows:
         cells = [_bare(row[index]) for index in indices if index < len(row)]
-        with_comma += [cell for cell in cells if "," in cell]
-    for cell in with_comma:
+        cells_with_comma += [cell for cell in cells if "," in cell]
+    for cell in cells_with_comma:
         grouped = _GROUPED.fullmatch(cell)
         if grouped:
             return (",", ".") if grouped["group_mark"] == "." else (".", ",")
-    decimal_comma = with_comma and delimiter != ","
-    return "," if decimal_comma else ".", ""
+    has_decimal_comma = cells_with_comma and delimiter != ","
+    return "," if has_decimal_comma else ".", ""
 
 
-def _stamps(head: _Head, meanings: Mapping[int, tuple[str, str]]) -> tuple[int, ...]:
+def _stamp_columns(head: _Head, meanings: Meanings) -> tuple[int, ...]:
     """Indices of the columns of time stamps, see `TextTable`; empty where time is a number.
 
     Raises:
         ValueError: The time is neither a number nor a time stamp.
     """
-    time = next((index for index, (quantity, _) in meanings.items() if quantity == "time"), None)
-    if time is None:
+    time_index = next(
+        (index for index, (quantity, _) in meanings.items() if quantity == "time"), None
+    )
+    if time_index is None:
         return ()
-    cells = [row[time].strip('" ') if time < len(row) else "" for row in head.rows]
+    cells = [row[time_index].strip('" ') if time_index < len(row) else "" for row in head.rows]
     with_colon_or_slash = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
     if len(with_colon_or_slash) <= len(cells) / 2:
         return ()
     stamps = [cell for cell in with_colon_or_slash if text_rows.is_stamp(cell)]
     if len(stamps) <= len(with_colon_or_slash) / 2:
         raise ValueError(
-            f"the column {head.names[time][:60]!r} holds {with_colon_or_slash[0][:40]!r}; expected "
+            f"the column {head.names[time_index][:60]!r} holds {with_colon_or_slash[0][:40]!r}; "
+            "expected "
             "numbers, or time stamps such as '2026-03-01 10:15:00.250'"
         )
     for index, column in enumerate(zip_longest(*head.rows, fillvalue="")):
         dates = [cell for cell in column if text_rows.is_date(cell.strip('" '))]
         if len(dates) > len(cells) / 2:
-            return time, index
-    return (time,)
+            return time_index, index
+    return (time_index,)
 
 
 def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabulary) -> bool:
@@ -592,15 +601,15 @@ def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabul
         return False
     units = [_bare(cell) for cell in cells] + [""] * len(names)
     meanings = vocabulary.meanings(names, [""] * len(names))
-    fitting = [
+    fitting_columns = [
         index
         for index, (quantity, _) in meanings.items()
         if vocabulary.fits(quantity, units[index])
     ]
-    if len(fitting) > len(meanings) / 2:
+    if len(fitting_columns) > len(meanings) / 2:
         return True
     # in a log of another kind only some units fit; its message must not be that units are missing
-    has_long_unit = any(len(units[index]) > 1 for index in fitting)
+    has_long_unit = any(len(units[index]) > 1 for index in fitting_columns)
     return has_long_unit and all(len(unit) <= _LONGEST_UNIT for unit in units)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.errors import OilfilmError
-from oilfilm.logs.raw_files import listed, listing
+from oilfilm.logs.raw_files import joined_names, listing
 
 # So many digits of a sha256 tell any two logs of a campaign apart.
 _DIGITS_SHOWN = 16
@@ -56,7 +56,8 @@ class FirstSeen:
         if not missing:
             return ""
         return (
-            f"{len(missing)} logs that an earlier run has read are gone: {listed(missing)}. Put "
+            f"{len(missing)} logs that an earlier run has read are gone: "
+            f"{joined_names(missing)}. Put "
             "them back; if they are not meant to be there, take their lines out of "
             f"{self._path}."
         )
@@ -74,18 +75,18 @@ class FirstSeen:
             OilfilmError: A log has changed. The message has the lines that acknowledge changes.
             OSError: The listing cannot be written.
         """
-        intended = list(acknowledged)
+        acknowledged_changes = list(acknowledged)
         changed = {
             log: (self._digests[log], digest)
             for log, digest in digests.items()
             if self._digests.get(log, digest) != digest
         }
-        for entry in intended:
+        for entry in acknowledged_changes:
             was, now = changed.get(entry["log"], ("", ""))
             if was.startswith(entry["was"]) and now.startswith(entry["now"]):
                 changed.pop(entry["log"], None)
         if changed:
-            raise self._changed_logs(changed, has_acknowledged=bool(intended))
+            raise self._changed_logs(changed, has_acknowledged=bool(acknowledged_changes))
         all_digests = dict(digests) | self._digests
         if all_digests != self._digests:
             write_text(listing(dict(sorted(all_digests.items()))), self._path)
@@ -100,26 +101,27 @@ class FirstSeen:
             changed: Digest at first and now, by the path of the log.
             has_acknowledged: Whether the campaign file has the key `acknowledged_changes`.
         """
-        first, *others = changed
-        first_digest, _ = changed[first]
-        more = f", and {len(others)} more" if others else ""
+        first_log, *other_logs = changed
+        first_digest, _ = changed[first_log]
+        more = f", and {len(other_logs)} more" if other_logs else ""
         if has_acknowledged:
-            where = "at the end of `acknowledged_changes` in"
-            lines = []
+            where_to_add = "at the end of `acknowledged_changes` in"
+            lines_to_add = []
         else:
-            where = "to"
-            lines = ["acknowledged_changes:"]
+            where_to_add = "to"
+            lines_to_add = ["acknowledged_changes:"]
         for log, (was, now) in changed.items():
-            lines += [
+            lines_to_add += [
                 f"  - log: {json.dumps(log)}",
                 f'    was: "{was[:_DIGITS_SHOWN]}"',
                 f'    now: "{now[:_DIGITS_SHOWN]}"',
                 "    reason: ",
             ]
-        all_lines = "\n".join(lines)
+        all_lines = "\n".join(lines_to_add)
         return OilfilmError(
-            f"{first}: has changed since a run first read it (it was "
+            f"{first_log}: has changed since a run first read it (it was "
             f"{first_digest[:_DIGITS_SHOWN]} then, {self._path} says){more}. Put it back. If the "
-            f"change is meant, add these lines {where} config/campaigns/{self._campaign}.yaml, "
+            f"change is meant, add these lines {where_to_add} "
+            f"config/campaigns/{self._campaign}.yaml, "
             f"with the reason:\n{all_lines}"
         )

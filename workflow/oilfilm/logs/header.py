@@ -11,7 +11,7 @@ from functools import lru_cache
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import Conversion, possible_conversion
-from oilfilm.logs.base import LOADS, SET_POINT_UNITS, Refusal, parse_decimal
+from oilfilm.logs.base import LOAD_KEYS, SET_POINT_UNITS, Refusal, parse_decimal
 from oilfilm.settings.resolved import Settings
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."
@@ -19,7 +19,7 @@ FORMAT_ADVICE = "data/raw/README.md describes the format."
 # Chinese input methods write full-width characters in place of these.
 FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
 # Unit as `plain_key` leaves it -> unit.
-UNITS = {
+UNIT_BY_PLAIN_KEY = {
     "gpa": "GPa",
     "mpa": "MPa",
     "pa": "Pa",
@@ -69,11 +69,11 @@ def split_unit(name: str) -> tuple[str, str]:
     if not name.endswith(("]", ")")):
         return name, ""
     after_earlier_brackets = 1 + max(name.rfind("]", 0, -1), name.rfind(")", 0, -1))
-    openings = [name.find(bracket, after_earlier_brackets) for bracket in "[("]
-    openings = [opening for opening in openings if opening >= 0]
-    if not openings:
+    opening_brackets = [name.find(bracket, after_earlier_brackets) for bracket in "[("]
+    opening_brackets = [opening for opening in opening_brackets if opening >= 0]
+    if not opening_brackets:
         return name, ""
-    opening = min(openings)
+    opening = min(opening_brackets)
     return name[:opening].rstrip(" \t_"), name[opening + 1 : -1]
 
 
@@ -87,10 +87,10 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
         logged: Header lines by the keys of the log, as `plain_key` makes them.
         settings: Settings with the names of keys under `header` and the aliases of oils.
     """
-    names = listed_names(settings)
+    key_by_name = listed_names(settings)
     keys: dict[str, str] = {}
     for logged_key, logged_text in logged.items():
-        key, text = meaning(logged_key, logged_text, names)
+        key, text = project_key_and_text(logged_key, logged_text, key_by_name)
         if key == "oil":
             text = oil_id(text, settings)
         if keys.get(key, text) != text:
@@ -104,11 +104,11 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
 
 def listed_names(settings: Settings) -> dict[str, str]:
     """Name of a header line, listed under `header` of the campaign file -> key of the project."""
-    keys: dict[str, str] = {}
+    key_by_name: dict[str, str] = {}
     for key, names in settings.campaign.header.items():
         for name in names:
-            keys[plain_key(name)] = key
-    return keys
+            key_by_name[plain_key(name)] = key
+    return key_by_name
 
 
 def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
@@ -121,64 +121,68 @@ def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
     return keys
 
 
-def meaning(logged_key: str, text: str, names: Mapping[str, str]) -> tuple[str, str]:
+def project_key_and_text(
+    logged_key: str, text: str, key_by_name: Mapping[str, str]
+) -> tuple[str, str]:
     """Key of the project and text of a header line; the number of a set point in the key's unit.
 
     Args:
         logged_key: The key of the log, as `plain_key` makes it.
         text: The text of the line.
-        names: As `listed_names` gives them.
+        key_by_name: As `listed_names` gives them.
     """
-    set_point, unit_of_key = _set_point(logged_key, names)
+    set_point, unit_of_key = _set_point(logged_key, key_by_name)
     digits, unit_of_text = number_and_unit(text)
     unit = unit_of_text or unit_of_key
     # the load has one set point, as force or as pressure
-    if set_point == "load_n" and to_set_point("max_hertz_pressure_gpa", unit):
+    if set_point == "load_n" and conversion_to_set_point("max_hertz_pressure_gpa", unit):
         set_point = "max_hertz_pressure_gpa"
     # without a unit `load` may be anything
-    if not unit_of_key and not to_set_point(set_point, unit_of_text):
+    if not unit_of_key and not conversion_to_set_point(set_point, unit_of_text):
         bare_key, _ = split_unit(logged_key)
-        key = names.get(logged_key) or names.get(bare_key) or logged_key
+        key = key_by_name.get(logged_key) or key_by_name.get(bare_key) or logged_key
         return key, text
     try:
         value = parse_decimal(digits)
     except ValueError:
         return set_point, text
-    to = to_set_point(set_point, unit)
-    if to is None:
+    conversion = conversion_to_set_point(set_point, unit)
+    if conversion is None:
         return set_point, text if unit_of_text else f"{text} {unit_of_key}"
-    if text == digits and to.scale == 1 and to.offset == 0:
+    if text == digits and conversion.scale == 1 and conversion.offset == 0:
         return set_point, text
     # rounded: the error of a conversion would make two values of 80 N and 0.08 kN
-    return set_point, f"{to.scale * value + to.offset:.12g}"
+    return set_point, f"{conversion.scale * value + conversion.offset:.12g}"
 
 
-def _set_point(logged_key: str, names: Mapping[str, str]) -> tuple[str, str]:
+def _set_point(logged_key: str, key_by_name: Mapping[str, str]) -> tuple[str, str]:
     """Set point and unit that the key of a header line gives; empty where there is none.
 
     The unit is in brackets or in the key. A name that the campaign file lists, and the key of the
     project, are in the unit of the key.
     """
     bare_key, text_in_brackets = split_unit(logged_key)
-    unit = UNITS.get(text_in_brackets, text_in_brackets)
+    unit = UNIT_BY_PLAIN_KEY.get(text_in_brackets, text_in_brackets)
     for set_point, (quantity, set_point_unit) in SET_POINT_UNITS.items():
-        if set_point in (logged_key, names.get(logged_key)):
+        if set_point in (logged_key, key_by_name.get(logged_key)):
             # brackets may be a part of a name that the campaign file lists
-            return set_point, unit if unit and to_set_point(set_point, unit) else set_point_unit
-        if set_point in (bare_key, names.get(bare_key)):
+            return set_point, unit if unit and conversion_to_set_point(
+                set_point, unit
+            ) else set_point_unit
+        if set_point in (bare_key, key_by_name.get(bare_key)):
             return set_point, unit or set_point_unit
         if logged_key.startswith(f"{quantity}_"):
             unit_in_key = logged_key.removeprefix(f"{quantity}_")
-            if unit_in_key in UNITS and to_set_point(set_point, unit_in_key):
-                return set_point, UNITS[unit_in_key]
+            if unit_in_key in UNIT_BY_PLAIN_KEY and conversion_to_set_point(set_point, unit_in_key):
+                return set_point, UNIT_BY_PLAIN_KEY[unit_in_key]
         if bare_key == quantity:
             return set_point, unit
     return "", ""
 
 
-def to_set_point(set_point: str, unit: str) -> Conversion | None:
+def conversion_to_set_point(set_point: str, unit: str) -> Conversion | None:
     """The conversion of a unit, in any spelling, to that of a set point; None where none exists."""
-    unit = UNITS.get(plain_key(unit), unit)
+    unit = UNIT_BY_PLAIN_KEY.get(plain_key(unit), unit)
     if not set_point or not unit:
         return None
     _, set_point_unit = SET_POINT_UNITS[set_point]
@@ -217,12 +221,12 @@ def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
 
     Values come from the log or the campaign file.
     """
-    with_value = set(keys) | set(settings.campaign.set_points.model_dump(exclude_none=True))
+    keys_with_value = set(keys) | set(settings.campaign.set_points.model_dump(exclude_none=True))
     # the load has one set point, as force or as pressure
-    if with_value & LOADS:
-        with_value |= LOADS
+    if keys_with_value & LOAD_KEYS:
+        keys_with_value |= LOAD_KEYS
     # it may be the only oil of the campaign, not one that the log names
-    with_value.discard("oil")
+    keys_with_value.discard("oil")
     key_by_name: dict[str, str] = {}
     for key, (quantity, _) in SET_POINT_UNITS.items():
         key_by_name[key] = key
@@ -231,7 +235,7 @@ def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
         if key == "oil" or key in SET_POINT_UNITS:
             key_by_name[name] = key
     for name, key in key_by_name.items():
-        if key in with_value:
+        if key in keys_with_value:
             continue
         for logged_key, text in keys.items():
             lacks_unit = logged_key == name and number_and_unit(text)[0] != ""

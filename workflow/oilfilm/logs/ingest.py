@@ -38,7 +38,7 @@ from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import LARGEST
-from oilfilm.tables.table_file import digests_of_runs
+from oilfilm.tables.samples_content import digests_of_runs
 
 
 class Reader(Protocol):
@@ -293,10 +293,12 @@ def read_log(
             reading = replace(reading, unpacked_sha256=hashlib.sha256(unpacked).hexdigest())
     except base.UnreadableLogError as error:
         reading = base.Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
-    kept = sum(len(run) for run in reading.runs)
-    refused = sum(refusal.refused_rows for refusal in reading.refusals)
-    if kept + refused != reading.rows:
-        raise RuntimeError(f"{file}: {reading.rows} rows, but {kept} kept and {refused} refused")
+    kept_rows = sum(len(run) for run in reading.runs)
+    refused_rows = sum(refusal.refused_rows for refusal in reading.refusals)
+    if kept_rows + refused_rows != reading.rows:
+        raise RuntimeError(
+            f"{file}: {reading.rows} rows, but {kept_rows} kept and {refused_rows} refused"
+        )
     refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
     return format_name, replace(reading, refusals=refusals)
 
@@ -346,21 +348,21 @@ def _without_absurd(reading: base.Reading) -> base.Reading:
     runs: list[base.LoggedRun] = []
     refusals = list(reading.refusals)
     for run in reading.runs:
-        kept = np.ones(len(run), dtype=bool)
+        is_kept = np.ones(len(run), dtype=bool)
         for name, values in run.samples.items():
-            absurd = kept & ((values >= LARGEST) | (values <= -LARGEST))
+            is_absurd = is_kept & ((values >= LARGEST) | (values <= -LARGEST))
             refusals += base.refused_ranges(
                 run.run_id,
-                run.samples["row"][absurd],
+                run.samples["row"][is_absurd],
                 "unreadable_row",
                 f"{name} comes out as {LARGEST:g} or more",
                 ROWS_ADVICE,
             )
-            kept &= ~absurd
-        if kept.all():
+            is_kept &= ~is_absurd
+        if is_kept.all():
             runs.append(run)
         else:
-            samples = {name: values[kept] for name, values in run.samples.items()}
+            samples = {name: values[is_kept] for name, values in run.samples.items()}
             runs.append(replace(run, samples=samples))
     return replace(reading, runs=runs, refusals=refusals)
 
@@ -380,17 +382,19 @@ def unpack(content: bytes) -> bytes:
     if not codec:
         return content
     # a log of a rig at rest has the same row throughout and is packed to very few bytes
-    by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
-    most = min(LARGEST_LOG, by_ratio)
+    most_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
+    most_bytes = min(LARGEST_LOG, most_by_ratio)
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-            unpacked = bytes(stream.read(most + 1))
+            unpacked = bytes(stream.read(most_bytes + 1))
     except OSError as error:
         damage = f"the compressed file cannot be unpacked: {error}"
         raise base.UnreadableLogError(damage, base.COPY_AGAIN, rule="damaged_archive") from error
-    if len(unpacked) > most:
-        ratio = f", its size times {base.MOST_UNPACKED_RATIO}" if most < LARGEST_LOG else ""
-        raise base.too_large(f"unpacked the file has more than {most // _BYTES_PER_MIB} MiB{ratio}")
+    if len(unpacked) > most_bytes:
+        ratio = f", its size times {base.MOST_UNPACKED_RATIO}" if most_bytes < LARGEST_LOG else ""
+        raise base.too_large(
+            f"unpacked the file has more than {most_bytes // _BYTES_PER_MIB} MiB{ratio}"
+        )
     return unpacked
 
 
@@ -410,7 +414,7 @@ def _run_columns(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[
         "label": printable(run.label)[:_LONGEST_LABEL],
         "columns": run.understood.names,
         "stated": run.understood.stated,
-        **{f"nominal_{key}": run.nominal.get(key, np.nan) for key in base.SET_POINTS},
+        **{f"nominal_{key}": run.nominal.get(key, np.nan) for key in base.SET_POINT_KEYS},
         "samples": len(run),
         "plateaus": 0,
         "accepted_points": 0,

@@ -20,19 +20,25 @@ def likely_names(lines: Sequence[str]) -> tuple[int, str] | None:
     A line of units between names and rows is passed over. None where there are no such rows.
     """
     for delimiter in _DELIMITERS:
-        cells = [_cells(line, delimiter) for line in lines]
-        for first in range(1, len(lines) - _FEWEST_ROWS + 1):
-            width = len(cells[first])
-            rows = cells[first : first + _FEWEST_ROWS]
+        cells_by_line = [_cells(line, delimiter) for line in lines]
+        for first_row in range(1, len(lines) - _FEWEST_ROWS + 1):
+            width = len(cells_by_line[first_row])
+            rows = cells_by_line[first_row : first_row + _FEWEST_ROWS]
             if width < _FEWEST_CELLS or not all(_is_row(row, width) for row in rows):
                 continue
-            above = first - 1
-            while above > 0 and len(cells[above - 1]) == width and not _is_row(cells[above], width):
-                if _is_row(cells[above - 1], width):
+            candidate = first_row - 1
+            while (
+                candidate > 0
+                and len(cells_by_line[candidate - 1]) == width
+                and not _is_row(cells_by_line[candidate], width)
+            ):
+                if _is_row(cells_by_line[candidate - 1], width):
                     break
-                above -= 1
-            if len(cells[above]) == width and not _is_row(cells[above], width):
-                return above + 1, lines[above]
+                candidate -= 1
+            if len(cells_by_line[candidate]) == width and not _is_row(
+                cells_by_line[candidate], width
+            ):
+                return candidate + 1, lines[candidate]
             break
     return None
 

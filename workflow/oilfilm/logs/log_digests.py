@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.digests import file_digest
@@ -23,6 +24,13 @@ _COARSEST_CLOCK_NS = 2_000_000_000
 State = tuple[int, int, int, int]
 
 
+class _Record(NamedTuple):
+    """State of a log in the file system when its digest was computed, and this digest."""
+
+    state: State
+    digest: str
+
+
 class LogDigests:
     """The digests of the logs of a campaign.
 
@@ -31,8 +39,8 @@ class LogDigests:
     """
 
     def __init__(self, record: Path) -> None:
-        self._record = record
-        self._of_this_run: dict[str, tuple[State, str]] = {}
+        self._file = record
+        self._records_of_this_run: dict[str, _Record] = {}
 
     def by_name(self, folder: Path, names: Iterable[str]) -> dict[str, str]:
         """sha256 of logs by name; empty for a log that cannot be read, which its job reports.
@@ -49,29 +57,30 @@ class LogDigests:
         Raises:
             OSError: The record cannot be written.
         """
-        write_text(json.dumps(self._of_this_run), self._record)
+        write_text(json.dumps(self._records_of_this_run), self._file)
 
     @cached_property
-    def _of_last_run(self) -> dict[str, tuple[State, str]]:
-        if not self._record.is_file():
+    def _records_of_last_run(self) -> dict[str, _Record]:
+        """Record of each log by its path."""
+        if not self._file.is_file():
             return {}
-        record = json.loads(self._record.read_text(encoding="utf-8"))
-        return {path: (tuple(state), digest) for path, (state, digest) in record.items()}
+        entries = json.loads(self._file.read_text(encoding="utf-8"))
+        return {path: _Record(tuple(state), digest) for path, (state, digest) in entries.items()}
 
     def _digest(self, path: Path) -> str:
         """sha256 of a log; empty where it cannot be read."""
         name = path.as_posix()
         now_ns = time.time_ns()
-        kept = self._of_this_run.get(name) or self._of_last_run.get(name)
+        record = self._records_of_this_run.get(name) or self._records_of_last_run.get(name)
         try:
             status = path.stat()
             state = status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino
-            if kept is not None and kept[0] == state:
-                digest = kept[1]
+            if record is not None and record.state == state:
+                digest = record.digest
             else:
                 digest = file_digest(path)
         except OSError:
             return ""
         if status.st_ctime_ns < now_ns - _COARSEST_CLOCK_NS:
-            self._of_this_run[name] = state, digest
+            self._records_of_this_run[name] = _Record(state, digest)
         return digest

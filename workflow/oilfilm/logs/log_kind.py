@@ -10,17 +10,33 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.base.units import Conversion, FloatArray, conversion, possible_conversion
+from oilfilm.base.units import Conversion, FloatArray, IndexArray, conversion, possible_conversion
 from oilfilm.logs import base
 from oilfilm.logs.header import FULL_WIDTH, split_unit
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 
+
+class QuantityAndUnit(NamedTuple):
+    """What the name of a column means.
+
+    Attributes:
+        quantity: What it measures.
+        unit: Unit of its numbers; empty where something else must give it.
+    """
+
+    quantity: str
+    unit: str
+
+
+# What the columns of a log mean, by their index; columns without a meaning are left out.
+Meanings = Mapping[int, QuantityAndUnit]
 # Quantity -> the columns that the campaign file lists for it.
 Renamed = Mapping[str, campaign_file.Column]
 # Problems of a header, one per check; None where the check finds none.
@@ -34,7 +50,7 @@ class Column:
     Attributes:
         quantity: What it measures.
         index: Its index among the columns of the log.
-        to: Conversion of its numbers.
+        conversion: Conversion of its numbers to the reader's unit.
         name: Name in the log.
         logged_unit: Unit of its numbers, by the log or by the campaign file.
         spare: Whether rows without it can be used: it repeats what other columns give and is
@@ -43,7 +59,7 @@ class Column:
 
     quantity: str
     index: int
-    to: Conversion
+    conversion: Conversion
     name: str
     logged_unit: str
     spare: bool = False
@@ -61,12 +77,12 @@ class Column:
         if len(numbers):
             extremes = np.array([numbers.min(), numbers.max()])
         # a conversion with a negative factor exchanges them
-        minimum, maximum = np.sort(self.to.convert(extremes))
+        minimum, maximum = np.sort(self.conversion.convert(extremes))
         return base.LogColumn(
             name=self.name,
             logged_unit=self.logged_unit,
             quantity=self.quantity,
-            unit=self.to.unit,
+            unit=self.conversion.unit,
             minimum=float(minimum),
             maximum=float(maximum),
             count=len(numbers),
@@ -118,24 +134,21 @@ class Vocabulary:
         """True where a quantity can be given in that unit."""
         return possible_conversion(unit, self.quantities[quantity]) is not None
 
-    def meaning(self, name: str) -> tuple[str, str] | None:
-        """Quantity and unit of a column by its name; None for a name without meaning.
-
-        The unit is empty where something else must give it.
-        """
+    def meaning(self, name: str) -> QuantityAndUnit | None:
+        """Quantity and unit of a column by its name; None for a name without meaning."""
         bare_name, unit = split_unit(name)
         for quantity, listed in self.renamed.items():
             if _is_listed(name, listed):
-                return quantity, listed.unit or unit
+                return QuantityAndUnit(quantity, listed.unit or unit)
         key = plain_key(bare_name)
         if key in self.project_names:
             quantity, unit_in_name = self.project_names[key]
-            return quantity, unit or unit_in_name
+            return QuantityAndUnit(quantity, unit or unit_in_name)
         if key in self.quantities:
-            return key, unit
+            return QuantityAndUnit(key, unit)
         return None
 
-    def meanings(self, names: Sequence[str], units: Sequence[str]) -> dict[int, tuple[str, str]]:
+    def meanings(self, names: Sequence[str], units: Sequence[str]) -> dict[int, QuantityAndUnit]:
         """Quantity and unit of each column with a meaning, by its index.
 
         Where the campaign file lists a column of the log, other columns of the same quantity mean
@@ -145,24 +158,24 @@ class Vocabulary:
             names: All column names, in the order of the columns.
             units: Unit that the log gives beside each name; empty where there is none.
         """
-        by_index: dict[int, tuple[str, str]] = {}
+        meaning_by_index: dict[int, QuantityAndUnit] = {}
         for index, name in enumerate(names):
             meaning = self.meaning(name)
             if meaning is not None:
-                by_index[index] = meaning
-        listed: dict[int, str] = {}
-        for index, (quantity, _) in by_index.items():
+                meaning_by_index[index] = meaning
+        listed_quantities: dict[int, str] = {}
+        for index, (quantity, _) in meaning_by_index.items():
             if quantity in self.renamed and _is_listed(names[index], self.renamed[quantity]):
-                listed[index] = quantity
-        meanings: dict[int, tuple[str, str]] = {}
-        for index, (quantity, unit_of_name) in by_index.items():
-            if index not in listed and quantity in listed.values():
+                listed_quantities[index] = quantity
+        meanings: dict[int, QuantityAndUnit] = {}
+        for index, (quantity, unit_of_name) in meaning_by_index.items():
+            if index not in listed_quantities and quantity in listed_quantities.values():
                 continue
             unit = units[index]
             usable = unit and self.fits(quantity, unit)
             if unit_of_name and not usable:
                 unit = unit_of_name
-            meanings[index] = quantity, unit
+            meanings[index] = QuantityAndUnit(quantity, unit)
         return meanings
 
     def columns(
@@ -183,10 +196,12 @@ class Vocabulary:
         counts = Counter(quantity for quantity, _ in meanings.values())
         for quantity, count in counts.items():
             if count > 1:
-                same = [
-                    names[index] for index, meaning in meanings.items() if meaning[0] == quantity
+                names_of_quantity = [
+                    names[index]
+                    for index, meaning in meanings.items()
+                    if meaning.quantity == quantity
                 ]
-                logged = " and ".join(repr(name[:60]) for name in same)
+                logged = " and ".join(repr(name[:60]) for name in names_of_quantity)
                 raise ValueError(
                     f"the columns {logged} are both the quantity {quantity!r} and hold different "
                     f"numbers; list the one that counts under `{self.columns_key}` of the campaign "
@@ -198,18 +213,18 @@ class Vocabulary:
         missing = [quantity for quantity in needed if quantity not in counts]
         if missing:
             raise ValueError(self._lacking(missing, names))
-        columns = {
+        column_by_quantity = {
             quantity: self._column(index, quantity, unit, names[index], units[index])
             for index, (quantity, unit) in meanings.items()
         }
-        needed += [quantity for quantity in self.optional if quantity in columns]
-        spare = [
-            replace(columns[quantity], spare=True)
+        needed += [quantity for quantity in self.optional if quantity in column_by_quantity]
+        spare_columns = [
+            replace(column_by_quantity[quantity], spare=True)
             for alternative in self.alternatives[self.alternatives.index(chosen) + 1 :]
             for quantity in alternative
-            if quantity in columns
+            if quantity in column_by_quantity
         ]
-        return (*(columns[quantity] for quantity in needed), *spare)
+        return (*(column_by_quantity[quantity] for quantity in needed), *spare_columns)
 
     def _chosen_alternative(self, quantities: Set[str]) -> tuple[str, ...]:
         """The first set of quantities that a log has completely; without one the first set."""
@@ -251,28 +266,30 @@ class Vocabulary:
                 f"the names or under `{self.columns_key}` of the campaign file"
             )
         try:
-            to = conversion(unit, self.quantities[quantity])
+            conversion_used = conversion(unit, self.quantities[quantity])
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
         unit_by_log = unit_beside_name or split_unit(name)[1] or unit
         conversion_by_log = possible_conversion(unit_by_log, self.quantities[quantity])
-        if conversion_by_log not in (None, to):
+        if conversion_by_log not in (None, conversion_used):
             raise ValueError(
                 f"the column {name[:60]!r} is in {unit_by_log!r} by the log itself and in {unit!r} "
                 f"by `{self.columns_key}` of the campaign file; take out the one that is wrong"
             )
-        return Column(quantity, index, to, name, logged_unit=unit)
+        return Column(quantity, index, conversion_used, name, logged_unit=unit)
 
     def _lacking(self, missing: Sequence[str], names: Sequence[str]) -> str:
         """The sentence about missing quantities, with what a log may have in their place."""
-        others = " or ".join(" and ".join(quantities) for quantities in self.alternatives[1:])
-        of_alternatives = {
+        other_alternatives = " or ".join(
+            " and ".join(quantities) for quantities in self.alternatives[1:]
+        )
+        quantities_of_alternatives = {
             quantity for alternative in self.alternatives for quantity in alternative
         }
         # alternatives are pairs of speeds that give both surface speeds
         or_else = ""
-        if others and of_alternatives & set(missing):
-            or_else = f" (or {others}: without both speeds nothing rolls)"
+        if other_alternatives and quantities_of_alternatives & set(missing):
+            or_else = f" (or {other_alternatives}: without both speeds nothing rolls)"
         logged = ", ".join(names)[:200]
         return f"the log lacks the columns {', '.join(missing)}{or_else}; its own are {logged!r}"
 
@@ -308,7 +325,7 @@ class UsableLog:
     run_id: str
     keys: Mapping[str, str]
     columns: Sequence[Column]
-    rows: base.IndexArray
+    rows: IndexArray
     values: Mapping[str, FloatArray]
     flaw: base.Refusal | None = None
     understood: base.Understood = base.NOTHING_UNDERSTOOD
@@ -316,7 +333,7 @@ class UsableLog:
     @property
     def units(self) -> dict[str, str]:
         """Unit of the values of each quantity."""
-        return {column.quantity: column.to.unit for column in self.columns}
+        return {column.quantity: column.conversion.unit for column in self.columns}
 
     def run(
         self, rig: str, samples: base.Columns, nominal: base.Nominal, flaw: base.Refusal | None
@@ -339,7 +356,7 @@ def _needs_all_quantities(keys: Mapping[str, str], settings: Settings) -> Set[st
     return frozenset()
 
 
-def _all_rows(run: base.LoggedRun) -> list[base.IndexArray]:
+def _all_rows(run: base.LoggedRun) -> list[IndexArray]:
     return [np.arange(len(run))]
 
 
@@ -367,7 +384,7 @@ class LogKind:
     run: Callable[[UsableLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
     not_needed: Callable[[Mapping[str, str], Settings], Set[str]] = _needs_all_quantities
-    rows_of_set_points: Callable[[base.LoggedRun], list[base.IndexArray]] = _all_rows
+    rows_of_set_points: Callable[[base.LoggedRun], list[IndexArray]] = _all_rows
 
     def vocabulary_of(self, campaign: Campaign) -> Vocabulary:
         """What such logs may hold in a campaign, with the names that its file lists."""

@@ -2,18 +2,26 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from oilfilm.base.units import BoolArray
+from oilfilm.base.units import BoolArray, IndexArray
 from oilfilm.logs import base
 from oilfilm.logs.log_kind import Column
 
 Values = npt.NDArray[Any]
 # Text of each row of a column, shape (rows,).
 Texts = npt.NDArray[np.object_]
+
+
+class Clock(NamedTuple):
+    """Time of an evenly sampled column: its start, the interval between rows, and their unit."""
+
+    start: float
+    interval: float
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -31,9 +39,9 @@ class LoggedTable:
         columns: The columns that make a run, where the format itself says it.
         flaw: Why the run cannot be used; None where it can.
         problem: Why nothing of the run can be read; None where it can.
-        clocks: Start, increment and unit of the time of evenly sampled columns, by their index.
-        time_of: Index of the column with the time of another column, by the index of the latter,
-            where several columns have times of their own.
+        clocks: Clocks of evenly sampled columns, by the index of the column.
+        time_column_of: Index of the column with the time of another column, by the index of the
+            latter, where several columns have times of their own.
         started_s: Seconds to be added to the times of a column, by its index.
         cut_row_cells: Number of cells of the last row where it has no line end; else 0.
         show: Gives a row as the file has it. Without it the numbers are shown.
@@ -53,17 +61,17 @@ class LoggedTable:
     columns: Sequence[Column] = ()
     flaw: base.Refusal | None = None
     problem: base.Refusal | None = None
-    clocks: Mapping[int, tuple[float, float, str]] = field(default_factory=dict)
-    time_of: Mapping[int, int] = field(default_factory=dict)
+    clocks: Mapping[int, Clock] = field(default_factory=dict)
+    time_column_of: Mapping[int, int] = field(default_factory=dict)
     started_s: Mapping[int, float] = field(default_factory=dict)
     cut_row_cells: int = 0
     show: Callable[[int], str] | None = None
     texts: Callable[[int], Texts] | None = None
     contradictory: BoolArray | None = None
-    row_indices: base.IndexArray | None = None
+    row_indices: IndexArray | None = None
     notes: tuple[str, ...] = ()
 
-    def numbers_of_rows(self, first_row: int) -> base.IndexArray:
+    def numbers_of_rows(self, first_row: int) -> IndexArray:
         """Number of each row in its file.
 
         Args:
@@ -81,7 +89,7 @@ class LoggedTable:
         """The table with one more note."""
         return replace(self, notes=(*self.notes, note))
 
-    def part(self, rows: base.IndexArray, run_name: str, keys: Mapping[str, str]) -> "LoggedTable":
+    def part(self, rows: IndexArray, run_name: str, keys: Mapping[str, str]) -> "LoggedTable":
         """Some rows of the table as a run of their own.
 
         Args:

@@ -14,12 +14,12 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
 from oilfilm.logs.header import FORMAT_ADVICE
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
+from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalise
 
 _TITLE = b"LabVIEW Measurement"
 # Name of the column that is the time of the channels behind it.
-_X = "X_Value"
+_X_COLUMN = "X_Value"
 _COMMENT = "Comment"
 _END_OF_HEADER = "***End_of_Header***"
 _SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
@@ -59,14 +59,14 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     file_header = _header(lines[: starts[0]], separator)
     decimal = "," if _first_cell(file_header, "decimal_separator", ".") == "," else "."
     marks = _Marks(separator, decimal)
-    logged = []
+    logged_tables = []
     for number, (start, stop) in enumerate(pairwise([*starts, len(lines)]), start=1):
         run_name = f"segment{number}" if len(starts) > 1 else ""
         is_cut = stop == len(lines) and not text.endswith("\n")
         table = _table(lines[start:stop], file_header, marks, run_name, is_cut)
         if table is not None:
-            logged.append(table)
-    return TextForm.from_marks(encoding, separator, decimal), logged
+            logged_tables.append(table)
+    return TextForm.from_marks(encoding, separator, decimal), logged_tables
 
 
 def _header(lines: Sequence[str], separator: str) -> Header:
@@ -97,19 +97,19 @@ def _table(
     """
     separator = marks.separator
     first_cells = [line.split(separator, 1)[0] for line in lines]
-    has_names = _X in first_cells
+    has_names = _X_COLUMN in first_cells
     if has_names:
-        end = first_cells.index(_X)
+        line_of_names = first_cells.index(_X_COLUMN)
     elif _END_OF_HEADER in first_cells:
-        end = first_cells.index(_END_OF_HEADER)
+        line_of_names = first_cells.index(_END_OF_HEADER)
     else:
         return None
-    rows = lines[end + 1 :]
+    rows = lines[line_of_names + 1 :]
     if not rows:
         return None
-    segment_header = _header(lines[:end], separator)
+    segment_header = _header(lines[:line_of_names], separator)
     header = file_header | segment_header
-    names = [cell.strip() for cell in lines[end].split(separator)] if has_names else []
+    names = [cell.strip() for cell in lines[line_of_names].split(separator)] if has_names else []
     channel_units = segment_header.get("y_unit_label", [])
     units = ["", *channel_units, *[""] * len(names)][: len(names)]
     cut_row_cells = 0
@@ -122,22 +122,22 @@ def _table(
     if not is_cut:
         text += "\n"
     table = TextTable(text.encode(), len(names), separator, marks.decimal)
-    clocks: dict[int, tuple[float, float, str]] = {}
-    time_of: dict[int, int] = {}
+    clocks: dict[int, Clock] = {}
+    time_column_of: dict[int, int] = {}
     started_s: dict[int, float] = {}
     if names and _first_cell(header, "x_dimension", "Time") == "Time":
         time_unit = _first_cell(header, "x_unit_label", "s")
         started_s = _start_times_s(header, names) if time_unit == "s" else {}
         if _first_cell(header, "x_columns", "One") == "No":
             clocks = _clocks(header, len(names), marks.decimal, time_unit)
-        elif not any(started_s.values()) and _one_time(table, names):
+        elif not any(started_s.values()) and _has_one_time(table, names):
             names = ["time", *names[1:]]
             units = [time_unit, *units[1:]]
         elif time_unit == "s":
-            time_of = _times_of_channels(names)
+            time_column_of = _time_columns(names)
     problem = None
     if not names:
-        reason = f"the segment has no line `{_X}` with the names of its channels"
+        reason = f"the segment has no line `{_X_COLUMN}` with the names of its channels"
         problem = Refusal("columns", reason, FORMAT_ADVICE)
     return LoggedTable(
         dict(_keys(file_header)) | dict(_keys(segment_header)),
@@ -149,29 +149,31 @@ def _table(
         flaw=_too_few_rows(header, len(rows)),
         problem=problem,
         clocks=clocks,
-        time_of=time_of,
+        time_column_of=time_column_of,
         started_s=started_s,
         cut_row_cells=cut_row_cells,
         texts=table.texts,
     )
 
 
-def _one_time(table: TextTable, names: Sequence[str]) -> bool:
+def _has_one_time(table: TextTable, names: Sequence[str]) -> bool:
     """Whether the X columns of all channels agree, so that the first one is the time."""
-    first, *others = table.numbers([index for index, name in enumerate(names) if name == _X])
-    return all(np.array_equal(first, other, equal_nan=True) for other in others)
+    first_times, *other_times = table.numbers(
+        [index for index, name in enumerate(names) if name == _X_COLUMN]
+    )
+    return all(np.array_equal(first_times, times, equal_nan=True) for times in other_times)
 
 
-def _times_of_channels(names: Sequence[str]) -> dict[int, int]:
+def _time_columns(names: Sequence[str]) -> dict[int, int]:
     """Index of the X column in front of each channel, by the index of the channel."""
-    time_of: dict[int, int] = {}
+    time_column_of: dict[int, int] = {}
     x_column = 0
     for index, name in enumerate(names):
-        if name == _X:
+        if name == _X_COLUMN:
             x_column = index
         else:
-            time_of[index] = x_column
-    return time_of
+            time_column_of[index] = x_column
+    return time_column_of
 
 
 def _row(line: str, width: int, separator: str) -> str:
@@ -198,10 +200,8 @@ def _too_few_rows(header: Header, rows: int) -> Refusal | None:
     return Refusal("truncated", sentence)
 
 
-def _clocks(
-    header: Header, width: int, decimal_mark: str, unit: str
-) -> dict[int, tuple[float, float, str]]:
-    """Start, increment and unit of the time of each channel whose increment the header has.
+def _clocks(header: Header, width: int, decimal_mark: str, unit: str) -> dict[int, Clock]:
+    """Clock of each channel whose interval the header has, by the index of its column.
 
     Args:
         header: Header of the segment.
@@ -210,18 +210,18 @@ def _clocks(
         unit: Unit of the time.
     """
 
-    def number(key: str, channel: int) -> float:
+    def number_in_header(key: str, channel: int) -> float:
         try:
             return float(header[key][channel].replace(decimal_mark, "."))
         except (KeyError, IndexError, ValueError):
             return np.nan
 
-    clocks: dict[int, tuple[float, float, str]] = {}
+    clocks: dict[int, Clock] = {}
     for index in range(1, width):
-        increment = number("delta_x", index - 1)
-        start = float(np.nan_to_num(number("x0", index - 1)))
-        if np.isfinite(increment):
-            clocks[index] = start, increment, unit
+        interval = number_in_header("delta_x", index - 1)
+        start = float(np.nan_to_num(number_in_header("x0", index - 1)))
+        if np.isfinite(interval):
+            clocks[index] = Clock(start, interval, unit)
     return clocks
 
 
@@ -237,7 +237,7 @@ def _start_times_s(header: Header, names: Sequence[str]) -> dict[int, float]:
         header: Header of the segment and the file.
         names: Names of the columns.
     """
-    columns = [index for index, name in enumerate(names) if name not in (_X, _COMMENT)]
+    columns = [index for index, name in enumerate(names) if name not in (_X_COLUMN, _COMMENT)]
     dates = header.get("date", [])[: len(columns)]
     clock_times = header.get("time", [])[: len(columns)]
     is_absolute = _first_cell(header, "time_pref", "Relative").lower() == "absolute"

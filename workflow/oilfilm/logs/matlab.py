@@ -55,17 +55,19 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     # the types that come with SciPy know names of files only
     file: Any = io.BytesIO(content)
     variables = loadmat(file, squeeze_me=False, struct_as_record=True)
-    own = {name: value for name, value in variables.items() if not name.startswith("__")}
-    logged = list(_tables(own))
-    if not logged:
-        listed = ", ".join(sorted(own))[:200] or "none"
-        reason = f"no variable is a table: expected vectors of equal length; found {listed}"
+    user_variables = {name: value for name, value in variables.items() if not name.startswith("__")}
+    logged_tables = list(_tables(user_variables))
+    if not logged_tables:
+        names_found = ", ".join(sorted(user_variables))[:200] or "none"
+        reason = f"no variable is a table: expected vectors of equal length; found {names_found}"
         advice = "Save a table T as a structure: S = table2struct(T, 'ToScalar', true)."
         raise UnreadableLogError(reason, advice)
-    if len(logged) == 1:
-        return NO_TEXT, [logged[0].with_name("")]
-    names = base.distinct_names(table.run_name for table in logged)
-    return NO_TEXT, [table.with_name(name) for table, name in zip(logged, names, strict=True)]
+    if len(logged_tables) == 1:
+        return NO_TEXT, [logged_tables[0].with_name("")]
+    names = base.distinct_names(table.run_name for table in logged_tables)
+    return NO_TEXT, [
+        table.with_name(name) for table, name in zip(logged_tables, names, strict=True)
+    ]
 
 
 def _check_size(content: bytes) -> None:
@@ -76,7 +78,9 @@ def _check_size(content: bytes) -> None:
         ValueError: A variable is longer than the file.
     """
     byte_order = "<" if content[126:128] == b"IM" else ">"
-    most = min(_MOST_UNPACKED, max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content)))
+    most_bytes = min(
+        _MOST_UNPACKED, max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
+    )
     position = _HEADER_BYTES
     unpacked_bytes = 0
     while position + _TAG_BYTES <= len(content):
@@ -85,22 +89,22 @@ def _check_size(content: bytes) -> None:
         if end > len(content):
             raise ValueError("it ends within a variable")
         if kind == _COMPRESSED:
-            unpacked_bytes += _unpacked_bytes(content[position + _TAG_BYTES : end], most)
+            unpacked_bytes += _unpacked_bytes(content[position + _TAG_BYTES : end], most_bytes)
         else:
             unpacked_bytes += length
-        if unpacked_bytes > most:
-            raise base.too_large(f"unpacked the file has more than {most >> 20} MiB")
+        if unpacked_bytes > most_bytes:
+            raise base.too_large(f"unpacked the file has more than {most_bytes >> 20} MiB")
         position = end
 
 
-def _unpacked_bytes(packed: bytes, most: int) -> int:
+def _unpacked_bytes(packed: bytes, most_bytes: int) -> int:
     """Number of bytes of a packed variable, counted up to a limit without keeping them."""
     stream = zlib.decompressobj()
     count = 0
-    data = packed
-    while data and count <= most:
-        count += len(stream.decompress(data, _CHUNK_BYTES))
-        data = stream.unconsumed_tail
+    remaining = packed
+    while remaining and count <= most_bytes:
+        count += len(stream.decompress(remaining, _CHUNK_BYTES))
+        remaining = stream.unconsumed_tail
     return count
 
 

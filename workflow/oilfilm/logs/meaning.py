@@ -9,20 +9,21 @@ Decides: which words of a name make a quantity and its definition, and when a me
 
 import re
 import unicodedata
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import yaml
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import possible_conversion
 from oilfilm.logs.header import split_unit
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_kind import QuantityAndUnit, Vocabulary
 
 # Quantity -> the unit in which it is used here.
-UNIT_OF = {
+UNIT_BY_QUANTITY = {
     "time": "s",
     "load": "N",
     "max_hertz_pressure": "GPa",
@@ -41,8 +42,8 @@ DEFINITIONS = {
     "entrainment_speed": ("mean", "sum"),
     "slide_roll_ratio": ("over_mean", "over_sum", "over_faster", "sliding_speed"),
 }
-# What a definition says, for a person.
-DEFINITION_WORDS = {
+# A definition in words.
+DEFINITION_IN_WORDS = {
     "maximum": "the maximum Hertz pressure",
     "mean": "the mean",
     "sum": "the sum of both surface speeds",
@@ -90,13 +91,13 @@ class Meaning:
     """What the name of a column means.
 
     Attributes:
-        quantity: A key of `UNIT_OF`.
+        quantity: A key of `UNIT_BY_QUANTITY`.
         definition: One of `DEFINITIONS`; empty where the quantity has one definition alone, or
             where the name does not say it.
         unit: Unit that the name states; empty where it states none.
         question: What the name leaves open, as a sentence; empty where it leaves nothing open.
         is_symbol: Whether the name is a symbol: a column with words for the quantity comes first.
-        place: Of a temperature: `inlet`, `bath`, `oil` or empty.
+        location: Where a temperature is measured: `inlet`, `bath`, `oil` or empty.
     """
 
     quantity: str
@@ -104,69 +105,83 @@ class Meaning:
     unit: str = ""
     question: str = ""
     is_symbol: bool = False
-    place: str = ""
+    location: str = ""
 
 
 @cache
-def _words() -> dict[str, tuple[str, ...]]:
-    """What a word says -> the words."""
+def _words_by_concept() -> dict[str, tuple[str, ...]]:
+    """Concept -> the words for it, as `words.yaml` lists them."""
     text = Path(__file__).with_name("words.yaml").read_text(encoding="utf-8")
     entries = yaml.safe_load(text).items()
-    return {said: tuple(str(words).casefold().split()) for said, words in entries}
+    return {concept: tuple(str(words).casefold().split()) for concept, words in entries}
+
+
+class _WordForms(NamedTuple):
+    """The words of `words.yaml` by how they are looked for in a name.
+
+    Attributes:
+        whole_words: Word -> its concepts; it counts where it stands alone.
+        word_parts: Parts of words, as `reib-`, each with its concept.
+        cjk_words: Chinese and Japanese words, each with its concept, the longest first.
+    """
+
+    whole_words: Mapping[str, set[str]]
+    word_parts: Sequence[tuple[str, str]]
+    cjk_words: Sequence[tuple[str, str]]
 
 
 @cache
-def _by_form() -> tuple[dict[str, set[str]], list[tuple[str, str]], list[tuple[str, str]]]:
-    """Words that count alone, parts of words, and Chinese and Japanese words, the longest first."""
-    alone: dict[str, set[str]] = {}
-    parts: list[tuple[str, str]] = []
-    anywhere: list[tuple[str, str]] = []
-    for said, words in _words().items():
-        if said.startswith("label_"):
+def _word_forms() -> _WordForms:
+    whole_words: dict[str, set[str]] = {}
+    word_parts: list[tuple[str, str]] = []
+    cjk_words: list[tuple[str, str]] = []
+    for concept, words in _words_by_concept().items():
+        if concept.startswith("label_"):
             continue
         for word in words:
             if _is_cjk(word):
-                anywhere.append((word, said))
+                cjk_words.append((word, concept))
             elif word.startswith("-") or word.endswith("-"):
-                parts.append((word, said))
+                word_parts.append((word, concept))
             else:
-                alone.setdefault(word, set()).add(said)
-    anywhere.sort(key=lambda entry: -len(entry[0]))
-    return alone, parts, anywhere
+                whole_words.setdefault(word, set()).add(concept)
+    cjk_words.sort(key=lambda entry: -len(entry[0]))
+    return _WordForms(whole_words, word_parts, cjk_words)
 
 
 def _is_cjk(text: str) -> bool:
     return any("\u3040" <= letter <= "\u9fff" for letter in text)
 
 
-def sayings(name: str) -> frozenset[str]:
-    """What the words of a name say: the keys of `words.yaml` of which it has a word.
+def concepts_in(name: str) -> frozenset[str]:
+    """The concepts that the words of a name express: keys of `words.yaml`.
 
     Examples:
-        >>> sorted(sayings("Reibungskraft"))
+        >>> sorted(concepts_in("Reibungskraft"))
         ['force', 'friction']
-        >>> sorted(sayings("coil temp"))
+        >>> sorted(concepts_in("coil temp"))
         ['elsewhere', 'temperature']
     """
     # `BallSpeed` is two words, `CoF` is one
-    both = f"{name} {_CAMEL_CASE.sub(' ', name)}"
-    plain = unicodedata.normalize("NFKC", both).casefold()
-    alone, parts, anywhere = _by_form()
-    found: set[str] = set()
-    rest = plain
-    for word, said in anywhere:
-        if word in rest:
-            found.add(said)
-            # the same letters may say two things; a shorter word inside them says nothing
-            same_letters = {other for letters, other in anywhere if letters == word}
-            found |= same_letters
-            rest = rest.replace(word, " ")
-    for token in _WORD.findall(rest.replace("-", " ")):
-        found |= alone.get(token, set())
-        for part, said in parts:
+    both_spellings = f"{name} {_CAMEL_CASE.sub(' ', name)}"
+    plain = unicodedata.normalize("NFKC", both_spellings).casefold()
+    forms = _word_forms()
+    concepts: set[str] = set()
+    remaining = plain
+    for word, concept in forms.cjk_words:
+        if word in remaining:
+            concepts.add(concept)
+            # the same letters may have two meanings; a shorter word inside them has none
+            concepts |= {
+                other_concept for letters, other_concept in forms.cjk_words if letters == word
+            }
+            remaining = remaining.replace(word, " ")
+    for token in _WORD.findall(remaining.replace("-", " ")):
+        concepts |= forms.whole_words.get(token, set())
+        for part, concept in forms.word_parts:
             if _has_part(token, part):
-                found.add(said)
-    return frozenset(found)
+                concepts.add(concept)
+    return frozenset(concepts)
 
 
 def _has_part(token: str, part: str) -> bool:
@@ -179,13 +194,13 @@ def _has_part(token: str, part: str) -> bool:
 
 def label_of(name: str) -> str:
     """`oil` or `curve` where the name of a column of text says so; else empty."""
-    said = sayings(name)
-    if said & {"temperature", "time", "speed", "pressure", "friction"}:
+    concepts = concepts_in(name)
+    if concepts & {"temperature", "time", "speed", "pressure", "friction"}:
         return ""
     plain = unicodedata.normalize("NFKC", name).casefold()
     tokens = set(_WORD.findall(plain))
     for label in ("oil", "curve"):
-        for word in _words()[f"label_{label}"]:
+        for word in _words_by_concept()[f"label_{label}"]:
             if word in tokens or (_is_cjk(word) and word in plain):
                 return label
     return ""
@@ -200,12 +215,12 @@ def _is_in(unit: str, quantity_unit: str) -> bool:
 
 def is_unit_of(unit: str, quantity: str) -> bool:
     """Whether a quantity, in one of its definitions, can have a unit."""
-    units = [UNIT_OF[quantity]]
+    units = [UNIT_BY_QUANTITY[quantity]]
     if quantity in ("ball_speed", "disc_speed"):
         units.append("rpm")
     if quantity == "slide_roll_ratio":
         units.append("m/s")
-    return any(_is_in(unit, each) for each in units)
+    return any(_is_in(unit, unit_of_definition) for unit_of_definition in units)
 
 
 def stated_unit(name: str) -> tuple[str, str]:
@@ -219,29 +234,29 @@ def stated_unit(name: str) -> tuple[str, str]:
         >>> stated_unit("Temp °C")
         ('Temp', '°C')
     """
-    bare, unit = split_unit(name.strip())
+    bare_name, unit = split_unit(name.strip())
     if unit:
-        return bare, unit
+        return bare_name, unit
     for separator in (" / ", " in ", ", "):
-        before, found, after = bare.rpartition(separator)
-        if found and _is_any_unit(after.strip()):
+        before, separator_found, after = bare_name.rpartition(separator)
+        if separator_found and _is_any_unit(after.strip()):
             return before.strip(), after.strip()
-    if bare.endswith("%"):
-        return bare[:-1].strip(), "%"
-    plain = plain_key(bare)
+    if bare_name.endswith("%"):
+        return bare_name[:-1].strip(), "%"
+    plain = plain_key(bare_name)
     for ending, unit in _UNITS_IN_KEYS.items():
-        if plain.endswith(f"_{ending}") and " " not in bare.strip():
-            return bare[: -len(ending) - 1], unit
-    words = bare.split()
+        if plain.endswith(f"_{ending}") and " " not in bare_name.strip():
+            return bare_name[: -len(ending) - 1], unit
+    words = bare_name.split()
     if len(words) > 1 and words[-1] == "N":
         return " ".join(words[:-1]), "N"
     for count in (2, 1):
-        last = " ".join(words[-count:])
-        if len(words) > count and len(last) >= _SHORTEST_UNIT and _is_any_unit(last):
-            return " ".join(words[:-count]), last
+        last_words = " ".join(words[-count:])
+        if len(words) > count and len(last_words) >= _SHORTEST_UNIT and _is_any_unit(last_words):
+            return " ".join(words[:-count]), last_words
     if len(words) > 1 and len(words[0]) > _SHORTEST_UNIT and _is_any_unit(words[0]):
         return " ".join(words[1:]), words[0]
-    return bare, ""
+    return bare_name, ""
 
 
 # Ends of names that are written like keys, as `speed_m_s`.
@@ -264,7 +279,7 @@ _UNITS_IN_KEYS = {
 def _is_any_unit(text: str) -> bool:
     if text.casefold() in ("load", "force", "speed", "time", "min", "h", "a", "d", "t", "s"):
         return False
-    return any(is_unit_of(text, quantity) for quantity in UNIT_OF)
+    return any(is_unit_of(text, quantity) for quantity in UNIT_BY_QUANTITY)
 
 
 # ---------------------------------------------------------------- names
@@ -289,30 +304,30 @@ def meaning_of(
         >>> meaning_of("Schlupf [%]").question
         'it may be over the mean, over the sum or over the speed of the faster body'
     """
-    bare, unit_of_name = stated_unit(name)
+    bare_name, unit_of_name = stated_unit(name)
     unit = unit_beside or unit_of_name
     # `F_n` is a symbol, not F in newtons
-    symbol = _SYMBOLS.get(name.strip()) or _SYMBOLS.get(bare.strip())
+    symbol = _SYMBOLS.get(name.strip()) or _SYMBOLS.get(bare_name.strip())
     if name.strip() in _SYMBOLS:
         unit = unit_beside
     if symbol is not None:
-        return _of_symbol(symbol, unit)
-    said = sayings(bare)
+        return _meaning_of_a_symbol(symbol, unit)
+    concepts = concepts_in(bare_name)
     if may_be_set_point:
-        said -= {"set"}
-    if said & {"set", "error", "count", "other"}:
+        concepts -= {"set"}
+    if concepts & {"set", "error", "count", "other"}:
         return None
-    sums = _SEVERAL_SPEEDS.search(name)
-    if sums is not None:
-        said |= {"sum" if sums[1] == "+" else "difference", "speed"}
+    speed_terms = _SEVERAL_SPEEDS.search(name)
+    if speed_terms is not None:
+        concepts |= {"sum" if speed_terms[1] == "+" else "difference", "speed"}
     for rule in _RULES:
-        found = rule(said, unit)
-        if found is not None:
-            return replace(found, unit=unit)
+        meaning = rule(concepts, unit)
+        if meaning is not None:
+            return replace(meaning, unit=unit)
     return None
 
 
-def _of_symbol(symbol: str, unit: str) -> Meaning | None:
+def _meaning_of_a_symbol(symbol: str, unit: str) -> Meaning | None:
     """The meaning of a symbol; None where its unit contradicts it."""
     quantity, definition = _MEANING_OF_SYMBOL[symbol]
     if unit and not is_unit_of(unit, quantity):
@@ -320,20 +335,26 @@ def _of_symbol(symbol: str, unit: str) -> Meaning | None:
     return Meaning(quantity, definition, unit, is_symbol=True)
 
 
-def _coefficient(said: frozenset[str], unit: str) -> Meaning | None:
-    if said & {"speed", "temperature", "pressure", "time", "torque"}:
+def _coefficient_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
+    if concepts & {"speed", "temperature", "pressure", "time", "torque"}:
         return None
-    if "cof" in said or {"friction", "coefficient"} <= said:
+    if "cof" in concepts or {"friction", "coefficient"} <= concepts:
         if unit and not _is_in(unit, "1"):
             return None
         return Meaning("traction_coefficient")
     return None
 
 
-def _traction(said: frozenset[str], unit: str) -> Meaning | None:
-    if "friction" not in said or said & {"speed", "temperature", "time", "distance", "coefficient"}:
+def _traction_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
+    if "friction" not in concepts or concepts & {
+        "speed",
+        "temperature",
+        "time",
+        "distance",
+        "coefficient",
+    }:
         return None
-    if "torque" in said or (unit and _is_in(unit, "N m")):
+    if "torque" in concepts or (unit and _is_in(unit, "N m")):
         return Meaning("traction_torque")
     if unit and _is_in(unit, "N"):
         return Meaning("traction_force")
@@ -341,108 +362,122 @@ def _traction(said: frozenset[str], unit: str) -> Meaning | None:
         return Meaning("traction_coefficient")
     if unit:
         return None
-    if "force" in said:
+    if "force" in concepts:
         return Meaning("traction_force")
     question = "it may be the coefficient, the force or the torque"
     return Meaning("traction_coefficient", question=question)
 
 
-def _temperature(said: frozenset[str], unit: str) -> Meaning | None:
-    in_degrees = bool(unit) and _is_in(unit, "degC")
-    if "temperature" not in said and not (in_degrees and said & {"inlet", "bath", "oil"}):
+def _temperature_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
+    is_temperature_unit = bool(unit) and _is_in(unit, "degC")
+    if "temperature" not in concepts and not (
+        is_temperature_unit and concepts & {"inlet", "bath", "oil"}
+    ):
         return None
-    if said & {"elsewhere", "ball", "disc", "difference", "max"}:
+    if concepts & {"elsewhere", "ball", "disc", "difference", "max"}:
         return None
-    if unit and not in_degrees:
+    if unit and not is_temperature_unit:
         return None
-    if said & {"film", "contact"}:
+    if concepts & {"film", "contact"}:
         question = "it is that of film or contact; the law needs that of the oil supplied"
         return Meaning("inlet_temperature", question=question)
-    place = next((each for each in ("inlet", "bath", "oil") if each in said), "")
-    return Meaning("inlet_temperature", place=place)
+    location = next(
+        (candidate for candidate in ("inlet", "bath", "oil") if candidate in concepts), ""
+    )
+    return Meaning("inlet_temperature", location=location)
 
 
 _WHICH_PRESSURE = "it may be the maximum or the mean Hertz pressure"
 
 
-def _pressure(said: frozenset[str], unit: str) -> Meaning | None:
-    is_pressure = bool(said & {"pressure", "stress"}) or "hertz" in said
-    if not is_pressure or said & {"friction", "temperature", "speed", "time"}:
+def _pressure_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
+    is_pressure = bool(concepts & {"pressure", "stress"}) or "hertz" in concepts
+    if not is_pressure or concepts & {"friction", "temperature", "speed", "time"}:
         return None
     if unit and not _is_in(unit, "GPa"):
         return None
-    if not said & {"hertz", "contact", "max", "mean"} or said & {"oil", "elsewhere", "inlet"}:
-        if said & {"oil", "elsewhere", "inlet", "bath"} or "stress" in said:
+    if not concepts & {"hertz", "contact", "max", "mean"} or concepts & {
+        "oil",
+        "elsewhere",
+        "inlet",
+    }:
+        if concepts & {"oil", "elsewhere", "inlet", "bath"} or "stress" in concepts:
             return None
         return Meaning("max_hertz_pressure", question=f"{_WHICH_PRESSURE}, or another pressure")
-    if "max" in said:
+    if "max" in concepts:
         return Meaning("max_hertz_pressure", "maximum")
-    if "mean" in said:
+    if "mean" in concepts:
         return Meaning("max_hertz_pressure", "mean")
     return Meaning("max_hertz_pressure", question=_WHICH_PRESSURE)
 
 
-def _slip(said: frozenset[str], unit: str) -> Meaning | None:
-    if said & {"temperature", "time", "distance", "force", "friction"}:
+def _slip_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
+    if concepts & {"temperature", "time", "distance", "force", "friction"}:
         return None
-    in_speed = bool(unit) and _is_in(unit, "m/s")
+    is_speed_unit = bool(unit) and _is_in(unit, "m/s")
     is_ratio = bool(unit) and _is_in(unit, "1")
-    is_over_mean = "rolling" in said and "ratio" in said and bool(said & {"sliding", "slip"})
-    if "srr" in said or is_over_mean:
-        return None if in_speed else Meaning("slide_roll_ratio", "over_mean")
-    speaks_of_slip = bool(said & {"slip", "sliding"})
-    is_difference = "difference" in said and bool(said & {"speed", "rolling"})
-    if (speaks_of_slip and ("speed" in said or in_speed)) or is_difference:
-        if is_ratio or (unit and not in_speed):
+    is_over_mean = (
+        "rolling" in concepts and "ratio" in concepts and bool(concepts & {"sliding", "slip"})
+    )
+    if "srr" in concepts or is_over_mean:
+        return None if is_speed_unit else Meaning("slide_roll_ratio", "over_mean")
+    names_slip = bool(concepts & {"slip", "sliding"})
+    is_difference = "difference" in concepts and bool(concepts & {"speed", "rolling"})
+    if (names_slip and ("speed" in concepts or is_speed_unit)) or is_difference:
+        if is_ratio or (unit and not is_speed_unit):
             return None
         return Meaning("slide_roll_ratio", "sliding_speed")
-    if "slip" in said or ("sliding" in said and ("ratio" in said or is_ratio)):
+    if "slip" in concepts or ("sliding" in concepts and ("ratio" in concepts or is_ratio)):
         question = "it may be over the mean, over the sum or over the speed of the faster body"
         return Meaning("slide_roll_ratio", question=question)
-    if "sliding" in said and not unit:
+    if "sliding" in concepts and not unit:
         return Meaning("slide_roll_ratio", question="it may be a ratio or a sliding speed")
     return None
 
 
-def _speed(said: frozenset[str], unit: str) -> Meaning | None:
-    in_speed = bool(unit) and (_is_in(unit, "m/s") or _is_in(unit, "rpm"))
-    if said & {"temperature", "time", "force", "pressure", "torque", "friction", "elsewhere"}:
+def _speed_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
+    is_speed_unit = bool(unit) and (_is_in(unit, "m/s") or _is_in(unit, "rpm"))
+    if concepts & {"temperature", "time", "force", "pressure", "torque", "friction", "elsewhere"}:
         return None
-    if "speed" not in said and not in_speed and not ("entrainment" in said and not unit):
+    if (
+        "speed" not in concepts
+        and not is_speed_unit
+        and not ("entrainment" in concepts and not unit)
+    ):
         return None
-    if unit and not in_speed:
+    if unit and not is_speed_unit:
         return None
-    if {"ball", "disc"} <= said:
+    if {"ball", "disc"} <= concepts:
         return None
     for body in ("ball", "disc"):
-        if body in said:
+        if body in concepts:
             return Meaning(f"{body}_speed")
     if unit and not _is_in(unit, "m/s"):
         return None
-    if "sum" in said:
+    if "sum" in concepts:
         return Meaning("entrainment_speed", "sum")
-    if said & {"entrainment", "rolling", "mean"}:
+    if concepts & {"entrainment", "rolling", "mean"}:
         return Meaning("entrainment_speed", "mean")
-    if "speed" in said:
+    if "speed" in concepts:
         question = "it may be the speed of ball or disc, or their mean"
         return Meaning("entrainment_speed", question=question)
     return None
 
 
-def _load(said: frozenset[str], unit: str) -> Meaning | None:
-    if said & {"temperature", "speed", "time", "friction", "torque", "distance"}:
+def _load_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
+    if concepts & {"temperature", "speed", "time", "friction", "torque", "distance"}:
         return None
     if unit and not _is_in(unit, "N"):
         return None
-    if "load" in said or {"normal", "force"} <= said:
+    if "load" in concepts or {"normal", "force"} <= concepts:
         return Meaning("load")
-    if "force" in said:
+    if "force" in concepts:
         return Meaning("load", question="it may be the load or the traction force")
     return None
 
 
-def _time(said: frozenset[str], unit: str) -> Meaning | None:
-    if "time" not in said or (unit and not _is_in(unit, "s")):
+def _time_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
+    if "time" not in concepts or (unit and not _is_in(unit, "s")):
         return None
     return Meaning("time")
 
@@ -450,21 +485,21 @@ def _time(said: frozenset[str], unit: str) -> Meaning | None:
 _Rule = Callable[[frozenset[str], str], Meaning | None]
 # In this order: the first that knows the name counts.
 _RULES: tuple[_Rule, ...] = (
-    _coefficient,
-    _traction,
-    _temperature,
-    _pressure,
-    _slip,
-    _speed,
-    _load,
-    _time,
+    _coefficient_rule,
+    _traction_rule,
+    _temperature_rule,
+    _pressure_rule,
+    _slip_rule,
+    _speed_rule,
+    _load_rule,
+    _time_rule,
 )
 
 
 # Ranks of meanings: words, then symbols, then what is open. Definitions and places are between.
 _RANK_OF_WORDS, _RANK_OF_SYMBOL, RANK_OF_OPEN = 10, 50, 100
 # The place of a temperature that is taken before others.
-_PLACES = ("inlet", "bath", "oil", "")
+_LOCATIONS = ("inlet", "bath", "oil", "")
 
 
 def rank_of(meaning: Meaning) -> int:
@@ -476,7 +511,7 @@ def rank_of(meaning: Meaning) -> int:
     if meaning.definition in definitions:
         rank += definitions.index(meaning.definition)
     if meaning.quantity == "inlet_temperature":
-        rank += _PLACES.index(meaning.place)
+        rank += _LOCATIONS.index(meaning.location)
     return rank
 
 
@@ -507,15 +542,15 @@ class NamesInWords(Vocabulary):
 
     stated: Mapping[str, Meaning] = field(default_factory=dict)
 
-    def meaning(self, name: str) -> tuple[str, str] | None:
+    def meaning(self, name: str) -> QuantityAndUnit | None:
         """See `Vocabulary.meaning`."""
-        known = super().meaning(name)
-        if known is not None:
-            return known
+        listed_meaning = super().meaning(name)
+        if listed_meaning is not None:
+            return listed_meaning
         meaning = meaning_of(name)
         for key in (name, split_unit(name)[0], stated_unit(name)[0]):
             meaning = self.stated.get(key, meaning)
         if meaning is None:
             return None
         quantity = quantity_of_logs(meaning.quantity)
-        return (quantity, meaning.unit) if quantity in self.quantities else None
+        return QuantityAndUnit(quantity, meaning.unit) if quantity in self.quantities else None

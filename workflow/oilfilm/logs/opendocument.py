@@ -53,12 +53,12 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
         ValueError: The spreadsheet is too large, or is encrypted.
         Exception: Any error that the libraries raise for a damaged file.
     """
-    texts: list[tuple[str, bytes]] = []
+    text_by_title: list[tuple[str, bytes]] = []
     for title, lines in sheet_lines(content):
         filled_lines = [line for line in lines if line]
         if filled_lines:
-            texts.append((title, text_of_lines(filled_lines)))
-    return texts
+            text_by_title.append((title, text_of_lines(filled_lines)))
+    return text_by_title
 
 
 def sheet_lines(content: bytes) -> list[tuple[str, list[str]]]:
@@ -102,6 +102,7 @@ class _Sheets:
         self.parser.EntityDeclHandler = self._refuse_entity
         self._lines: list[str] = []
         self._columns_in_percent: set[int] = set()
+        # value of each cell of a row, and whether it is shown in percent
         self._row: list[tuple[Any, bool]] = []
         self._rows_alike = 1
         self._cells_alike = 1

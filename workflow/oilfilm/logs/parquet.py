@@ -54,13 +54,13 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         raise UnreadableLogError(reason, COPY_AGAIN, columns.num_rows, "damaged_file")
     # of each name all columns are read, in the order of the file
     indices_read = [index for index, name in enumerate(schema.names) if name in names_to_read]
-    numbers_of = {
+    numbers_by_index = {
         index: _numbers(column) for index, column in zip(indices_read, columns.columns, strict=True)
     }
     no_numbers = np.array([], dtype=str)
 
     def values(indices: Sequence[int]) -> list[npt.NDArray[Any]]:
-        return [numbers_of.get(index, no_numbers) for index in indices]
+        return [numbers_by_index.get(index, no_numbers) for index in indices]
 
     def texts(index: int) -> Texts:
         name = schema.names[index]

@@ -32,6 +32,8 @@ _LINES_SEARCHED = 40
 _SWEEPS = {"traction", "film"}
 # The surface speeds are computed: from both directions where both were measured.
 _SPEEDS = ("ball_speed", "disc_speed")
+# Column -> its declaration: `names` in exports, `logged` unit, `sampled` unit in the samples, and
+# `needed` where a step cannot be used without it.
 _COLUMNS: dict[str, dict[str, Any]] = yaml.safe_load(
     Path(__file__).with_name("pcs.yaml").read_text(encoding="utf-8")
 )
@@ -76,12 +78,12 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         raise base.UnreadableLogError(reason, advice, sum(len(step.rows) for step in steps))
     run_names = base.distinct_names(f"step{step.number:03d}" for step in steps)
     is_cut = not text.endswith(("\n", "\r"))
-    logged = [
+    logged_tables = [
         _table(step, run_name, is_cut and step is steps[-1])
         for step, run_name in zip(steps, run_names, strict=True)
         if step.rows
     ]
-    return base.TextForm.from_marks(encoding, "\t", "."), logged
+    return base.TextForm.from_marks(encoding, "\t", "."), logged_tables
 
 
 def _steps(lines: Iterable[str]) -> Iterator[_Step]:
@@ -121,8 +123,8 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
         is_cut: Whether the last row has no line end.
     """
     indices = _indices_of_columns(step.names)
-    cells = [row.split("\t") for row in step.rows]
-    values = _values(cells, indices)
+    cells_by_row = [row.split("\t") for row in step.rows]
+    values = _values(cells_by_row, indices)
     sampled = [name for name in _SAMPLED if name in indices or name in _SPEEDS]
     sampled_names = [
         step.names[indices[name]] if name in indices else f"{name} (mean)" for name in sampled
@@ -142,7 +144,7 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
     other_names = list(dict.fromkeys(name for name in step.names if name not in sampled_names))
     names = [*sampled_names, *other_names]
     # only compared with the number of names; 0 would say that the last row has a line end
-    missing_cells = len(step.names) - len(cells[-1])
+    missing_cells = len(step.names) - len(cells_by_row[-1])
     cut_row_cells = max(len(names) - missing_cells, 1) if is_cut else 0
     missing = [_COLUMNS[name]["names"][0] for name in _REQUIRED if name not in indices]
     return LoggedTable(
@@ -150,7 +152,7 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
         names,
         [*sampled_units, *[""] * len(other_names)],
         lambda chosen: [values[sampled[index]] for index in chosen],
-        len(cells),
+        len(cells_by_row),
         run_name,
         columns=columns,
         problem=_problem(step, missing),
@@ -172,16 +174,18 @@ def _indices_of_columns(names: Sequence[str]) -> dict[str, int]:
     return indices
 
 
-def _values(cells: Sequence[Sequence[str]], indices: Mapping[str, int]) -> dict[str, FloatArray]:
+def _values(
+    cells_by_row: Sequence[Sequence[str]], indices: Mapping[str, int]
+) -> dict[str, FloatArray]:
     """Numbers of each column of `pcs.yaml` and the surface speeds, shape (rows,).
 
     The time is NaN in rows that cannot be used.
     """
-    values = {name: np.full(len(cells), np.nan) for name in _COLUMNS}
+    values = {name: np.full(len(cells_by_row), np.nan) for name in _COLUMNS}
     for name, index in indices.items():
-        values[name] = np.array([_number(row, index) for row in cells])
+        values[name] = np.array([_number(row, index) for row in cells_by_row])
     values["ball_speed"], values["disc_speed"] = _surface_speeds(values)
-    usable = np.ones(len(cells), dtype=bool)
+    usable = np.ones(len(cells_by_row), dtype=bool)
     for numbers in values.values():
         usable &= ~(np.abs(numbers) > base.LARGEST_READING)
     for name in _REQUIRED:
@@ -230,7 +234,7 @@ def _contradictory(values: Mapping[str, FloatArray]) -> BoolArray:
         # errors of sliding, of rolling and of SRR itself
         srr_rounding = (0.5 + 0.005 * np.abs(srr)) / np.abs(rolling) + 0.0005
         # each identity with the largest error from the rounding of its cells
-        differences = (
+        errors_of_identities = (
             (force - half_difference, 1e-4),
             (np.abs(force) / load - values["coefficient"], 5e-5 + 1e-4 / np.abs(load)),
             (rolling - (ball + disc) / 2, 0.010),
@@ -239,7 +243,7 @@ def _contradictory(values: Mapping[str, FloatArray]) -> BoolArray:
         )
         violated = [
             np.abs(difference) > rounding + _FLOATING_POINT_ERROR
-            for difference, rounding in differences
+            for difference, rounding in errors_of_identities
         ]
     return np.asarray(np.any(violated, axis=0))
 

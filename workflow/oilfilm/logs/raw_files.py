@@ -14,7 +14,7 @@ from typing import BinaryIO
 from oilfilm.base.errors import OilfilmError
 
 # Names of the run sheet, in small letters or capitals. It is in the campaign's folder itself.
-_SHEETS = ("runs.csv", "runs.tsv", "runs.xlsx", "runs.ods")
+_SHEET_NAMES = ("runs.csv", "runs.tsv", "runs.xlsx", "runs.ods")
 # Largest log in bytes, packed or unpacked. A larger one was made to fill the memory.
 LARGEST_LOG = 1 << 28
 TOO_LITTLE_MEMORY = (
@@ -28,7 +28,7 @@ _LOCK_FILE = "~$"
 # Snakemake takes braces for wildcards and angle brackets for its own paths. A manifest takes
 # backslashes for folders. Control characters and changes of direction deceive the reader of a
 # listing. Python writes bytes that are no UTF-8 as surrogates.
-_UNFIT = re.compile(
+_UNFIT_CHARACTER = re.compile(
     r"[{}<>\\\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
 )
 
@@ -66,7 +66,7 @@ def all_faults(faults: Sequence[str], path: Path, plural: str) -> OilfilmError:
     return OilfilmError("\n".join(lines))
 
 
-def listed(names: Sequence[str]) -> str:
+def joined_names(names: Sequence[str]) -> str:
     """The first names of many, for a message."""
     more = " ..." if len(names) > _MOST_LISTED else ""
     return ", ".join(names[:_MOST_LISTED]) + more
@@ -92,7 +92,7 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
         if is_passed_over(path, folder):
             continue
         name = path.relative_to(folder).as_posix()
-        problem = unreadable.get(path, "") or _unreachable(path, folder)
+        problem = unreadable.get(path, "") or _why_unreachable(path, folder)
         if problem:
             yield name, f"{path}: {problem}"
         elif not path.is_dir():
@@ -102,11 +102,11 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
 def is_passed_over(path: Path, folder: Path) -> bool:
     """Whether a path below a raw folder is no log by its name: hidden, a README, a run sheet."""
     names = path.relative_to(folder).parts
-    hidden = any(name.startswith((".", _LOCK_FILE)) for name in names)
-    return hidden or path.stem.upper() == "README" or is_sheet(path, folder)
+    is_hidden = any(name.startswith((".", _LOCK_FILE)) for name in names)
+    return is_hidden or path.stem.upper() == "README" or is_sheet(path, folder)
 
 
-def _unreachable(path: Path, folder: Path) -> str:
+def _why_unreachable(path: Path, folder: Path) -> str:
     """Why a path with the name of a log or folder cannot be read; empty where it can."""
     if path.is_dir():
         if path.is_symlink():
@@ -128,18 +128,18 @@ def unfit_name(name: str, path: Path | str) -> str:
         name: Path of the log below the folder.
         path: Path of the log, for the message.
     """
-    unfit = _UNFIT.search(name)
-    if unfit is None:
+    match = _UNFIT_CHARACTER.search(name)
+    if match is None:
         return ""
     return (
-        f"{path}: {unfit[0]!r} cannot be in the name of a log: expected text in UTF-8 without "
+        f"{path}: {match[0]!r} cannot be in the name of a log: expected text in UTF-8 without "
         "braces, angle brackets, backslashes or control characters. Rename it."
     )
 
 
 def is_sheet(path: Path, folder: Path) -> bool:
     """Whether a file of a campaign's raw folder is its run sheet."""
-    return path.parent == folder and path.name.lower() in _SHEETS
+    return path.parent == folder and path.name.lower() in _SHEET_NAMES
 
 
 def find_sheet(folder: Path) -> Path | None:
@@ -156,7 +156,7 @@ def find_sheet(folder: Path) -> Path | None:
     if not sheets:
         return None
     sheet = sheets[0]
-    problem = _unreachable(sheet, folder)
+    problem = _why_unreachable(sheet, folder)
     if problem:
         raise OilfilmError(f"{sheet}: {problem}")
     return sheet
@@ -265,12 +265,12 @@ def shares_of(files: Sequence[str], runs: int) -> dict[int, list[str]]:
         >>> [number for number, files in shares_of(logs, 250).items() if 180 < len(files) < 270]
         [0, 1, 2, 3]
     """
-    count = 1
-    while count * runs < len(files):
-        count *= 2
+    share_count = 1
+    while share_count * runs < len(files):
+        share_count *= 2
     shares: dict[int, list[str]] = {}
     for file in files:
         # consecutive names must spread over the shares: with a checksum they would not
         digest = hashlib.blake2b(file.encode(), digest_size=8).digest()
-        shares.setdefault(int.from_bytes(digest) % count, []).append(file)
+        shares.setdefault(int.from_bytes(digest) % share_count, []).append(file)
     return dict(sorted(shares.items()))

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
 from typing import Any, Self
 
-from oilfilm.logs.base import LOADS, READING_NOTE, SET_POINTS, Refusal, parse_set_point
+from oilfilm.logs.base import LOAD_KEYS, READING_NOTE, SET_POINT_KEYS, Refusal, parse_set_point
 from oilfilm.logs.header import header_keys, named_keys, oil_id
 from oilfilm.settings.resolved import Settings
 
@@ -90,7 +90,7 @@ def _agree(key: str, in_sheet: str, in_header: str, settings: Settings) -> bool:
     """Whether the sheet and the header give a key the same value."""
     if key == "oil":
         return in_sheet == oil_id(in_header, settings)
-    if key not in SET_POINTS:
+    if key not in SET_POINT_KEYS:
         return in_sheet == in_header
     sheet_value = parse_set_point(key, in_sheet)
     header_value = parse_set_point(key, in_header)
@@ -150,9 +150,9 @@ class RunSheet:
         for row in reversed(rows):
             from_sheet |= row.keys
         # the load has one set point, as force or as pressure
-        dropped = LOADS if from_sheet.keys() & LOADS else frozenset()
-        from_header = {key: text for key, text in header.items() if key not in dropped}
-        sources = {key: "header" for key in named if key not in dropped}
+        replaced_keys = LOAD_KEYS if from_sheet.keys() & LOAD_KEYS else frozenset()
+        from_header = {key: text for key, text in header.items() if key not in replaced_keys}
+        sources = {key: "header" for key in named if key not in replaced_keys}
         sources |= dict.fromkeys(from_sheet, "run sheet")
         return Labels(
             run_id,
@@ -173,12 +173,12 @@ class RunSheet:
         if not run_names:
             return []
         matched = [row for run_name in run_names for row in self.rows_of_run(file, run_name)]
-        listed = ", ".join(repr(run_name) for run_name in run_names[:10])
+        listed_runs = ", ".join(repr(run_name) for run_name in run_names[:10])
         more = " ..." if len(run_names) > 10 else ""
         return [
             Refusal(
                 UNMATCHED,
-                f"{self.name} has a row for {row}, but the runs of the log are {listed}{more}",
+                f"{self.name} has a row for {row}, but the runs of the log are {listed_runs}{more}",
                 UNMATCHED_ADVICE,
             )
             for row in self.rows.get(file, ())
@@ -236,13 +236,13 @@ class RunSheet:
             files: The logs.
             remarks: Whether the part includes the remarks on the sheet itself.
         """
-        rows = {
+        plain_rows_by_file = {
             file: [asdict(row) for row in self.rows[file]] for file in files if file in self.rows
         }
         plain_remarks = [asdict(remark) for remark in self.remarks] if remarks else []
-        if not rows and not plain_remarks:
+        if not plain_rows_by_file and not plain_remarks:
             return {}
-        return {"name": self.name, "rows": rows, "remarks": plain_remarks}
+        return {"name": self.name, "rows": plain_rows_by_file, "remarks": plain_remarks}
 
     @classmethod
     def of_plain(cls, plain: Mapping[str, Any]) -> Self:

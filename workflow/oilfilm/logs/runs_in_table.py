@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.base.units import BoolArray, FloatArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.logs import base, header
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_kind import Meanings, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, Texts
 from oilfilm.settings.resolved import Settings
 
@@ -38,7 +38,7 @@ _SHARE_OF_SWEEP = 0.5
 
 
 @dataclass(frozen=True)
-class _Label:
+class _LabelColumn:
     """A column whose text names the run of a row.
 
     Attributes:
@@ -51,7 +51,7 @@ class _Label:
     kind: str
     key: str
     names: Sequence[str]
-    codes: base.IndexArray
+    codes: IndexArray
 
 
 def runs_in_table(
@@ -72,7 +72,7 @@ def runs_in_table(
     if table.columns or table.problem or table.rows == 0:
         return [table]
     meanings = vocabulary.meanings(table.names, table.units)
-    labels = _labels(table, meanings, settings)
+    labels = _label_columns(table, meanings, settings)
     parts = _by_labels(table, labels)
     runs = [run for part in parts for run in _by_restarts(part, meanings)]
     if len(runs) == 1:
@@ -83,33 +83,33 @@ def runs_in_table(
     return [run.with_name(name) for run, name in zip(runs, names, strict=True)]
 
 
-def _labels(
-    table: LoggedTable, meanings: Mapping[int, tuple[str, str]], settings: Settings
-) -> list[_Label]:
+def _label_columns(
+    table: LoggedTable, meanings: Meanings, settings: Settings
+) -> list[_LabelColumn]:
     """The columns that name runs, the more general kinds first."""
-    labels: list[_Label] = []
+    labels: list[_LabelColumn] = []
     if table.texts is None:
         return labels
-    listed = header.listed_names(settings)
+    key_by_listed_name = header.listed_names(settings)
     has_numbers: BoolArray | None = None
     for index, name in enumerate(table.names):
         bare_name, unit = header.split_unit(name)
         key = plain_key(bare_name)
-        kind = _kind_of_label(key, listed)
+        kind = _kind_of_label(key, key_by_listed_name)
         if not kind or unit or table.units[index] or index in meanings:
             continue
         if has_numbers is None:
             has_numbers = _has_numbers(table, meanings)
-        label = _label(kind, key, table.texts(index), has_numbers)
+        label = _label_column(kind, key, table.texts(index), has_numbers)
         if _divides(label) and (kind != "step" or _steps_sweep(table, meanings, label)):
             labels.append(label)
     kinds = ("run", "step", "rig", "oil")
     return sorted(labels, key=lambda label: kinds.index(label.kind))
 
 
-def _kind_of_label(key: str, listed: Mapping[str, str]) -> str:
+def _kind_of_label(key: str, key_by_listed_name: Mapping[str, str]) -> str:
     """`oil`, `rig`, `run` or `step` by the key of a column; empty for another column."""
-    meaning = listed.get(key, key)
+    meaning = key_by_listed_name.get(key, key)
     if meaning in ("oil", "rig", "run"):
         return meaning
     if header.oil_key({key: "x"}):
@@ -122,7 +122,7 @@ def _kind_of_label(key: str, listed: Mapping[str, str]) -> str:
     return "step" if words <= _STEP_WORDS else ""
 
 
-def _has_numbers(table: LoggedTable, meanings: Mapping[int, tuple[str, str]]) -> BoolArray:
+def _has_numbers(table: LoggedTable, meanings: Meanings) -> BoolArray:
     """Rows with a number in some column that is read, shape (rows,)."""
     has_numbers = np.zeros(table.rows, dtype=bool)
     for values in table.values(list(meanings)):
@@ -131,17 +131,17 @@ def _has_numbers(table: LoggedTable, meanings: Mapping[int, tuple[str, str]]) ->
     return has_numbers
 
 
-def _label(kind: str, key: str, texts: Texts, has_numbers: BoolArray) -> _Label:
+def _label_column(kind: str, key: str, texts: Texts, has_numbers: BoolArray) -> _LabelColumn:
     """A column of labels. An empty cell, or that of a row without numbers, is as the one above."""
     cells = pd.Series(texts, dtype=object)
     is_name = (cells != "") & has_numbers
     # rows above the first text belong to it
     filled = cells.where(is_name).ffill().bfill().fillna("")
     codes, names = pd.factorize(filled)
-    return _Label(kind, key, list(names), codes.astype(np.int64))
+    return _LabelColumn(kind, key, list(names), codes.astype(np.int64))
 
 
-def _divides(label: _Label) -> bool:
+def _divides(label: _LabelColumn) -> bool:
     """Whether the texts of a label are names: not numbers with decimals, a flag or a counter."""
     if any(_has_decimals(name) for name in label.names):
         return False
@@ -162,9 +162,7 @@ def _has_decimals(text: str) -> bool:
         return False
 
 
-def _steps_sweep(
-    table: LoggedTable, meanings: Mapping[int, tuple[str, str]], label: _Label
-) -> bool:
+def _steps_sweep(table: LoggedTable, meanings: Meanings, label: _LabelColumn) -> bool:
     """Whether the slip of each step covers a good share of the range of all steps."""
     slip = _slip_or_like(table, meanings)
     if slip is None:
@@ -174,72 +172,75 @@ def _steps_sweep(
         return False
     whole_range = np.ptp(slip[is_finite])
     for code in range(len(label.names)):
-        of_step = slip[(label.codes == code) & is_finite]
-        if len(of_step) < _FEWEST_ROWS or np.ptp(of_step) < _SHARE_OF_SWEEP * whole_range:
+        slip_of_step = slip[(label.codes == code) & is_finite]
+        if len(slip_of_step) < _FEWEST_ROWS or np.ptp(slip_of_step) < _SHARE_OF_SWEEP * whole_range:
             return False
     return True
 
 
-def _slip_or_like(table: LoggedTable, meanings: Mapping[int, tuple[str, str]]) -> FloatArray | None:
+def _slip_or_like(table: LoggedTable, meanings: Meanings) -> FloatArray | None:
     """The slide-roll ratio as logged, or the logarithm of the ratio of both speeds; shape (rows,).
 
     Units and radii change neither the share of a range.
     """
-    index_of = {quantity: index for index, (quantity, _) in meanings.items()}
-    if "slide_roll_ratio" in index_of:
-        (slip,) = table.values([index_of["slide_roll_ratio"]])
+    index_by_quantity = {quantity: index for index, (quantity, _) in meanings.items()}
+    if "slide_roll_ratio" in index_by_quantity:
+        (slip,) = table.values([index_by_quantity["slide_roll_ratio"]])
         return slip.astype(float) if slip.dtype.kind in "iuf" else None
-    if not {"ball_speed", "disc_speed"} <= index_of.keys():
+    if not {"ball_speed", "disc_speed"} <= index_by_quantity.keys():
         return None
-    ball, disc = table.values([index_of["ball_speed"], index_of["disc_speed"]])
+    ball, disc = table.values([index_by_quantity["ball_speed"], index_by_quantity["disc_speed"]])
     if ball.dtype.kind not in "iuf" or disc.dtype.kind not in "iuf":
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.log(np.abs(disc / ball)))
 
 
-def _by_labels(table: LoggedTable, labels: Sequence[_Label]) -> list[LoggedTable]:
+def _by_labels(table: LoggedTable, labels: Sequence[_LabelColumn]) -> list[LoggedTable]:
     """A table for each combination of labels, in the order of their first rows."""
     if not labels:
         return [table.with_name("")]
     codes = pd.MultiIndex.from_arrays([label.codes for label in labels])
     combination_of_row, combinations = pd.factorize(codes)
-    names = [
+    texts_by_combination = [
         tuple(label.names[code] for label, code in zip(labels, combination, strict=True))
         for combination in combinations
     ]
-    if len(names) > _MOST_RUNS:
+    if len(texts_by_combination) > _MOST_RUNS:
         listed = ", ".join(repr(label.key) for label in labels)
-        reason = f"the columns {listed} name {len(names)} runs; expected at most {_MOST_RUNS}"
+        reason = (
+            f"the columns {listed} name {len(texts_by_combination)} runs; expected at most "
+            f"{_MOST_RUNS}"
+        )
         problem = base.Refusal("columns", reason, "Rename a column that names no runs.")
         return [replace(table, run_name="", problem=problem)]
-    naming = _fewest_that_differ(names)
+    labels_in_name = _fewest_that_differ(texts_by_combination)
     rows_by_part = np.split(
         np.argsort(combination_of_row, kind="stable"),
         np.cumsum(np.bincount(combination_of_row))[:-1],
     )
     parts: list[LoggedTable] = []
-    for texts, rows in zip(names, rows_by_part, strict=True):
+    for texts, rows in zip(texts_by_combination, rows_by_part, strict=True):
         keys = dict(table.keys)
         for label, text in zip(labels, texts, strict=True):
             # the name of a run in its file need not differ from those of other files
             if label.kind in ("oil", "rig") and text:
                 stated = keys.get(label.kind) or _stated_oil(label, keys) or text
                 keys[label.kind] = _joined(stated, text)
-        parts.append(table.part(rows, " ".join(texts[:naming]), keys))
+        parts.append(table.part(rows, " ".join(texts[:labels_in_name]), keys))
     return parts
 
 
 def _fewest_that_differ(combinations: Sequence[tuple[str, ...]]) -> int:
     """How many of the first texts tell all combinations apart."""
     width = len(combinations[0])
-    for count in range(width):
-        if len({texts[:count] for texts in combinations}) == len(combinations):
-            return count
+    for label_count in range(width):
+        if len({texts[:label_count] for texts in combinations}) == len(combinations):
+            return label_count
     return width
 
 
-def _stated_oil(label: _Label, keys: Mapping[str, str]) -> str:
+def _stated_oil(label: _LabelColumn, keys: Mapping[str, str]) -> str:
     """The oil that a header line such as `lubricant` states; empty without one."""
     key = header.oil_key(keys) if label.kind == "oil" else None
     return keys[key] if key else ""
@@ -250,7 +251,7 @@ def _joined(stated: str, text: str) -> str:
     return text if plain_key(stated) == plain_key(text) else f"{stated} / {text}"
 
 
-def _by_restarts(table: LoggedTable, meanings: Mapping[int, tuple[str, str]]) -> list[LoggedTable]:
+def _by_restarts(table: LoggedTable, meanings: Meanings) -> list[LoggedTable]:
     """A table for each stretch of rows at whose start time begins anew."""
     if table.problem:
         return [table]
@@ -280,9 +281,9 @@ def _restarts(time: FloatArray) -> list[int]:
 
     A row or two with a wrong time are no restart.
     """
-    finite = np.flatnonzero(np.isfinite(time))
-    numbers = time[finite]
-    steps = np.diff(numbers)
+    rows_with_time = np.flatnonzero(np.isfinite(time))
+    times = time[rows_with_time]
+    steps = np.diff(times)
     rising = steps[steps > 0]
     if len(rising) == 0:
         return []
@@ -290,11 +291,11 @@ def _restarts(time: FloatArray) -> list[int]:
     restarts: list[int] = []
     start = 0
     for row in np.flatnonzero(steps < 0) + 1:
-        following = numbers[row : row + _FEWEST_ROWS]
+        next_times = times[row : row + _FEWEST_ROWS]
         # a clock that is set falls to any other time
-        falls_to_start = min(abs(numbers[row]), abs(numbers[row] - numbers[start])) <= tolerance
-        rises = bool((np.diff(following) > 0).all()) and following[-1] < numbers[row - 1]
-        if falls_to_start and rises and len(following) == _FEWEST_ROWS:
-            restarts.append(int(finite[row]))
+        falls_to_start = min(abs(times[row]), abs(times[row] - times[start])) <= tolerance
+        rises = bool((np.diff(next_times) > 0).all()) and next_times[-1] < times[row - 1]
+        if falls_to_start and rises and len(next_times) == _FEWEST_ROWS:
+            restarts.append(int(rows_with_time[row]))
             start = int(row)
     return restarts

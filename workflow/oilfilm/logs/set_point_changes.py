@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from oilfilm.base.units import FloatArray
-from oilfilm.logs.base import IndexArray, LoggedRun
+from oilfilm.base.units import FloatArray, IndexArray
+from oilfilm.logs.base import LoggedRun
 
 # Blocks of rows are compared by their medians: so many at most.
 _MOST_BLOCKS = 300
@@ -30,7 +30,7 @@ def rows_of_set_points(run: LoggedRun) -> list[IndexArray]:
     The rows are divided only where the slip is swept at each load and speed. A log whose speed
     follows the slip, or whose load is not held, has one set point.
     """
-    everything = [np.arange(len(run))]
+    all_rows = [np.arange(len(run))]
     load = run.samples["load_n"]
     ball, disc = run.samples["ball_speed_m_s"], run.samples["disc_speed_m_s"]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -42,18 +42,18 @@ def rows_of_set_points(run: LoggedRun) -> list[IndexArray]:
             ]
         )
     # at standstill and without load there is no level
-    usable = np.flatnonzero(np.isfinite(signals).all(axis=0))
-    if len(usable) < 2 * _FEWEST_ROWS:
-        return everything
-    signals = signals[:, usable]
-    rows_per_block = -(-len(usable) // _MOST_BLOCKS)
-    starts = np.arange(0, len(usable), rows_per_block)
-    blocks = np.split(signals, starts[1:], axis=1)
-    medians = np.stack([np.median(block, axis=1) for block in blocks], axis=1)
-    firsts = starts[_first_blocks_of_sweeps(medians)]
-    if len(firsts) < 2 or not _are_set_points(np.split(signals[:2], firsts[1:], axis=1)):
-        return everything
-    return np.split(everything[0], usable[firsts[1:]])
+    usable_rows = np.flatnonzero(np.isfinite(signals).all(axis=0))
+    if len(usable_rows) < 2 * _FEWEST_ROWS:
+        return all_rows
+    signals = signals[:, usable_rows]
+    rows_per_block = -(-len(usable_rows) // _MOST_BLOCKS)
+    starts = np.arange(0, len(usable_rows), rows_per_block)
+    signals_by_block = np.split(signals, starts[1:], axis=1)
+    medians = np.stack([np.median(block, axis=1) for block in signals_by_block], axis=1)
+    first_rows = starts[_first_blocks_of_sweeps(medians)]
+    if len(first_rows) < 2 or not _are_set_points(np.split(signals[:2], first_rows[1:], axis=1)):
+        return all_rows
+    return np.split(all_rows[0], usable_rows[first_rows[1:]])
 
 
 def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
@@ -62,12 +62,12 @@ def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
     Args:
         medians: Logarithms of load and speed, and the slip, of each block, shape (3, blocks).
     """
-    level, slip = medians[:2], medians[2]
+    load_and_speed, slip = medians[:2], medians[2]
     count = len(slip)
     starts = [0]
     for block in range(1, count):
-        of_level = np.median(level[:, starts[-1] : block], axis=1)
-        if (np.abs(level[:, block] - of_level) > _SAME_LEVEL).any():
+        level = np.median(load_and_speed[:, starts[-1] : block], axis=1)
+        if (np.abs(load_and_speed[:, block] - level) > _SAME_LEVEL).any():
             starts.append(block)
     ends = [
         last
@@ -78,16 +78,16 @@ def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
     return [0, *ends[:-1]]
 
 
-def _are_set_points(levels: Sequence[FloatArray]) -> bool:
+def _are_set_points(stretches: Sequence[FloatArray]) -> bool:
     """Whether each stretch of rows holds its level, and neighbours differ.
 
     Args:
-        levels: Logarithms of load and speed in each stretch, shape (2, rows).
+        stretches: Logarithms of load and speed in each stretch, shape (2, rows).
     """
-    medians = [np.median(level, axis=1) for level in levels]
-    for level, median in zip(levels, medians, strict=True):
-        at_level = (np.abs(level - median[:, np.newaxis]) < _SAME_LEVEL).all(axis=0)
-        if level.shape[1] < _FEWEST_ROWS or at_level.mean() < _SHARE_AT_LEVEL:
+    medians = [np.median(stretch, axis=1) for stretch in stretches]
+    for stretch, median in zip(stretches, medians, strict=True):
+        is_at_level = (np.abs(stretch - median[:, np.newaxis]) < _SAME_LEVEL).all(axis=0)
+        if stretch.shape[1] < _FEWEST_ROWS or is_at_level.mean() < _SHARE_AT_LEVEL:
             return False
     return all(
         np.abs(later - earlier).max() >= np.log1p(_SMALLEST_CHANGE)

@@ -21,9 +21,9 @@ from typing import NamedTuple
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, opendocument, run_sheet
-from oilfilm.logs.header import listed_names, meaning, split_unit
+from oilfilm.logs.header import listed_names, project_key_and_text, split_unit
 from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, listed, named_logs
+from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, joined_names, named_logs
 from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
 from oilfilm.logs.text_rows import encoding_of
 from oilfilm.logs.workbook import SIGNATURE, checked_workbook
@@ -41,6 +41,7 @@ _LARGEST_SHEET = 16 * _MIB
 _TRIAL_CELL = "1"
 _SET_POINT_OF_QUANTITY = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
 
+# Text of each cell of a sheet, row by row.
 Cells = list[list[str]]
 
 
@@ -74,12 +75,12 @@ class _LogNames:
                 if pattern in files_by_name:
                     return files_by_name[pattern]
             return []
-        matching: dict[str, None] = {}
+        matching_files: dict[str, None] = {}
         for files_by_name in paths if "/" in pattern else names:
             for name, files in files_by_name.items():
                 if matches(name, pattern):
-                    matching |= dict.fromkeys(files)
-        return list(matching)
+                    matching_files |= dict.fromkeys(files)
+        return list(matching_files)
 
 
 def _without_packing(name: str) -> str:
@@ -107,12 +108,12 @@ class _Sheet:
         self.settings = settings
         self.keys = (*_COMMON_COLUMNS, *kind.sheet_keys)
         self.mistakes: list[str] = []
-        names = listed_names(settings)
+        key_by_name = listed_names(settings)
 
         # cached: set points repeat from row to row
         @cache
         def meaning_of_cell(header_key: str, text: str) -> tuple[str, str]:
-            return meaning(header_key, text, names)
+            return project_key_and_text(header_key, text, key_by_name)
 
         self.meaning = meaning_of_cell
 
@@ -163,14 +164,14 @@ def read_run_sheet(
             message names all mistakes, each with its row, as a spreadsheet counts, and its column.
     """
     sheet = _Sheet(path, settings, kind)
-    rows = _rows(content, sheet)
+    rows = _numbered_rows(content, sheet)
     rows_of_log: dict[str, list[SheetRow]] = {}
     unmatched: list[str] = []
     log_names = _LogNames(files)
     for number, row in rows:
         logs = log_names.matching(row.file)
         if len(logs) > 1 and not _is_pattern(row.file):
-            sentence = f"{row.file!r} is the name of {listed(logs)}: add the folder."
+            sentence = f"{row.file!r} is the name of {joined_names(logs)}: add the folder."
             sheet.refuse(f"row {number}", sentence)
         for log in logs:
             rows_of_log.setdefault(log, []).append(row)
@@ -179,11 +180,11 @@ def read_run_sheet(
     sheet.stop()
     remarks: list[base.Refusal] = []
     if unmatched:
-        reason = printable(listed(unmatched))
+        reason = printable(joined_names(unmatched))
         remarks.append(base.Refusal(run_sheet.UNMATCHED, reason, run_sheet.UNMATCHED_ADVICE))
     unlisted = [file for file in files if file not in rows_of_log]
     if rows and unlisted:
-        reason = f"no row for {len(unlisted)} of {len(files)} logs: {listed(unlisted)}"
+        reason = f"no row for {len(unlisted)} of {len(files)} logs: {joined_names(unlisted)}"
         advice = "Only their headers count. Add rows where that is wrong."
         remarks.append(base.Refusal(run_sheet.UNLISTED, printable(reason), advice))
     return RunSheet(
@@ -228,13 +229,13 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
             continue
         # logs with an unfit name are left out: the others can be judged all the same
         files = [name for name, fault in named_logs(folder) if not fault]
-        sheet = read_run_sheet(sheet_path.read_bytes(), sheet_path, files, settings, kind)
-        sheet_name = sheet.name
-        rows |= {str(path): sheet.rows.get(name, ()) for name, path in logs.items()}
+        campaign_sheet = read_run_sheet(sheet_path.read_bytes(), sheet_path, files, settings, kind)
+        sheet_name = campaign_sheet.name
+        rows |= {str(path): campaign_sheet.rows.get(name, ()) for name, path in logs.items()}
     return RunSheet(sheet_name, rows)
 
 
-def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
+def _numbered_rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
     """The rows with their numbers, as a spreadsheet counts them.
 
     Raises:
@@ -242,7 +243,11 @@ def _rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
     """
     if len(content) > _LARGEST_SHEET:
         raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST_SHEET // _MIB} MiB.")
-    readings = [_workbook(content, sheet)] if content.startswith(SIGNATURE) else _texts(content)
+    readings = (
+        [_cells_of_workbook(content, sheet)]
+        if content.startswith(SIGNATURE)
+        else _cells_of_text(content)
+    )
     sheet.stop()
     lines, index_of_names = _line_of_names(readings, sheet)
     columns = {
@@ -270,13 +275,15 @@ def _line_of_names(readings: Sequence[Cells], sheet: _Sheet) -> tuple[Cells, int
     return best_lines, best_index
 
 
-def _check_columns(columns: Mapping[int, _Column], lines: Cells, where: str, sheet: _Sheet) -> None:
+def _check_columns(
+    columns: Mapping[int, _Column], lines: Cells, row_in_words: str, sheet: _Sheet
+) -> None:
     """Check the columns of a sheet.
 
     Args:
         columns: Index of a column -> the column.
         lines: All lines of the sheet.
-        where: The row of the names, in words.
+        row_in_words: The row of the names, in words.
         sheet: The sheet.
 
     Raises:
@@ -293,14 +300,14 @@ def _check_columns(columns: Mapping[int, _Column], lines: Cells, where: str, she
         )
     sheet.stop()
     for column in columns.values():
-        _check_column(column, where, sheet)
+        _check_column(column, row_in_words, sheet)
     for key, count in counts.items():
         if count > 1 and key in sheet.keys and key != "remarks":
-            sheet.refuse(where, f"{count} columns give {key}: leave one of them.")
+            sheet.refuse(row_in_words, f"{count} columns give {key}: leave one of them.")
     sheet.stop()
 
 
-def _texts(content: bytes) -> list[Cells]:
+def _cells_of_text(content: bytes) -> list[Cells]:
     """The cells of a text, once for each delimiter that it may have."""
     text = content.decode(encoding_of(content), "replace").removeprefix("\ufeff")
     readings = []
@@ -312,7 +319,7 @@ def _texts(content: bytes) -> list[Cells]:
     return readings
 
 
-def _workbook(content: bytes, sheet: _Sheet) -> Cells:
+def _cells_of_workbook(content: bytes, sheet: _Sheet) -> Cells:
     """The cells of the first sheet of a workbook, as a text sheet would hold them.
 
     Raises:
@@ -341,19 +348,19 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
             # each cell holds its value, also where a formula gave it
             _, lines = opendocument.sheet_lines(content)[0]
             return [line.split("\t") for line in lines]
-        with_values = openpyxl.load_workbook(
+        values_sheet = openpyxl.load_workbook(
             checked_workbook(content), read_only=True, data_only=True
         ).worksheets[0]
-        with_formulas = openpyxl.load_workbook(
+        formulas_sheet = openpyxl.load_workbook(
             io.BytesIO(content), read_only=True, data_only=False
         ).worksheets[0]
         # the size that a sheet states may be wrong: it is read to its last cell
-        with_values.reset_dimensions()
-        with_formulas.reset_dimensions()
+        values_sheet.reset_dimensions()
+        formulas_sheet.reset_dimensions()
         return [
             [text(value, cell) for value, cell in zip(values, cells, strict=True)]
             for values, cells in zip(
-                with_values.iter_rows(values_only=True), with_formulas.iter_rows(), strict=True
+                values_sheet.iter_rows(values_only=True), formulas_sheet.iter_rows(), strict=True
             )
         ]
     except Exception as error:  # the library raises many kinds for a damaged workbook
@@ -363,18 +370,18 @@ def _workbook(content: bytes, sheet: _Sheet) -> Cells:
         ) from None
 
 
-def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
+def _check_column(column: _Column, row_in_words: str, sheet: _Sheet) -> None:
     """Add a mistake to the sheet where a column is unknown, or a set point has no usable unit."""
     if column.key not in sheet.keys:
         sheet.refuse(
-            row,
+            row_in_words,
             f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
             "that is not to be read: list it under `header: remarks` of the campaign file.",
         )
-    elif column.key in base.SET_POINTS:
+    elif column.key in base.SET_POINT_KEYS:
         # without a unit the key is none of a set point; an unknown unit is left in the text
         key, converted_text = sheet.meaning(column.header_key, _TRIAL_CELL)
-        if key in base.SET_POINTS and base.parse_set_point(key, converted_text) is not None:
+        if key in base.SET_POINT_KEYS and base.parse_set_point(key, converted_text) is not None:
             return
         _, unit = split_unit(column.header_key)
         found = f"found the unit {unit!r}" if unit else "has no unit"
@@ -382,56 +389,62 @@ def _check_column(column: _Column, row: str, sheet: _Sheet) -> None:
         # a load may also be given as maximum Hertz pressure
         if column.key == "load_n":
             expected = "N or GPa"
-        where = f"{row}, column {column.name!r}"
+        where = f"{row_in_words}, column {column.name!r}"
         sheet.refuse(where, f"{found}, expected {expected} in brackets behind the name.")
 
 
-def _row(row: str, cells: Sequence[str], columns: Mapping[int, _Column], sheet: _Sheet) -> SheetRow:
+def _row(
+    row_in_words: str, cells: Sequence[str], columns: Mapping[int, _Column], sheet: _Sheet
+) -> SheetRow:
     """The content of a row; its mistakes are added to those of the sheet.
 
     Args:
-        row: Number of the row, in words.
+        row_in_words: Number of the row, in words.
         cells: Its cells.
         columns: Index of a column -> the column.
         sheet: The sheet.
     """
-    filled = {index: cell for index, cell in enumerate(cells) if cell}
-    without_column = [cell for index, cell in filled.items() if index not in columns]
-    if without_column:
+    cell_by_index = {index: cell for index, cell in enumerate(cells) if cell}
+    surplus_cells = [cell for index, cell in cell_by_index.items() if index not in columns]
+    if surplus_cells:
         sheet.refuse(
-            row,
-            f"the cell {without_column[0][:60]!r} is in no column: expected {len(columns)} cells. "
+            row_in_words,
+            f"the cell {surplus_cells[0][:60]!r} is in no column: expected {len(columns)} cells. "
             "A text with the delimiter in it needs quotes.",
         )
-    cell_of_column = {columns[index]: cell for index, cell in filled.items() if index in columns}
+    cell_of_column = {
+        columns[index]: cell for index, cell in cell_by_index.items() if index in columns
+    }
     texts = {column.key: cell for column, cell in cell_of_column.items()}
     if "file" not in texts:
-        sheet.refuse(f"{row}, column 'file'", "is empty, expected the name of a log or a pattern.")
+        sheet.refuse(
+            f"{row_in_words}, column 'file'", "is empty, expected the name of a log or a pattern."
+        )
     exclude = texts.get("exclude", "")
     is_excluded = exclude.lower() not in _KEEPING_CELLS
     keys: dict[str, str] = {}
     for column, cell in cell_of_column.items():
         if column.key != "oil" and column.key in _COMMON_COLUMNS:
             continue
-        value, expected = _value(column, cell, sheet)
+        value, expected = _value_and_expectation(column, cell, sheet)
         if value is not None:
             keys[column.key] = value
         elif not is_excluded:
             # an excluded run needs no oil and no set points
-            where = f"{row}, column {column.name!r}"
+            where = f"{row_in_words}, column {column.name!r}"
             sheet.refuse(where, f"found {cell[:60]!r}, expected {expected}.")
     reason = printable(exclude) if is_excluded else ""
     return SheetRow(texts.get("file", ""), texts.get("run", ""), reason, keys)
 
 
-def _value(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
+def _value_and_expectation(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
     """The value of a cell as text of its header key, and what is expected there.
 
     The value is None where the cell has a wrong content.
     """
     key = column.key
     settings = sheet.settings
-    if key in base.SET_POINTS:
+    if key in base.SET_POINT_KEYS:
         set_point = base.parse_set_point(*sheet.meaning(column.header_key, text))
         # 12 digits, as `header.meaning` gives them: 80 N and 0.08 kN become the same text
         value = None if set_point is None else f"{set_point:.12g}"

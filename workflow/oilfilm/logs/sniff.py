@@ -21,7 +21,13 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.logs import base
 from oilfilm.logs.base import NamesAndUnits
-from oilfilm.logs.header import UNITS, meaning, number_and_unit, oil_key, split_unit
+from oilfilm.logs.header import (
+    UNIT_BY_PLAIN_KEY,
+    number_and_unit,
+    oil_key,
+    project_key_and_text,
+    split_unit,
+)
 from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
 from oilfilm.logs.log_kind import Column as LoggedColumn
 from oilfilm.logs.log_kind import LogKind, Problems, Renamed, UsableLog, Vocabulary
@@ -50,22 +56,22 @@ def columns_by_quantity(
         names: Name of each column and the unit beside it.
         vocabulary: Quantities, with the units in which each can be given.
     """
-    ranks: dict[str, dict[tuple[str, str], int]] = {}
+    ranks_by_quantity: dict[str, dict[tuple[str, str], int]] = {}
     for name, unit_beside_name in dict.fromkeys(names):
         unit = unit_beside_name or split_unit(name)[1]
-        certain = vocabulary.meaning(name)
-        if certain is not None:
-            quantity, unit_of_name = certain
-            ranks.setdefault(quantity, {})[name, unit or unit_of_name] = 0
+        listed_meaning = vocabulary.meaning(name)
+        if listed_meaning is not None:
+            quantity, unit_of_name = listed_meaning
+            ranks_by_quantity.setdefault(quantity, {})[name, unit or unit_of_name] = 0
             continue
-        meaning = meaning_of(name, unit)
-        if meaning is None or is_of_another_definition(meaning):
+        likely_meaning = meaning_of(name, unit)
+        if likely_meaning is None or is_of_another_definition(likely_meaning):
             continue
-        quantity = quantity_of_logs(meaning.quantity)
+        quantity = quantity_of_logs(likely_meaning.quantity)
         if quantity in vocabulary.quantities:
-            ranks.setdefault(quantity, {})[name, unit] = rank_of(meaning)
+            ranks_by_quantity.setdefault(quantity, {})[name, unit] = rank_of(likely_meaning)
     columns: dict[str, NamesAndUnits] = {}
-    for quantity, rank_of_column in ranks.items():
+    for quantity, rank_of_column in ranks_by_quantity.items():
         best = min(rank_of_column.values())
         columns[quantity] = [column for column, rank in rank_of_column.items() if rank == best]
     return columns
@@ -74,7 +80,7 @@ def columns_by_quantity(
 # ---------------------------------------------------------------- logs
 
 VOCABULARY = TRACTION.vocabulary
-_NAMES = NamesInWords("traction", "columns", VOCABULARY.project_names, ())
+_VOCABULARY_IN_WORDS = NamesInWords("traction", "columns", VOCABULARY.project_names, ())
 # A signal is held at a level where its readings differ by less than this, relative or in K.
 _LEVEL_SPREAD = 0.05
 _LEVEL_SPREAD_C = 3.0
@@ -83,7 +89,7 @@ _MU = "traction_coefficient"
 _LONGEST_INTERVAL_S = 5.0
 _SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
 # Unit of the load -> its set point.
-_LOAD_SET_POINTS = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
+_SET_POINT_BY_LOAD_UNIT = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 
 
 # Gives the source of the zero of the force from time, speeds of ball and disc, load, force; None
@@ -96,32 +102,32 @@ class Run:
     """One run of a log.
 
     Attributes:
-        part: Its name in its file; empty where the file is one run.
+        name_in_file: Its name in its file; empty where the file is one run.
         oil_key: Key of the header line that names the oil; empty without one.
         oil: Name of the oil in the header.
         rig: Name of the rig in the header.
-        lines: Header lines of set points: key of the project -> name of the line, value.
-        measured: Measured levels of load, speed and temperature, by set point; NaN where none is
-            held.
-        settled: Whether each row is a settled reading, so that its time has no meaning.
-        zero: Source of the zero of the force, as `semantics` names it; empty where the columns do
-            not show it, None where no source is suitable.
+        set_point_lines: Header lines of set points: key of the project -> name of the line, value.
+        measured_levels: Measured levels of load, speed and temperature, by set point; NaN where
+            none is held.
+        is_settled: Whether each row is a settled reading, so that its time has no meaning.
+        zero_source: Source of the zero of the force, as `semantics` names it; empty where the
+            columns do not show it, None where no source is suitable.
         units: Unit of each quantity.
         log_kind: Kind of log in the header.
-        slow: Whether the steps of the time are too long to be seconds.
+        is_slow: Whether the steps of the time are too long to be seconds.
     """
 
-    part: str = ""
+    name_in_file: str = ""
     oil_key: str = ""
     oil: str = ""
     rig: str = ""
-    lines: Mapping[str, tuple[str, float]] = field(default_factory=dict)
-    measured: Mapping[str, float] = field(default_factory=dict)
-    settled: bool = False
-    zero: str | None = ""
+    set_point_lines: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    measured_levels: Mapping[str, float] = field(default_factory=dict)
+    is_settled: bool = False
+    zero_source: str | None = ""
     units: Mapping[str, str] = field(default_factory=dict)
     log_kind: str = ""
-    slow: bool = False
+    is_slow: bool = False
 
 
 @dataclass(frozen=True)
@@ -132,7 +138,7 @@ class Sniffed:
         file: Its path below the campaign's folder.
         format: Its format; `none` where it is not known.
         form: How the text is written.
-        guesses: Likely columns of each quantity, each with its unit.
+        candidates: Likely columns of each quantity, each with its unit.
         units: Unit in the name of each column that has none beside it; empty where there is none.
         missing: Quantities without a certain column.
         names: Names of all columns.
@@ -144,7 +150,7 @@ class Sniffed:
     file: str
     format: str
     form: base.TextForm
-    guesses: Mapping[str, base.NamesAndUnits]
+    candidates: Mapping[str, base.NamesAndUnits]
     units: Mapping[str, str]
     missing: Sequence[str]
     names: Sequence[str]
@@ -159,14 +165,14 @@ def _settings() -> Settings:
     return resolve(CONFIG, {"campaign": "etm-slim"})
 
 
-def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
+def sniff(file: str, content: bytes, zero_source: ZeroSource) -> Sniffed:
     """What a log of a traction rig probably holds."""
     format_name, names = _format_and_names(content)
-    columns = columns_by_quantity(names, VOCABULARY)
+    candidates_by_quantity = columns_by_quantity(names, VOCABULARY)
     # names of the project need no line in the campaign file where their unit is known
     guesses = {
         quantity: candidates
-        for quantity, candidates in columns.items()
+        for quantity, candidates in candidates_by_quantity.items()
         if not all(VOCABULARY.meaning(name) and unit for name, unit in candidates)
     }
     only_candidate = {
@@ -177,8 +183,8 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         for quantity, (name, unit_beside_name) in only_candidate.items()
         if not unit_beside_name
     }
-    # a time without unit is in seconds; `_run` finds steps that contradict it
-    unitless = {
+    # a time without unit is in seconds; `_sniffed_run` finds steps that contradict it
+    quantities_without_unit = {
         quantity for quantity, unit in units_in_names.items() if not unit and quantity != "time"
     }
     renamed: dict[str, Column] = {}
@@ -187,11 +193,13 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         if unit == "":
             unit = VOCABULARY.quantities[quantity][0]
         renamed[quantity] = Column(name=[name], unit=unit)
-    missing = _missing(columns)
+    missing = _missing(candidates_by_quantity)
     runs: list[Run] = []
 
     def collect_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
-        runs.append(_run(log.run_id[len(file) + 1 :], log, unitless, zero))
+        runs.append(
+            _sniffed_run(log.run_id[len(file) + 1 :], log, quantities_without_unit, zero_source)
+        )
         return log.run("", {"row": log.rows}, {}, None)
 
     format_name, reading = read_log(
@@ -199,7 +207,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
     )
     first_refusal = reading.refusals[0] if reading.refusals else base.Refusal("", "")
     # text is a log if a line names columns
-    no_log = first_refusal.rule == "unknown_format" or (format_name == "csv" and not names)
+    is_no_log = first_refusal.rule == "unknown_format" or (format_name == "csv" and not names)
     return Sniffed(
         file,
         format_name,
@@ -210,7 +218,7 @@ def sniff(file: str, content: bytes, zero: ZeroSource) -> Sniffed:
         names=list(dict.fromkeys(name for name, _ in names if name)),
         problem="" if runs else first_refusal.reason,
         runs=runs,
-        is_log=not no_log,
+        is_log=not is_no_log,
     )
 
 
@@ -256,90 +264,103 @@ def _to_ask(missing: Sequence[str], format_name: str) -> list[str]:
 def _format_and_names(content: bytes) -> tuple[str, base.NamesAndUnits]:
     """The format of a file, and the columns of its table with most quantities."""
     format_name = "none"
-    tables: list[base.NamesAndUnits] = []
+    columns_of_tables: list[base.NamesAndUnits] = []
     try:
         unpacked = unpack(content)
         format_name = recognised_format(unpacked) or format_name
         if format_name != "pcs":
-            _, logged_tables = READERS[format_name].tables(unpacked, _NAMES)
-            tables = [list(zip(table.names, table.units, strict=True)) for table in logged_tables]
+            _, logged_tables = READERS[format_name].tables(unpacked, _VOCABULARY_IN_WORDS)
+            columns_of_tables = [
+                list(zip(table.names, table.units, strict=True)) for table in logged_tables
+            ]
     except Exception:  # noqa: S110 - libraries raise many kinds; `read_log` gives the reason
         pass
-    best = max(tables, key=lambda names: len(columns_by_quantity(names, VOCABULARY)), default=[])
-    return format_name, best
+    columns_of_best_table = max(
+        columns_of_tables, key=lambda names: len(columns_by_quantity(names, VOCABULARY)), default=[]
+    )
+    return format_name, columns_of_best_table
 
 
-def _missing(columns: Mapping[str, base.NamesAndUnits]) -> list[str]:
+def _missing(candidates_by_quantity: Mapping[str, base.NamesAndUnits]) -> list[str]:
     """The required quantities without a certain column."""
-    certain = {quantity for quantity, candidates in columns.items() if len(candidates) == 1}
-    if _MU in certain:
+    certain_quantities = {
+        quantity for quantity, candidates in candidates_by_quantity.items() if len(candidates) == 1
+    }
+    if _MU in certain_quantities:
         # a table of mu has no force, and no time: its rows are settled readings
-        certain |= {"traction_force", "time"}
-    speeds = max(VOCABULARY.alternatives, key=lambda pair: len(certain & set(pair)))
+        certain_quantities |= {"traction_force", "time"}
+    speeds = max(VOCABULARY.alternatives, key=lambda pair: len(certain_quantities & set(pair)))
     required = (*VOCABULARY.required, *speeds)
-    return [quantity for quantity in required if quantity not in certain]
+    return [quantity for quantity in required if quantity not in certain_quantities]
 
 
-def _run(part: str, log: UsableLog, unitless: Set[str], zero: ZeroSource) -> Run:
+def _sniffed_run(
+    name_in_file: str, log: UsableLog, quantities_without_unit: Set[str], zero_source: ZeroSource
+) -> Run:
     """What columns and header lines of a run show.
 
     Args:
-        part: Name of the run in its file.
+        name_in_file: Name of the run in its file.
         log: The rows of the run.
-        unitless: Quantities whose unit is not known: nothing follows from them.
-        zero: Gives the source of the zero.
+        quantities_without_unit: Quantities whose unit is not known: nothing follows from them.
+        zero_source: Gives the source of the zero.
     """
     # the readers have added the oil and the rig of their settings
-    added = {"oil", "rig"} - log.understood.sources.keys()
-    keys = {key: text for key, text in log.keys.items() if key not in added}
+    keys_of_settings = {"oil", "rig"} - log.understood.sources.keys()
+    keys = {key: text for key, text in log.keys.items() if key not in keys_of_settings}
     log_kind = keys.get("log_kind", "")
-    settled = log_kind == "steps" or (_MU in log.values and "time" not in log.values)
-    unknown = np.full(len(log.rows), np.nan)
-    time = log.values.get("time", unknown)
-    load = log.values.get("load", unknown)
-    force = log.values.get("traction_force", unknown)
-    ball, disc = _surface_speeds(log.values, log.units, unknown)
+    is_settled = log_kind == "steps" or (_MU in log.values and "time" not in log.values)
+    no_values = np.full(len(log.rows), np.nan)
+    time = log.values.get("time", no_values)
+    load = log.values.get("load", no_values)
+    force = log.values.get("traction_force", no_values)
+    ball, disc = _surface_speeds(log.values, log.units, no_values)
     signals = (time, ball, disc, load, force)
     step_s = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
-    has_clock = step_s > 0 and "time" not in unitless and not settled
+    has_clock = step_s > 0 and "time" not in quantities_without_unit and not is_settled
     key_of_oil = oil_key(keys) or "oil"
     return Run(
-        part,
+        name_in_file,
         key_of_oil,
         keys.get(key_of_oil, ""),
         keys.get("rig", ""),
-        lines=_lines(keys),
-        measured=_measured_levels(log, (ball + disc) / 2, unitless),
-        settled=settled,
-        zero=zero(*signals) if has_clock and np.isfinite(signals).all() else "",
+        set_point_lines=_set_point_lines(keys),
+        measured_levels=_measured_levels(log, (ball + disc) / 2, quantities_without_unit),
+        is_settled=is_settled,
+        zero_source=zero_source(*signals) if has_clock and np.isfinite(signals).all() else "",
         units=log.units,
         log_kind=log_kind,
-        slow=not settled and step_s > _LONGEST_INTERVAL_S,
+        is_slow=not is_settled and step_s > _LONGEST_INTERVAL_S,
     )
 
 
 def _measured_levels(
-    log: UsableLog, entrainment: FloatArray, unitless: Set[str]
+    log: UsableLog, entrainment: FloatArray, quantities_without_unit: Set[str]
 ) -> dict[str, float]:
     """Set point -> its measured level; NaN where the signal is not held.
 
     Args:
         log: The rows of a run.
         entrainment: Entrainment speed, shape (rows,); NaN where it is not known.
-        unitless: Quantities whose unit is not known.
+        quantities_without_unit: Quantities whose unit is not known.
     """
-    unknown = np.full(len(log.rows), np.nan)
-    signals: dict[str, FloatArray] = {}
-    if "load" not in unitless:
-        signals[_LOAD_SET_POINTS[log.units.get("load", "N")]] = log.values.get("load", unknown)
-    if log.units.get("ball_speed") != "rpm" and not _SPEEDS & unitless:
-        signals["entrainment_speed_m_s"] = entrainment
-    if "inlet_temperature" not in unitless:
-        signals["inlet_temperature_c"] = log.values.get("inlet_temperature", unknown)
-    turning = _turning(entrainment)
+    no_values = np.full(len(log.rows), np.nan)
+    signal_by_set_point: dict[str, FloatArray] = {}
+    if "load" not in quantities_without_unit:
+        signal_by_set_point[_SET_POINT_BY_LOAD_UNIT[log.units.get("load", "N")]] = log.values.get(
+            "load", no_values
+        )
+    if log.units.get("ball_speed") != "rpm" and not _SPEEDS & quantities_without_unit:
+        signal_by_set_point["entrainment_speed_m_s"] = entrainment
+    if "inlet_temperature" not in quantities_without_unit:
+        signal_by_set_point["inlet_temperature_c"] = log.values.get("inlet_temperature", no_values)
+    is_turning = _is_turning(entrainment)
     # readings at standstill are no level of the run
-    rows = turning if turning.any() else np.ones(len(log.rows), dtype=bool)
-    return {set_point: _level(set_point, signal[rows]) for set_point, signal in signals.items()}
+    is_counted = is_turning if is_turning.any() else np.ones(len(log.rows), dtype=bool)
+    return {
+        set_point: _level(set_point, signal[is_counted])
+        for set_point, signal in signal_by_set_point.items()
+    }
 
 
 def _level(set_point: str, values: FloatArray) -> float:
@@ -354,7 +375,7 @@ def _level(set_point: str, values: FloatArray) -> float:
 
 
 def _surface_speeds(
-    values: Mapping[str, FloatArray], units: Mapping[str, str], unknown: FloatArray
+    values: Mapping[str, FloatArray], units: Mapping[str, str], no_values: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Speeds of ball and disc, shape (rows,); NaN where the log does not give them.
 
@@ -364,17 +385,17 @@ def _surface_speeds(
     if {"ball_speed", "disc_speed"} <= values.keys():
         ball, disc = values["ball_speed"], values["disc_speed"]
         if units["ball_speed"] == "rpm":
-            turning = np.flatnonzero(_turning(ball) & _turning(disc))
-            first = turning[: max(1, len(ball) // 50)]
-            if len(first):
-                disc = disc * (np.median(ball[first]) / np.median(disc[first]))
+            turning_rows = np.flatnonzero(_is_turning(ball) & _is_turning(disc))
+            first_rows = turning_rows[: max(1, len(ball) // 50)]
+            if len(first_rows):
+                disc = disc * (np.median(ball[first_rows]) / np.median(disc[first_rows]))
         return ball, disc
-    mean = values.get("entrainment_speed", unknown)
-    half_slip = values.get("slide_roll_ratio", unknown) / 2
-    return mean * (1 - half_slip), mean * (1 + half_slip)
+    entrainment = values.get("entrainment_speed", no_values)
+    half_slip = values.get("slide_roll_ratio", no_values) / 2
+    return entrainment * (1 - half_slip), entrainment * (1 + half_slip)
 
 
-def _turning(speed: FloatArray) -> BoolArray:
+def _is_turning(speed: FloatArray) -> BoolArray:
     """The rows at more than half of the speed of the fastest ones, shape (rows,)."""
     if len(speed) == 0 or not np.isfinite(speed).all():
         return np.zeros(len(speed), dtype=bool)
@@ -384,43 +405,46 @@ def _turning(speed: FloatArray) -> BoolArray:
 # ---------------------------------------------------------------- header lines
 
 
-def _lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
+def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
     """The header lines that give set points with their unit: set point -> name of line, value.
 
     Of two lines for one set point the first counts.
     """
-    lines: dict[str, tuple[str, float]] = {}
+    line_by_set_point: dict[str, tuple[str, float]] = {}
     for key, text in keys.items():
         bare_key, unit_in_brackets = split_unit(key)
         name = bare_key.replace("_", " ")
         last_word = plain_key(name.split(" ")[-1])
         _, unit_of_text = number_and_unit(text)
         for set_point, (quantity, unit) in base.SET_POINT_UNITS.items():
-            likely = meaning_of(name, unit, may_be_set_point=True)
-            if key != set_point and (likely is None or likely.quantity != quantity):
+            likely_meaning = meaning_of(name, unit, may_be_set_point=True)
+            if key != set_point and (likely_meaning is None or likely_meaning.quantity != quantity):
                 continue
-            key_meant, number = meaning(key, text, {plain_key(name): set_point})
+            key_meant, number_text = project_key_and_text(key, text, {plain_key(name): set_point})
             if key_meant != set_point:
                 continue
-            value = base.parse_set_point(set_point, number)
+            value = base.parse_set_point(set_point, number_text)
             has_unit = (
-                key == set_point or unit_in_brackets or unit_of_text or UNITS.get(last_word) == unit
+                key == set_point
+                or unit_in_brackets
+                or unit_of_text
+                or UNIT_BY_PLAIN_KEY.get(last_word) == unit
             )
             if value is not None and has_unit:
-                lines.setdefault(set_point, (name, value))
+                line_by_set_point.setdefault(set_point, (name, value))
                 break
-    return lines
+    return line_by_set_point
 
 
 def set_points(run: Run) -> dict[str, float]:
     """Measured levels of a run whose set points its header does not give."""
-    from_header = set(run.lines)
+    from_header = set(run.set_point_lines)
     # the load has one set point, as force or as pressure
-    if from_header & base.LOADS:
-        from_header |= base.LOADS
+    if from_header & base.LOAD_KEYS:
+        from_header |= base.LOAD_KEYS
     return {
         set_point: level
-        for set_point, level in run.measured.items()
+        for set_point, level in run.measured_levels.items()
         if np.isfinite(level) and set_point not in from_header
     }
 
@@ -429,9 +453,9 @@ def rows_of_sheet(log: Sniffed) -> Sequence[Run]:
     """The runs of a log that need a row of the run sheet; one for all where they are alike."""
     if not log.runs:
         return [Run()]
-    first = log.runs[0]
-    if all(set_points(run) == set_points(first) for run in log.runs):
-        return [replace(first, part="")]
+    first_run = log.runs[0]
+    if all(set_points(run) == set_points(first_run) for run in log.runs):
+        return [replace(first_run, name_in_file="")]
     return log.runs
 
 
@@ -441,7 +465,7 @@ _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
 _FEWEST_NAMES = 3
 
 
-def shipped(kind: str) -> dict[str, str]:
+def shipped_names(kind: str) -> dict[str, str]:
     """Names of the rigs or oils that are part of oilfilm, by their plain form."""
     paths = (CONFIG / kind).glob("*.yaml")
     return {plain_key(path.stem): path.stem for path in paths if path.stem != "template"}
@@ -461,14 +485,14 @@ class Findings:
     @property
     def named(self) -> list[Sniffed]:
         """The logs whose columns were recognised, at least in part."""
-        return [log for log in self.logs if log.runs or len(log.guesses) >= _FEWEST_NAMES]
+        return [log for log in self.logs if log.runs or len(log.candidates) >= _FEWEST_NAMES]
 
     @cached_property
     def columns(self) -> dict[str, list[str]]:
         """Names of the only candidate of each quantity, in all logs."""
         names: list[tuple[str, str]] = []
         for log in self.named:
-            for quantity, candidates in log.guesses.items():
+            for quantity, candidates in log.candidates.items():
                 if len(candidates) > 1:
                     continue
                 name, unit = candidates[0]
@@ -481,14 +505,14 @@ class Findings:
         """Quantities without a column or with several candidates -> the names to choose from."""
         choices: dict[str, dict[str, None]] = {}
         for log in self.named:
-            candidates_of = {
+            candidates_by_quantity = {
                 quantity: [name for name, _ in candidates]
-                for quantity, candidates in log.guesses.items()
+                for quantity, candidates in log.candidates.items()
                 if len(candidates) > 1
             }
             unused = [name for name in log.names if _is_unused(name, log)]
-            for quantity in {*log.missing, *candidates_of}:
-                names = candidates_of.get(quantity, unused)
+            for quantity in {*log.missing, *candidates_by_quantity}:
+                names = candidates_by_quantity.get(quantity, unused)
                 choices.setdefault(quantity, {}).update(dict.fromkeys(names))
         return {quantity: list(choices[quantity]) for quantity in sorted(choices)}
 
@@ -503,7 +527,7 @@ class Findings:
         if len(units) > 1:
             return "", True
         unit = units.pop()
-        if not unit and quantity == "time" and not any(run.slow for run in self.runs):
+        if not unit and quantity == "time" and not any(run.is_slow for run in self.runs):
             unit = "s"
         return unit, unit == ""
 
@@ -512,7 +536,7 @@ class Findings:
         """Key of the project -> names of its header lines, without lines with the key itself."""
         names = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
         for run in self.runs:
-            names += [(key, name) for key, (name, _) in run.lines.items()]
+            names += [(key, name) for key, (name, _) in run.set_point_lines.items()]
         return _grouped((key, name) for key, name in names if plain_key(name) != key)
 
     @cached_property
@@ -534,7 +558,7 @@ class Findings:
     @cached_property
     def rigs(self) -> list[str]:
         """Names of the rigs: of the logs, else of a PCS rig for its exports, else `my-rig`."""
-        names_of_shipped = shipped("rigs")
+        names_of_shipped = shipped_names("rigs")
         names = [
             names_of_shipped.get(plain_key(run.rig), _slug(run.rig)) for run in self.runs if run.rig
         ]
@@ -557,16 +581,18 @@ class Findings:
         """
         if any(run.units.get("load") == "GPa" for run in self.runs):
             return True
-        loads = [run.measured.get("load_n", 0.0) for run in self.runs]
+        loads = [run.measured_levels.get("load_n", 0.0) for run in self.runs]
         loads = [load for load in loads if load > 0]
-        several = bool(loads) and max(loads) > (1 + _LEVEL_SPREAD) * min(loads)
-        stated = all("max_hertz_pressure_gpa" in run.lines for run in self.runs)
-        return several and not stated
+        has_several_loads = bool(loads) and max(loads) > (1 + _LEVEL_SPREAD) * min(loads)
+        is_stated_everywhere = all(
+            "max_hertz_pressure_gpa" in run.set_point_lines for run in self.runs
+        )
+        return has_several_loads and not is_stated_everywhere
 
     @cached_property
     def zeros(self) -> Counter[str | None]:
         """Source of the zero -> number of runs for which it is suitable; None: no source is."""
-        return Counter(run.zero for run in self.runs if run.zero != "")
+        return Counter(run.zero_source for run in self.runs if run.zero_source != "")
 
     @property
     def slip_is_logged(self) -> bool:
@@ -579,10 +605,10 @@ class Findings:
         conditions = []
         for run in self.runs:
             levels = set_points(run)
-            levels |= {set_point: value for set_point, (_, value) in run.lines.items()}
+            levels |= {set_point: value for set_point, (_, value) in run.set_point_lines.items()}
             has_all_levels = (
                 levels.keys() >= {"entrainment_speed_m_s", "inlet_temperature_c"}
-                and levels.keys() & base.LOADS
+                and levels.keys() & base.LOAD_KEYS
             )
             # runs with an incomplete condition cannot be compared
             if has_all_levels:
@@ -605,14 +631,14 @@ def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
 
 def _is_unused(name: str, log: Sniffed) -> bool:
     """Whether a column of a log has no likely meaning."""
-    used = {candidate for candidates in log.guesses.values() for candidate, _ in candidates}
+    used = {candidate for candidates in log.candidates.values() for candidate, _ in candidates}
     return name not in used and VOCABULARY.meaning(name) is None
 
 
 def _oil_id(label: str) -> str:
     """The shipped oil that is a word of a label, else the label as an id."""
     words = re.findall(r"\w+", plain_key(label).replace("_", " "))
-    ids = shipped("oils")
+    ids = shipped_names("oils")
     for word in words:
         if word in ids:
             return ids[word]

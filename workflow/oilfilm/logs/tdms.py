@@ -14,7 +14,7 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct_names
 from oilfilm.logs.columns import header_text, seconds, texts_of
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
+from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile, Texts, Values
 
 _TAG = b"TDSm"
 _LEAD_IN_BYTES = 28
@@ -94,16 +94,18 @@ def _check_value_bytes(channels: Sequence[TdmsChannel], value_bytes: int) -> Non
     Raises:
         ValueError: The numbers of bytes differ.
     """
-    used = 0
+    bytes_of_channels = 0
     for channel in channels:
         # channels without data have no type
         size = getattr(channel.data_type, "size", 0)
         if size is None:
             # texts and raw data of DAQmx have no size: nothing can be compared
             return
-        used += len(channel) * size
-    if used != value_bytes:
-        raise ValueError(f"its channels have {used} bytes of values, its segments {value_bytes}")
+        bytes_of_channels += len(channel) * size
+    if bytes_of_channels != value_bytes:
+        raise ValueError(
+            f"its channels have {bytes_of_channels} bytes of values, its segments {value_bytes}"
+        )
 
 
 def _check_claims(
@@ -114,9 +116,9 @@ def _check_claims(
     Raises:
         ValueError: More values are claimed than the file has bytes, or more than `_MOST_SCALINGS`.
     """
-    claimed = sum(len(channel) for channel in channels)
-    if claimed > len(content):
-        raise ValueError(f"it claims {claimed} values in {len(content)} bytes")
+    claimed_values = sum(len(channel) for channel in channels)
+    if claimed_values > len(content):
+        raise ValueError(f"it claims {claimed_values} values in {len(content)} bytes")
     for properties_of_one in properties:
         for name, value in properties_of_one.items():
             is_count = name.startswith("NI_") and name.endswith(("_Size", "_Scales"))
@@ -159,10 +161,11 @@ def _table(
             return texts_of(np.asarray(channel[:]))
 
     starts = _starts_s([channels[index].properties for index in indices])
-    clocks: dict[int, tuple[float, float, str]] = {}
+    clocks: dict[int, Clock] = {}
     for index, start_s in zip(indices, starts, strict=True):
         if "wf_increment" in channels[index].properties:
-            clocks[index] = start_s, float(channels[index].properties["wf_increment"]), "s"
+            interval_s = float(channels[index].properties["wf_increment"])
+            clocks[index] = Clock(start_s, interval_s, "s")
     properties = dict(file_properties) | dict(group.properties)
     keys = {plain_key(name): header_text(value) for name, value in properties.items()}
     return LoggedTable(
@@ -177,17 +180,17 @@ def _starts_s(properties: Sequence[Mapping[str, Any]]) -> list[float]:
     """
     instants = [channel.get("wf_start_time") for channel in properties]
     offsets = [float(channel.get("wf_start_offset", 0.0)) for channel in properties]
-    known = [
+    start_times = [
         np.datetime64(instant)
         for instant in instants
         if instant is not None and np.datetime64(instant) > _EARLIEST_START
     ]
-    if len(known) < len(properties):
+    if len(start_times) < len(properties):
         return offsets
-    first = min(known)
+    earliest = min(start_times)
     return [
-        offset + float((instant - first) / np.timedelta64(1, "us")) * 1e-6
-        for offset, instant in zip(offsets, known, strict=True)
+        offset + float((instant - earliest) / np.timedelta64(1, "us")) * 1e-6
+        for offset, instant in zip(offsets, start_times, strict=True)
     ]
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from oilfilm import tables
-from oilfilm.base.units import PA_PER_GPA, FloatArray, rpm_to_surface_speed
+from oilfilm.base.units import PA_PER_GPA, FloatArray, IndexArray, rpm_to_surface_speed
 from oilfilm.logs import base, header
 from oilfilm.logs.log_kind import Column, LogKind, Problems, Renamed, UsableLog, Vocabulary
 from oilfilm.logs.set_point_changes import rows_of_set_points
@@ -27,7 +27,7 @@ _SPEED_PAIRS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_
 # On rigs that reverse the slip: the force with the disc faster, and with the ball faster.
 _FORCES_OF_DIRECTIONS = ("traction_force_1", "traction_force_2")
 # A pressure beside the load says what the rig file's radius and moduli must give.
-_OF_RIG_FILE = "max_hertz_pressure"
+_STATED_PRESSURE = "max_hertz_pressure"
 # Largest relative difference of a stated pressure from the one of load and rig file: the pressure
 # is a round number, and the moduli of steels differ by 5 %, which is 3 % of the pressure.
 _PRESSURE_TOLERANCE = 0.05
@@ -45,7 +45,7 @@ _PROJECT_NAMES = {
     "time_s": ("time", "s"),
     "load_n": ("load", "N"),
     "max_hertz_pressure_gpa": ("load", "GPa"),
-    "stated_max_hertz_pressure_gpa": (_OF_RIG_FILE, "GPa"),
+    "stated_max_hertz_pressure_gpa": (_STATED_PRESSURE, "GPa"),
     "traction_force_n": ("traction_force", "N"),
     "traction_torque_n_m": ("traction_force", _TORQUE),
     "traction_coefficient": ("traction_coefficient", "1"),
@@ -86,7 +86,7 @@ def _header_problems(
         advice = "Nothing to do if this is not a slip sweep; otherwise correct the header."
         yield base.Refusal("not_a_sweep", reason, f"{advice} {header.FORMAT_ADVICE}")
     yield header.misspelt_key(keys, settings)
-    for name in base.SET_POINTS:
+    for name in base.SET_POINT_KEYS:
         if name in keys and base.parse_set_point(name, keys[name]) is None:
             reason = (
                 f"the header says {name}: {keys[name][:60]!r}; expected "
@@ -101,7 +101,7 @@ def _missing_rig_values(
 ) -> base.Refusal | None:
     """A problem where the units of the columns need values that the rig file does not have."""
     rig = settings.rigs[rig_name]
-    units = {column.quantity: column.to.unit for column in columns}
+    units = {column.quantity: column.conversion.unit for column in columns}
     missing = []
     if units.get("ball_speed") == "rpm" and rig.ball_track_radius_m is None:
         missing.append("ball_track_radius_m")
@@ -127,12 +127,12 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     rig = settings.rigs[rig_name]
     semantics = settings.campaign.semantics_for(rig_name)
     set_points = nominal(log.keys, settings)
-    count = len(log.rows)
+    row_count = len(log.rows)
     values = dict(log.values)
     if log.keys.get("log_kind") == "steps":
         for quantity, value in _quantities_without_column(set_points).items():
             if quantity not in values:
-                values[quantity] = np.full(count, value)
+                values[quantity] = np.full(row_count, value)
     # a load as maximum Hertz pressure is refused of a rig whose contact is not known
     contact = rig.contact()
     if contact is not None and log.units.get("load") == "GPa":
@@ -145,7 +145,7 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
         values["traction_force"] = force
     ball, disc = _surface_speeds(values, log.units, rig, semantics)
     # a broadcast number takes no memory
-    unknown = np.broadcast_to(np.nan, count)
+    unknown = np.broadcast_to(np.nan, row_count)
     samples: base.Columns = {name: unknown for name in tables.columns("samples")}
     del samples["run_id"]
     for quantity, column in _SAMPLED.items():
@@ -176,25 +176,25 @@ def _contradicted_rig(
     """
     stated_gpa = set_points.get("max_hertz_pressure_gpa", np.nan)
     load_n = set_points.get("load_n", np.nan)
-    if _OF_RIG_FILE in values and len(values["load"]):
+    if _STATED_PRESSURE in values and len(values["load"]):
         # without the rows before the load is applied
-        loaded = values["load"] > values["load"].max() / 2
-        if loaded.any():
-            load_n = float(np.median(values["load"][loaded]))
-            stated_gpa = float(np.median(values[_OF_RIG_FILE][loaded]))
+        is_loaded = values["load"] > values["load"].max() / 2
+        if is_loaded.any():
+            load_n = float(np.median(values["load"][is_loaded]))
+            stated_gpa = float(np.median(values[_STATED_PRESSURE][is_loaded]))
     if not (load_n > 0 and stated_gpa > 0):
         return None
     pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
-    of_rig_gpa = float(pressure_pa) / PA_PER_GPA
-    if abs(of_rig_gpa / stated_gpa - 1) <= _PRESSURE_TOLERANCE:
+    computed_gpa = float(pressure_pa) / PA_PER_GPA
+    if abs(computed_gpa / stated_gpa - 1) <= _PRESSURE_TOLERANCE:
         return None
     # p^3 goes with 1/R^2
-    radius_m = contact.radius_m * (of_rig_gpa / stated_gpa) ** 1.5
+    radius_m = contact.radius_m * (computed_gpa / stated_gpa) ** 1.5
     return base.Refusal(
         "rig_radius",
         f"a load of {load_n:.4g} N and a Hertz pressure of {stated_gpa:.4g} GPa are stated; "
         f"with ball_radius_m {contact.radius_m:g} of the rig {rig_name!r} this load gives "
-        f"{of_rig_gpa:.4g} GPa, and the stated pressure needs a radius of {radius_m:.4g} m",
+        f"{computed_gpa:.4g} GPa, and the stated pressure needs a radius of {radius_m:.4g} m",
     )
 
 
@@ -263,14 +263,14 @@ def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
     The load follows from the pressure where the contact of the rig is known.
     """
     from_header: dict[str, float] = {}
-    for name in base.SET_POINTS:
+    for name in base.SET_POINT_KEYS:
         value = base.parse_set_point(name, keys[name]) if name in keys else None
         if value is not None:
             from_header[name] = value
     # the load has one set point, as force or as pressure
-    replaced = base.LOADS if from_header.keys() & base.LOADS else frozenset()
+    replaced = base.LOAD_KEYS if from_header.keys() & base.LOAD_KEYS else frozenset()
     from_campaign: dict[str, float] = settings.campaign.set_points.model_dump(
-        include=set(base.SET_POINTS) - replaced, exclude_none=True
+        include=set(base.SET_POINT_KEYS) - replaced, exclude_none=True
     )
     set_points = from_campaign | from_header
     rig = settings.rigs.get(keys.get("rig", ""))
@@ -323,7 +323,7 @@ class _LoggedTwice(NamedTuple):
 
 
 def _contradiction(
-    rows: base.IndexArray,
+    rows: IndexArray,
     values: Mapping[str, FloatArray],
     ball: FloatArray,
     disc: FloatArray,
@@ -343,28 +343,32 @@ def _contradiction(
     if not values.keys() & {"entrainment_speed", "slide_roll_ratio", "traction_force_1"}:
         # nothing is logged twice
         return None
-    turning = np.arange(len(rows))
+    turning_rows = np.arange(len(rows))
     if "ball_speed" in values:
         # near standstill a slip is noise
         entrainment = np.abs(ball + disc) / 2
-        fast = np.quantile(entrainment, 0.9) if len(rows) else 0.0
-        turning = np.flatnonzero(entrainment > fast / 2)
-    turning_values = {quantity: column[turning] for quantity, column in values.items()}
-    quantities = _logged_twice(turning_values, ball[turning], disc[turning], semantics, limits)
+        fast_m_s = np.quantile(entrainment, 0.9) if len(rows) else 0.0
+        turning_rows = np.flatnonzero(entrainment > fast_m_s / 2)
+    turning_values = {quantity: column[turning_rows] for quantity, column in values.items()}
+    quantities = _logged_twice(
+        turning_values, ball[turning_rows], disc[turning_rows], semantics, limits
+    )
     for twice in quantities:
         with np.errstate(divide="ignore", invalid="ignore"):  # no force in either direction
-            difference = np.abs(twice.logged - twice.expected) / twice.scale
-        compared = np.flatnonzero(np.isfinite(difference))
-        if len(compared) == 0:
+            scaled_difference = np.abs(twice.logged - twice.expected) / twice.scale
+        compared_rows = np.flatnonzero(np.isfinite(scaled_difference))
+        if len(compared_rows) == 0:
             continue
         # the median row decides: a logged set point jumps before the rig follows
-        median = float(np.median(difference[compared]))
+        median = float(np.median(scaled_difference[compared_rows]))
         if median > twice.allowed:
-            worst = compared[np.argmax(difference[compared])]
+            worst_row = compared_rows[np.argmax(scaled_difference[compared_rows])]
             return base.Refusal(
                 "columns_disagree",
-                f"{twice.quantity} is {twice.logged[worst]:.4g} in row {rows[turning][worst]}, but "
-                f"{twice.other_columns} give {twice.expected[worst]:.4g}; the median difference is "
+                f"{twice.quantity} is {twice.logged[worst_row]:.4g} in row "
+                f"{rows[turning_rows][worst_row]}, but "
+                f"{twice.other_columns} give {twice.expected[worst_row]:.4g}; the median "
+                "difference is "
                 f"{median:.2g}, allowed {twice.allowed:g}",
             )
     return None
@@ -378,28 +382,30 @@ def _logged_twice(
     limits: LoggedTwiceSettings,
 ) -> list[_LoggedTwice]:
     """The quantities of a log that also follow from other columns."""
-    twice: list[_LoggedTwice] = []
+    logged_twice: list[_LoggedTwice] = []
     if "ball_speed" in values:
-        mean = (ball + disc) / 2
+        entrainment = (ball + disc) / 2
         sliding = semantics.direction * (disc - ball)
         speeds = "the speeds of ball and disc"
         if "entrainment_speed" in values:
             logged = values["entrainment_speed"]
             allowed = limits.entrainment_speed
-            twice.append(
-                _LoggedTwice("entrainment_speed", logged, mean, np.abs(mean), allowed, speeds)
+            logged_twice.append(
+                _LoggedTwice(
+                    "entrainment_speed", logged, entrainment, np.abs(entrainment), allowed, speeds
+                )
             )
         if "slide_roll_ratio" in values:
             logged = semantics.over_mean(values["slide_roll_ratio"])
             allowed = limits.slide_roll_ratio
-            slip = sliding / mean
-            twice.append(
+            slip = sliding / entrainment
+            logged_twice.append(
                 _LoggedTwice("slide_roll_ratio", logged, slip, np.ones_like(slip), allowed, speeds)
             )
     if "traction_force" in values and values.keys() >= set(_FORCES_OF_DIRECTIONS):
         disc_faster = values["traction_force_1"]
         ball_faster = values["traction_force_2"]
-        twice.append(
+        logged_twice.append(
             _LoggedTwice(
                 "traction_force",
                 logged=values["traction_force"],
@@ -409,7 +415,7 @@ def _logged_twice(
                 other_columns="the forces of both directions of the slip",
             )
         )
-    return twice
+    return logged_twice
 
 
 def _listed_columns(campaign: Campaign) -> Renamed:
@@ -424,13 +430,13 @@ TRACTION = LogKind(
         project_names=_PROJECT_NAMES,
         required=_REQUIRED,
         alternatives=_SPEED_PAIRS,
-        optional=(*_FORCES_OF_DIRECTIONS, _OF_RIG_FILE),
+        optional=(*_FORCES_OF_DIRECTIONS, _STATED_PRESSURE),
         substitutes=_SUBSTITUTES,
     ),
     _listed_columns,
     _header_problems,
     _run,
-    sheet_keys=("rig", "log_kind", *base.SET_POINTS),
+    sheet_keys=("rig", "log_kind", *base.SET_POINT_KEYS),
     not_needed=_not_needed,
     rows_of_set_points=rows_of_set_points,
 )

@@ -51,32 +51,37 @@ def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary
     Raises:
         UnreadableLogError: No sheet has a table.
     """
-    logged: list[LoggedTable] = []
+    logged_tables: list[LoggedTable] = []
     titles: list[str] = []
-    not_read: list[str] = []
+    titles_not_read: list[str] = []
     first_error: UnreadableLogError | None = None
     for title, text in sheets:
         try:
             _, tables_of_sheet = delimited_text.tables(text, vocabulary)
         except UnreadableLogError as error:
-            not_read.append(title)
+            titles_not_read.append(title)
             first_error = first_error or error
             continue
         for table in tables_of_sheet:
-            logged.append(table)
+            logged_tables.append(table)
             titles.append(f"{title} {table.run_name}".strip())
-    if not logged:
+    if not logged_tables:
         raise first_error or UnreadableLogError(
             "no sheet of the workbook has a cell", rule="no_rows"
         )
-    if not_read:
-        listed = ", ".join(map(repr, not_read[:10]))
-        note = f"no columns of a {vocabulary.name} log in the sheets {listed}: they are not read"
-        logged[0] = logged[0].with_note(note)
-    if len(logged) == 1:
-        return NO_TEXT, logged
+    if titles_not_read:
+        listed_titles = ", ".join(map(repr, titles_not_read[:10]))
+        note = (
+            f"no columns of a {vocabulary.name} log in the sheets {listed_titles}: they are not "
+            "read"
+        )
+        logged_tables[0] = logged_tables[0].with_note(note)
+    if len(logged_tables) == 1:
+        return NO_TEXT, logged_tables
     names = base.distinct_names(titles)
-    return NO_TEXT, [table.with_name(name) for table, name in zip(logged, names, strict=True)]
+    return NO_TEXT, [
+        table.with_name(name) for table, name in zip(logged_tables, names, strict=True)
+    ]
 
 
 def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
@@ -187,15 +192,15 @@ def checked_workbook(content: bytes) -> io.BytesIO:
     return io.BytesIO(content)
 
 
-def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -> int:
+def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most_cells: int) -> int:
     """Number of cells of a sheet, each row filled up to its last cell.
 
     Raises:
-        ValueError: A row is beyond the last one of any sheet, or there are more than `most` cells.
+        ValueError: A row is beyond the last one of any sheet, or there are too many cells.
     """
     row = column = cells = 0
 
-    def start(name: str, attributes: dict[str, str]) -> None:
+    def start_element(name: str, attributes: dict[str, str]) -> None:
         nonlocal row, column, cells
         tag = name.rpartition(":")[2]
         if tag == "row":
@@ -208,14 +213,14 @@ def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most: int) -
             last_column = _number_of_column(letters) if letters else column + 1
             cells += max(last_column - column, 0)
             column = max(last_column, column)
-            if cells > most:
+            if cells > most_cells:
                 raise ValueError(f"it has more than {MOST_CELLS} cells, with empty ones between")
 
     def refuse_entity(*_: object) -> None:
         raise ValueError("a sheet declares entities, which no spreadsheet program writes")
 
     parser = expat.ParserCreate()
-    parser.StartElementHandler = start
+    parser.StartElementHandler = start_element
     parser.EntityDeclHandler = refuse_entity
     with archive.open(member) as sheet:
         for chunk in chunks_of(sheet):

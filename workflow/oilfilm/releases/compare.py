@@ -80,8 +80,8 @@ class Comparison:
     @property
     def sections(self) -> list[Section]:
         """What differs, as tables of text."""
-        moved = _moved("Constants and traction", self.moved[self.moved["change"] != 0])
-        statements = _statements(self.statements)
+        moved = _section_on_moved("Constants and traction", self.moved[self.moved["change"] != 0])
+        statements = _section_on_statements(self.statements)
         sections = (*self.inputs, statements, self.sentences, moved)
         return [section for section in sections if section.rows]
 
@@ -91,14 +91,16 @@ class Comparison:
 
         Where logs were added, rows, counts and sentences change with them and pass.
         """
-        too_far = self.moved[exceeds(self.moved["change"], self.moved["limit"])]
-        moved = _moved("Moved by more than the drift gate lets pass", too_far)
+        moved_too_far = self.moved[exceeds(self.moved["change"], self.moved["limit"])]
+        moved = _section_on_moved("Moved by more than the drift gate lets pass", moved_too_far)
         sections = [moved]
         if self.same_logs:
-            sections += [_statements(self.statements), self.other_sentences]
+            sections += [_section_on_statements(self.statements), self.other_sentences]
         else:
-            of_results = [statement for statement in self.statements if not statement.counts_data]
-            sections.append(_statements(of_results))
+            statements_on_results = [
+                statement for statement in self.statements if not statement.counts_data
+            ]
+            sections.append(_section_on_statements(statements_on_results))
         return [section for section in sections if section.rows]
 
     def text(self, sections: Sequence[Section]) -> str:
@@ -131,22 +133,24 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         for title in old_values
     ]
     statements = list(changed_statements(before.table, after.table, drift.errors))
-    constants = _constants(before, after).assign(limit=drift.standard_errors)
-    traction = _traction(before, after, drift).assign(limit=drift.traction)
+    constants = _changes_of_constants(before, after).assign(limit=drift.standard_errors)
+    traction = _changes_of_traction(before, after, drift).assign(limit=drift.traction)
     return Comparison(
         names=(before.name, after.name),
-        kernels=_kernels(
+        kernels=_text_on_kernels(
             before.manifest.made_from.environment, after.manifest.made_from.environment
         ),
         inputs=inputs,
         statements=statements,
         sentences=Section(
-            "Lines of the summary", ("in", "line"), _sentences(before, after, with_numbers=True)
+            "Lines of the summary",
+            ("in", "line"),
+            _changed_lines_of_summary(before, after, with_numbers=True),
         ),
         other_sentences=Section(
             "Lines of the summary with other words or counts",
             ("in", "line"),
-            _sentences(before, after, with_numbers=False),
+            _changed_lines_of_summary(before, after, with_numbers=False),
         ),
         same_logs=before.manifest.made_from.raw == after.manifest.made_from.raw,
         moved=pd.concat([constants, traction], ignore_index=True),
@@ -159,13 +163,13 @@ def _different_values(old: dict[str, str], new: dict[str, str]) -> list[Row]:
     return [(name, old.get(name, ""), new.get(name, "")) for name in sorted(different)]
 
 
-def _kernels(before: Environment, after: Environment) -> str:
+def _text_on_kernels(before: Environment, after: Environment) -> str:
     """The expected effect where two environments have different or unknown kernels, as text."""
     both_are_known = before.blas is not None and after.blas is not None
     if both_are_known and (before.blas, before.cpu) == (after.blas, after.cpu):
         return ""
-    differ = before.cpu != after.cpu or both_are_known
-    lines = ["Made with another kernel:" if differ else "Perhaps made with another kernel:"]
+    surely_differ = before.cpu != after.cpu or both_are_known
+    lines = ["Made with another kernel:" if surely_differ else "Perhaps made with another kernel:"]
     for side, environment in (("A", before), ("B", after)):
         blas = "BLAS unknown" if environment.blas is None else ", ".join(environment.blas)
         lines.append(printable(f"  {side} {blas}; NumPy {environment.cpu or 'baseline'}"))
@@ -175,13 +179,13 @@ def _kernels(before: Environment, after: Environment) -> str:
     return "\n".join(lines)
 
 
-def _statements(statements: Iterable[Statement]) -> Section:
+def _section_on_statements(statements: Iterable[Statement]) -> Section:
     """Changed statements of tables, a row each."""
     rows = [statement[:-1] for statement in statements]
     return Section("Statements", ("table", "row", "column", "A", "B"), rows)
 
 
-def _moved(title: str, moved: pd.DataFrame) -> Section:
+def _section_on_moved(title: str, moved: pd.DataFrame) -> Section:
     """Changes of constants and of mu, with the limit of each kind."""
     rows = []
     for row in tables.rows(moved):
@@ -204,25 +208,27 @@ def _values_by_section(stored: StoredRelease) -> dict[str, dict[str, str]]:
     made_from = stored.manifest.made_from
     packages = made_from.model_dump(exclude={"config", "code", "raw"})
     return {
-        "Raw logs": _hashes(made_from.raw),
-        "Configuration": _leaves(stored.config()),
-        "Packages": _leaves(packages),
-        "Files": _hashes(stored.manifest.files),
-        "Samples": _hashes(stored.manifest.samples),
+        "Raw logs": _hash_by_path(made_from.raw),
+        "Configuration": _value_by_key(stored.config()),
+        "Packages": _value_by_key(packages),
+        "Files": _hash_by_path(stored.manifest.files),
+        "Samples": _hash_by_path(stored.manifest.samples),
     }
 
 
-def _hashes(records: Iterable[FileRecord]) -> dict[str, str]:
+def _hash_by_path(records: Iterable[FileRecord]) -> dict[str, str]:
     """The beginning of the hash of each file, by path."""
     return {record.path: record.sha256[:12] for record in records}
 
 
-def _leaves(tree: dict[str, Any]) -> dict[str, str]:
+def _value_by_key(tree: dict[str, Any]) -> dict[str, str]:
     """The single values of a tree by their keys, joined by points; a list is one value."""
     return {str(name): str(value) for name, value in pd.json_normalize(tree).iloc[0].items()}
 
 
-def _sentences(before: StoredRelease, after: StoredRelease, *, with_numbers: bool) -> list[Row]:
+def _changed_lines_of_summary(
+    before: StoredRelease, after: StoredRelease, *, with_numbers: bool
+) -> list[Row]:
     """The lines of the summary that differ; none where one of them has no summary."""
     old, new = before.lines(_SUMMARY), after.lines(_SUMMARY)
     if old is None or new is None:
@@ -249,12 +255,14 @@ def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]
     return coefficients.merge(quality[["oil", "law"]]), quality
 
 
-def _constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
+def _changes_of_constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
     """Changes of the constants in standard errors, as in `Comparison.moved`."""
     old, _ = _configured_fits(before)
     new, _ = _configured_fits(after)
-    error = old["standard_error"].fillna(old["naive_standard_error"])
-    old = old.rename(columns={"value": "before"}).assign(error=error.where(error != 0))
+    standard_error = old["standard_error"].fillna(old["naive_standard_error"])
+    old = old.rename(columns={"value": "before"}).assign(
+        error=standard_error.where(standard_error != 0)
+    )
     new = new.rename(columns={"value": "after"})
     both = old.merge(new, on=["oil", "law", "constant"], how="outer")
     has_no_old = both["before"].isna()
@@ -266,7 +274,9 @@ def _constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
     return both[["oil", "what", "before", "after", "change"]]
 
 
-def _traction(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -> pd.DataFrame:
+def _changes_of_traction(
+    before: StoredRelease, after: StoredRelease, drift: DriftSettings
+) -> pd.DataFrame:
     """Largest relative change of mu of each oil, as in `Comparison.moved`."""
     old_fits = _fits_by_oil(before)
     new_fits = _fits_by_oil(after)
@@ -313,17 +323,17 @@ def _largest_change(
     change[np.isnan(change)] = np.inf
     change[(new == old) | (np.isnan(old) & np.isnan(new))] = 0.0
     worst = int(first_largest(change))
-    where = [
+    words_of_point = [
         f"{value:.4g} {tables.unit_of(name)}"
         for name, value in zip(before.law.conditions, conditions[worst], strict=True)
         if np.isfinite(value)
     ]
-    where.append(f"S {slip[worst]:.4g}")
+    words_of_point.append(f"S {slip[worst]:.4g}")
     return {
         "before": old[worst],
         "after": new[worst],
         "change": change[worst],
-        "where": ", ".join(where),
+        "where": ", ".join(words_of_point),
     }
 
 
@@ -335,12 +345,14 @@ def _comparison_grid(box: FloatArray, drift: DriftSettings) -> FloatArray:
             (conditions + 1, 2).
         drift: The numbers of levels, and the slide-roll ratios.
     """
-    axes = []
+    levels_by_axis = []
     for low, high in box[:-1]:
         levels = np.linspace(low, high, drift.levels)
         # a condition that was never recorded has no effect: one level
-        axes.append(np.unique(levels) if np.isfinite(levels).all() else np.ones(1))
+        levels_by_axis.append(np.unique(levels) if np.isfinite(levels).all() else np.ones(1))
     largest_slip = box[-1, 1]
     slips = [slip for slip in drift.slide_roll_ratio if not exceeds(slip, largest_slip)]
-    axes.append(np.array(slips or [largest_slip]))
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    levels_by_axis.append(np.array(slips or [largest_slip]))
+    return np.stack(np.meshgrid(*levels_by_axis, indexing="ij"), axis=-1).reshape(
+        -1, len(levels_by_axis)
+    )

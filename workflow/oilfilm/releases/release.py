@@ -46,7 +46,7 @@ from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import unresolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
-from oilfilm.tables.table_file import content_digest
+from oilfilm.tables.samples_content import content_digest
 
 _REPORT = "report.html"
 # Folder of the samples below the results.
@@ -172,11 +172,11 @@ def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
         OilfilmError: There is one.
     """
     digests: dict[str, str] = {}
-    listing_of: dict[str, Path] = {}
+    listing_by_path: dict[str, Path] = {}
     for listing in run.made:
         for path, digest in read_listings(run.root / listing).items():
             digests[path] = digest
-            listing_of[path] = listing
+            listing_by_path[path] = listing
     released = {portable(run.results / name): file for name, file in files.items()}
     for path in sorted(digests.keys() | released.keys()):
         if path not in digests:
@@ -186,7 +186,7 @@ def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
         is_here = path in released or file.is_file()
         if is_here and file_digest(file) != digests[path]:
             raise OilfilmError(
-                f"{path}: is not as its step wrote it. Remove {listing_of[path]}, then run "
+                f"{path}: is not as its step wrote it. Remove {listing_by_path[path]}, then run "
                 "`snakemake release` again: the step is repeated."
             )
 

@@ -33,7 +33,7 @@ _ERROR = re.compile(r"(_se|standard_error|_uncertainty|half_width)$")
 _COUNT_OR_NUMBER = re.compile(r"\d+ of \d+|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 # Ends of an interval, by the ends of their names.
 _LOWER = re.compile(r"(^|_)(lower|low)(_|$)")
-_ENDS = {"lower": "upper", "low": "high"}
+_UPPER_BY_LOWER = {"lower": "upper", "low": "high"}
 
 
 class Statement(NamedTuple):
@@ -78,17 +78,17 @@ def changed_statements(
             continue
         keys = list(table.key)
         old, new = old.set_index(keys), new.set_index(keys)
-        yield from _rows_of_one(name, old.index, new.index)
+        yield from _rows_of_one_table(name, old.index, new.index)
         both = old.index.intersection(new.index, sort=False)
         old, new = old.loc[both], new.loc[both]
         columns = [column for column in table.columns if column.name in old and column.name in new]
         for column in columns:
             if column.name not in _SOURCES:
-                changed = _changed(column, old, new, error_change)
-                yield from _statements(name, column, old, new, changed)
+                changed = _is_changed(column, old, new, error_change)
+                yield from _statements_of_column(name, column, old, new, changed)
 
 
-def _rows_of_one(name: str, old: pd.Index, new: pd.Index) -> Iterator[Statement]:
+def _rows_of_one_table(name: str, old: pd.Index, new: pd.Index) -> Iterator[Statement]:
     """The rows that only one of two tables has."""
     for indices, before, after in (
         (old.difference(new), "a row", "no row"),
@@ -101,7 +101,7 @@ def _rows_of_one(name: str, old: pd.Index, new: pd.Index) -> Iterator[Statement]
             yield Statement(name, more, "", before, after, counts_data=True)
 
 
-def _changed(
+def _is_changed(
     column: Column, old: pd.DataFrame, new: pd.DataFrame, error_change: float
 ) -> pd.Series:
     """Which rows state something else in a column."""
@@ -111,16 +111,16 @@ def _changed(
     if column.type != "number":
         return null_differs | (~is_null & (before.astype(object) != after.astype(object)))
     if _ERROR.search(column.name):
-        return null_differs | _differs(before, after, error_change)
+        return null_differs | _moved_too_far(before, after, error_change)
     upper = _upper_end(column.name)
     if upper in old and upper in new:
         size = np.maximum(old[upper].abs().to_numpy(), before.abs().to_numpy())
         width_before, width_after = old[upper] - before, new[upper] - after
-        return null_differs | _differs(width_before, width_after, error_change, size)
+        return null_differs | _moved_too_far(width_before, width_after, error_change, size)
     return null_differs
 
 
-def _differs(
+def _moved_too_far(
     before: pd.Series, after: pd.Series, share: float, size: FloatArray | float = 0.0
 ) -> pd.Series:
     """Where an error or a width has moved by more than a share of its first value.
@@ -140,14 +140,14 @@ def _differs(
 
 def _upper_end(name: str) -> str:
     """The column with the upper end of the interval of which a column has the lower; else ""."""
-    found = _LOWER.search(name)
-    if found is None:
+    match = _LOWER.search(name)
+    if match is None:
         return ""
-    start, end = found.span(2)
-    return name[:start] + _ENDS[found[2]] + name[end:]
+    start, end = match.span(2)
+    return name[:start] + _UPPER_BY_LOWER[match[2]] + name[end:]
 
 
-def _statements(
+def _statements_of_column(
     table: str, column: Column, old: pd.DataFrame, new: pd.DataFrame, changed: pd.Series
 ) -> Iterator[Statement]:
     """The changed rows of a column; of the lower end of an interval its whole width."""
@@ -207,5 +207,5 @@ def changed_lines(
 
 def _without_numbers(line: str) -> str:
     """A line with `#` in place of each number that is no count; runs of blanks are one blank."""
-    words = _COUNT_OR_NUMBER.sub(lambda found: found[0] if " of " in found[0] else "#", line)
+    words = _COUNT_OR_NUMBER.sub(lambda match: match[0] if " of " in match[0] else "#", line)
     return " ".join(words.split())

@@ -152,7 +152,7 @@ class StoredRelease:
         hashes = f"sha256 {digest[:12]}..., {record.sha256[:12]}... in the manifest"
         return f"{name}: differs: {hashes}."
 
-    def file(self, path: str, most_bytes: int = _MOST_BYTES) -> Path:
+    def checked_file(self, path: str, most_bytes: int = _MOST_BYTES) -> Path:
         """Path of a file, after its hash and size are checked.
 
         Raises:
@@ -175,12 +175,12 @@ class StoredRelease:
         """A table; None where the release has none, or the pin does not keep it.
 
         Raises:
-            OilfilmError: As in `file`, or as in `tables.read`.
+            OilfilmError: As in `checked_file`, or as in `tables.read`.
         """
         path = f"tables/{name}.parquet"
         if path not in self.files or (self.pinned and not (self.folder / path).exists()):
             return None
-        file = self.file(path)
+        file = self.checked_file(path)
         try:
             return tables.read(name, file)
         except UNREADABLE as error:
@@ -190,11 +190,11 @@ class StoredRelease:
         """The lines of a text; None where the release has none, or the pin does not keep it.
 
         Raises:
-            OilfilmError: As in `file`, or it is no text.
+            OilfilmError: As in `checked_file`, or it is no text.
         """
         if path not in self.files or (self.pinned and not (self.folder / path).exists()):
             return None
-        file = self.file(path)
+        file = self.checked_file(path)
         try:
             return file.read_text(encoding="utf-8").split("\n")
         except UnicodeDecodeError:
@@ -204,9 +204,9 @@ class StoredRelease:
         """All settings of the run, as plain values.
 
         Raises:
-            OilfilmError: As in `file`, or it is no YAML.
+            OilfilmError: As in `checked_file`, or it is no YAML.
         """
-        path = self.file(CONFIG, _MOST_CONFIG_BYTES)
+        path = self.checked_file(CONFIG, _MOST_CONFIG_BYTES)
         try:
             return read_yaml(path).values
         except RecursionError:
@@ -233,7 +233,7 @@ def pin(release: Path, root: Path) -> Path:
     with atomic_folder(folder) as temporary:
         for path in _PINNED_FILES:
             if path in stored.files:
-                copy_file(stored.file(path), temporary / path)
+                copy_file(stored.checked_file(path), temporary / path)
         (temporary / PINNED_MANIFEST).write_bytes(stored.manifest.text().encode())
     return folder
 

@@ -20,7 +20,7 @@ from oilfilm.base.home import PACKAGE, RUN_LOCK
 from oilfilm.releases.manifest import Environment, FileRecord, records_digest
 
 # Configuration is not code: a release has the resolved settings.
-_CODE = ("Snakefile", "workflow", "data/reference")
+_PATHS_OF_CODE = ("Snakefile", "workflow", "data/reference")
 _LIBRARY = "workflow/oilfilm"
 # A pin is a part of a release. No release could be pinned if pins counted as code.
 PINS = "data/reference/pins"
@@ -33,20 +33,20 @@ def code_files(home: Path) -> dict[str, Path]:
         home: Folder of the workflow, as `home.HOME`. Where it has no library, the files
             of the installed packages get the paths that they have in a clone.
     """
-    trees = {name: home / name for name in _CODE}
+    trees = {name: home / name for name in _PATHS_OF_CODE}
     if not (home / _LIBRARY).is_dir():
         trees[_LIBRARY] = PACKAGE
         for name in studies.available():
             trees[f"workflow/{name}"] = studies.folder(name)
     files = {}
     for name, top in trees.items():
-        for path in _files(top):
+        for path in _files_of_code(top):
             parts = path.relative_to(top).parts
             files["/".join((name, *parts))] = path
     return dict(sorted(files.items()))
 
 
-def _files(path: Path) -> Iterator[Path]:
+def _files_of_code(path: Path) -> Iterator[Path]:
     """A file, or the files below a folder, without hidden files, caches, pins and copies."""
     is_pins = path.as_posix().endswith(PINS)
     if path.name == "__pycache__" or is_pins or path == PACKAGE / "shipped":
@@ -56,7 +56,7 @@ def _files(path: Path) -> Iterator[Path]:
     elif path.is_dir():
         for entry in path.iterdir():
             if not entry.name.startswith("."):
-                yield from _files(entry)
+                yield from _files_of_code(entry)
 
 
 def copy_file(source: Path, target: Path) -> None:

@@ -136,7 +136,7 @@ def _resource(
     resource = {
         "name": table,
         "type": "table",
-        "description": model.about,
+        "description": model.full_description,
         "path": first_file["path"] if is_one_file else [file["path"] for file in files],
         "format": "parquet",
         "mediatype": "application/vnd.apache.parquet",

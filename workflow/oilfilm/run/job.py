@@ -113,15 +113,15 @@ def job(snakemake: Any) -> Iterator[Job]:
 
 def _write_digests(outputs: Any) -> None:
     """Write the sha256 of every output to the output `made`; a release compares them."""
-    made = outputs.get("made")
-    if not made:
+    listing_path = outputs.get("made")
+    if not listing_path:
         return
     digests = {}
     for path in outputs:
-        if path != made:
+        if path != listing_path:
             for file in files_of(Path(path)):
                 digests[portable(file)] = file_digest(file)
-    write_text(listing(digests), Path(made))
+    write_text(listing(digests), Path(listing_path))
 
 
 def say(text: str, stream: TextIO = sys.stdout) -> None:
@@ -173,10 +173,10 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
     inputs: dict[str, str] = {}
     for path in paths:
         name = portable(path)
-        is_in_parts = "/parts/" in name
-        if is_in_parts and path.suffix == ".sha256":
+        is_of_part = "/parts/" in name
+        if is_of_part and path.suffix == ".sha256":
             continue  # the tables of the part name these logs
-        is_table_of_part = path.suffix == ".parquet" and (is_in_parts or "/tables/samples/" in name)
+        is_table_of_part = path.suffix == ".parquet" and (is_of_part or "/tables/samples/" in name)
         footer = tables.read_footer(path) if is_table_of_part else {}
         if footer.get("part"):
             inputs |= footer["inputs"]

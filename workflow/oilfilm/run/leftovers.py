@@ -47,11 +47,11 @@ def remove_leftovers(results: Path, needed: set[str]) -> list[str]:
     """
     if not results.is_dir():
         return []
-    listed = read_listings(*results.glob("made/*.sha256"))
+    digests_of_steps = read_listings(*results.glob("made/*.sha256"))
     removed = []
     for name in files_below(results):
         path = results / name
-        is_of_step = name.startswith(_FOLDERS_OF_STEPS) or portable(path) in listed
+        is_of_step = name.startswith(_FOLDERS_OF_STEPS) or portable(path) in digests_of_steps
         is_needed = not needed.isdisjoint(map(str, (path, *path.parents)))
         # no step makes a link to a folder
         if is_of_step and not is_needed and not path.is_dir():

@@ -43,31 +43,33 @@ def machine_fault(error: OSError) -> str:
     return _FAULTS.get(error.errno or 0, "")
 
 
-def check_machine(written: Iterable[Path]) -> None:
+def check_machine(written_folders: Iterable[Path]) -> None:
     """Refuse to run where jobs cannot start or write.
 
     Args:
-        written: Folders that the run writes to or makes.
+        written_folders: Folders that the run writes to or makes.
 
     Raises:
         OilfilmError: The path of the working folder cannot be used, or no file can be written to a
             folder.
     """
     folder = Path.cwd()
-    unusable = sorted(UNUSABLE & set(str(folder)))
-    if unusable:
-        letters = ", ".join(map(repr, unusable))
+    unusable_letters = sorted(UNUSABLE & set(str(folder)))
+    if unusable_letters:
+        letters = ", ".join(map(repr, unusable_letters))
         raise OilfilmError(
             f"{str(folder)!r}: jobs cannot be started in a folder with {letters} in its path. "
             "Rename the folder, or move its content; blanks and letters of any language do no harm."
         )
-    for path in written:
+    for path in written_folders:
         _check_writable(path)
 
 
 def _check_writable(path: Path) -> None:
     """Refuse a folder, existing or not, to which no file can be written."""
-    existing = next(above for above in (path, *path.absolute().parents) if os.path.lexists(above))
+    existing = next(
+        folder for folder in (path, *path.absolute().parents) if os.path.lexists(folder)
+    )
     if not existing.is_dir():
         raise OilfilmError(f"{existing}: is a file, expected a folder. Move it.")
     if not os.access(existing, os.W_OK):

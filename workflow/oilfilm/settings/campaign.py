@@ -51,7 +51,12 @@ class Dataset(Group):
     )
 
 
-_SET_POINTS = ["max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
+_SET_POINT_KEYS = [
+    "max_hertz_pressure_gpa",
+    "load_n",
+    "entrainment_speed_m_s",
+    "inlet_temperature_c",
+]
 _NAME_SCHEMA = {"type": "string", "minLength": 1}
 
 
@@ -78,7 +83,7 @@ class Column(Group):
 
 # Keys of headers and columns of the run sheet that a campaign may rename. Set points have the unit
 # of their key.
-_HEADER_KEYS = (*_SET_POINTS, "oil", "rig", "run", "log_kind", "file", "exclude", "remarks")
+_HEADER_KEYS = (*_SET_POINT_KEYS, "oil", "rig", "run", "log_kind", "file", "exclude", "remarks")
 # Columns of logs that a campaign may rename.
 _TRACTION_COLUMNS = (
     "time",

@@ -21,6 +21,7 @@ from oilfilm.physics.oils import FORMULAS
 from oilfilm.settings.quantities import NAME_PATTERN
 from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
 
+# The keys and list indices that lead to a value, from the outermost group inwards.
 Steps = tuple[Any, ...]
 
 # What was expected, by pydantic's kind of error; the names in braces are in pydantic's error.
@@ -79,9 +80,9 @@ def check_file(
     for steps, value in leaves(file.values):
         if value is None:
             advice = "write a value, or leave the key out."
-            wanted = file.marked_comment(steps)
-            if wanted:
-                advice = f"fill in {wanted}."
+            what_to_fill_in = file.marked_comment(steps)
+            if what_to_fill_in:
+                advice = f"fill in {what_to_fill_in}."
             raise OilfilmError(f"{location_of(steps)}, `{dotted(steps)}`: found nothing; {advice}")
     return check(file.values, model, location_of, file.line_of)
 
@@ -113,8 +114,8 @@ def check(
         # an unknown key is often a misspelled one: it is reported before the missing key
         return mistake.is_missing_key, order(mistake.steps)
 
-    first = min(mistakes, key=rank)
-    raise OilfilmError(f"{location_of(first.steps)}: {first.sentence}") from None
+    reported = min(mistakes, key=rank)
+    raise OilfilmError(f"{location_of(reported.steps)}: {reported.sentence}") from None
 
 
 def first_mistake(values: Any, model: Any) -> str:
@@ -168,17 +169,17 @@ def _mistake(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> 
     """One of pydantic's errors as a mistake with a sentence."""
     kind = details["type"]
     group = dotted(steps[:-1])
-    under = f" under `{group}`" if group else ""
+    under_group = f" under `{group}`" if group else ""
     value = details.get("ctx", {}).get("tag", details["input"])
     key_is_wrong = details["loc"][-1:] == ("[key]",)
     if key_is_wrong and kind == "string_type":
-        sentence = f"the key {value!r}{under} is no text.{_hint(value, _TEXT_SCHEMA)}"
+        sentence = f"the key {value!r}{under_group} is no text.{_hint(value, _TEXT_SCHEMA)}"
         return _Mistake(steps, sentence)
     if key_is_wrong or kind == "extra_forbidden":
-        return _Mistake(steps, _unknown_key(steps[-1], node_at(schema, steps[:-1]), under))
+        return _Mistake(steps, _unknown_key(steps[-1], node_at(schema, steps[:-1]), under_group))
     meaning = _meaning(schema, steps)
     if kind in ("missing", "union_tag_not_found"):
-        sentence = f"the key {str(steps[-1])!r} is missing{under}. {meaning}".rstrip()
+        sentence = f"the key {str(steps[-1])!r} is missing{under_group}. {meaning}".rstrip()
         return _Mistake(steps, sentence, is_missing_key=True)
     node = node_at(schema, steps)
     if kind == "string_type":  # an item of a list of names may be given alone
@@ -189,11 +190,11 @@ def _mistake(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> 
     return _Mistake(steps, sentence.rstrip())
 
 
-def _unknown_key(key: Any, group: Mapping[str, Any], under: str) -> str:
+def _unknown_key(key: Any, group: Mapping[str, Any], under_group: str) -> str:
     names_of_a_mapping = group.get("propertyNames", {}).get("enum", ())
     names = sorted(group.get("properties", names_of_a_mapping))
     hint = _did_you_mean(str(key), names)
-    return f"found the unknown key {key!r}{under}; expected one of {', '.join(names)}.{hint}"
+    return f"found the unknown key {key!r}{under_group}; expected one of {', '.join(names)}.{hint}"
 
 
 def _did_you_mean(text: str, names: Iterable[str]) -> str:
@@ -252,23 +253,23 @@ def _child(node: Mapping[str, Any], step: Any) -> Mapping[str, Any]:
     if isinstance(step, int):
         items = node.get("prefixItems", [])
         return items[step] if step < len(items) else node.get("items", {})
-    others = node.get("additionalProperties", {})
-    return others if isinstance(others, Mapping) else {}
+    node_of_other_keys = node.get("additionalProperties", {})
+    return node_of_other_keys if isinstance(node_of_other_keys, Mapping) else {}
 
 
 def plain_node(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
     """A node of a JSON schema with its references resolved, and without null."""
-    rest = dict(node)
+    resolved = dict(node)
     if "$ref" in node:
-        _, _, name = rest.pop("$ref").rpartition("/")
-        return {**plain_node(schema["$defs"][name], schema), **rest}
+        _, _, name = resolved.pop("$ref").rpartition("/")
+        return {**plain_node(schema["$defs"][name], schema), **resolved}
     if "anyOf" in node:
-        branches = rest.pop("anyOf")
-        value = next(branch for branch in branches if branch.get("type") != "null")
-        return {**plain_node(value, schema), **rest}
+        branches = resolved.pop("anyOf")
+        branch_with_value = next(branch for branch in branches if branch.get("type") != "null")
+        return {**plain_node(branch_with_value, schema), **resolved}
     if "oneOf" in node:
-        rest["oneOf"] = [plain_node(branch, schema) for branch in node["oneOf"]]
-    return rest
+        resolved["oneOf"] = [plain_node(branch, schema) for branch in node["oneOf"]]
+    return resolved
 
 
 def _meaning(schema: Mapping[str, Any], steps: Steps) -> str:

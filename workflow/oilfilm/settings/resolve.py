@@ -77,20 +77,20 @@ def resolve(
     Raises:
         OilfilmError: A file is missing or has a mistake.
     """
-    config = _config_file(folder, section)
-    name = overrides.get("campaign", config.values["campaign"])
+    config_file = _config_file(folder, section)
+    name = overrides.get("campaign", config_file.values["campaign"])
     named_at = str(folder / "config.yaml")
     if "campaign" in overrides:
         named_at = "campaign on the command line"
-    file = _read(folder, "campaign", name, named_at)
-    campaign: CampaignFile = check_file(file, CampaignFile)
+    campaign_file = _read_named_file(folder, "campaign", name, named_at)
+    campaign: CampaignFile = check_file(campaign_file, CampaignFile)
     other_overrides = {key: value for key, value in overrides.items() if key != "campaign"}
     study_files = _study_files(campaign.studies)
-    keys = _merged_keys(config, study_files, file, other_overrides)
+    keys = _merged_keys(config_file, study_files, campaign_file, other_overrides)
 
     def files_by_name(kind: str, names: list[str], *steps: str) -> dict[str, Any]:
-        named_at = f"{file.location_of(steps)}, `{dotted(steps)}`"
-        return {name: named_file(folder, kind, name, named_at) for name in names}
+        listed_at = f"{campaign_file.location_of(steps)}, `{dotted(steps)}`"
+        return {name: named_file(folder, kind, name, listed_at) for name in names}
 
     oils = files_by_name("oil", campaign.oils, "oils")
     oils.update(dict.fromkeys(campaign.oils_without_properties))
@@ -98,22 +98,24 @@ def resolve(
     if campaign.torque is not None:
         bearing_names.append(campaign.torque.bearing)
         # published figures show the others
-        bearing_names += [name for name in _files(folder, "bearing") if name not in bearing_names]
-    config_keys = _written(ConfigKeys, keys)
+        bearing_names += [
+            name for name in _files_by_name(folder, "bearing") if name not in bearing_names
+        ]
+    config_keys = _written_keys(ConfigKeys, keys)
     # settings of a study that the campaign does not have change nothing
     config_keys["studies"] = {name: keys.studies[name] for name in study_files}
     settings = Settings.model_construct(
         **config_keys,
         split=keys.split,
-        campaign=Campaign.model_construct(name=str(name), **_written(Campaign, campaign)),
+        campaign=Campaign.model_construct(name=str(name), **_written_keys(Campaign, campaign)),
         # apart from the campaign, so that a corrected title reruns no fit
-        dataset=Dataset.model_construct(**_written(Dataset, campaign)),
+        dataset=Dataset.model_construct(**_written_keys(Dataset, campaign)),
         rigs=files_by_name("rig", campaign.rigs, "rigs"),
         bearings=files_by_name("bearing", bearing_names, "torque", "bearing"),
         oils=oils,
     )
-    for steps, sentence in chain(_names_of_two_oils(settings), _contradictions(settings)):
-        raise OilfilmError(f"{file.location_of(steps)}: {sentence}")
+    for steps, sentence in chain(_names_shared_by_two_oils(settings), _contradictions(settings)):
+        raise OilfilmError(f"{campaign_file.location_of(steps)}: {sentence}")
     _check_oils(folder, settings)
     return settings
 
@@ -131,7 +133,7 @@ def _check_oils(folder: Path, settings: Settings) -> None:
     for name in settings.campaign.oils:
         oil = settings.oils[name]
         for steps, sentence in oil.faults(low_c, high_c) if oil else ():
-            file = _read(folder, "oil", name, "oils")
+            file = _read_named_file(folder, "oil", name, "oils")
             raise OilfilmError(
                 f"{file.location_of(steps)}, `{dotted(steps)}`: {sentence} The campaign uses "
                 f"the oil from {low_c:g} to {high_c:g} degC."
@@ -153,7 +155,7 @@ def _temperatures_of_use(settings: Settings) -> Iterator[float]:
         yield from campaign.torque.matrix.oil_temperature_c
 
 
-def _written(model: type[Group], source: Group) -> dict[str, Any]:
+def _written_keys(model: type[Group], source: Group) -> dict[str, Any]:
     """The keys of a model that were written, from a group that may have others."""
     names = source.model_fields_set & model.model_fields.keys()
     return {name: getattr(source, name) for name in names}
@@ -198,7 +200,7 @@ def unresolve(settings: Settings) -> dict[str, str]:
     return {path: as_yaml(values) for path, values in contents.items()}
 
 
-def _files(folder: Path, kind: str) -> dict[str, Path]:
+def _files_by_name(folder: Path, kind: str) -> dict[str, Path]:
     """All files of a kind by name, without the template.
 
     A project's file replaces oilfilm's, which replaces the one of a study.
@@ -207,8 +209,8 @@ def _files(folder: Path, kind: str) -> dict[str, Path]:
     folders = [CONFIG / f"{kind}s", folder / f"{kind}s"]
     if kind == "campaign":
         folders = [*studies.campaign_folders(), *folders]
-    for of_kind in folders:
-        for path in of_kind.glob("*.yaml"):
+    for folder_of_kind in folders:
+        for path in folder_of_kind.glob("*.yaml"):
             files[path.stem] = path
     files.pop("template", None)
     return dict(sorted(files.items()))
@@ -220,12 +222,12 @@ def campaign_names(folder: Path) -> list[str]:
     Args:
         folder: The configuration folder.
     """
-    return list(_files(folder, "campaign"))
+    return list(_files_by_name(folder, "campaign"))
 
 
-def _read(folder: Path, kind: str, name: object, named_at: str) -> YamlFile:
+def _read_named_file(folder: Path, kind: str, name: object, named_at: str) -> YamlFile:
     """The file of one campaign, rig, oil or bearing."""
-    files = _files(folder, kind)
+    files = _files_by_name(folder, kind)
     stem = safe_name(name, named_at)
     template = CONFIG / f"{kind}s/template.yaml"
     if stem not in files and stem != template.stem:
@@ -249,7 +251,7 @@ def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
     Raises:
         OilfilmError: There is no such file, or it has a mistake.
     """
-    file = _read(folder, kind, name, named_at)
+    file = _read_named_file(folder, kind, name, named_at)
     content = check_file(file, _MODELS[kind])
     if kind == "oil" and content.id != name:
         raise OilfilmError(
@@ -272,10 +274,10 @@ def _merged_keys(
     overrides: Mapping[str, Any],
 ) -> Config:
     """The keys of config.yaml and of studies, replaced by those of the campaign and as typed."""
-    of_studies = {"studies": {name: file.values for name, file in study_files.items()}}
-    defaults = merge(of_studies, config.values)
+    study_defaults = {"studies": {study: file.values for study, file in study_files.items()}}
+    defaults = merge(study_defaults, config.values)
     campaign_keys = campaign.values.get("settings", {})
-    typed_keys = _with_numbers(overrides, defaults)
+    typed_keys = _with_typed_numbers(overrides, defaults)
 
     def location_of(steps: Steps) -> str:
         # the last key may be one of several that contradict each other: look for its group too
@@ -286,9 +288,9 @@ def _merged_keys(
                 return campaign.location_of(("settings", *steps))
         key, *steps_in_studies = steps
         if key == "studies" and steps not in _all_steps(config.values):
-            name, *steps_in_study = steps_in_studies
-            if name in study_files:
-                return study_files[name].location_of(steps_in_study)
+            study, *steps_in_study = steps_in_studies
+            if study in study_files:
+                return study_files[study].location_of(steps_in_study)
         return config.location_of(steps)
 
     if "campaign" in campaign_keys:
@@ -334,14 +336,14 @@ def _all_steps(values: Any) -> set[Steps]:
     return all_steps
 
 
-def _with_numbers(typed: Any, defaults: Any) -> Any:
+def _with_typed_numbers(typed: Any, defaults: Any) -> Any:
     """Values of the command line with numbers where Snakemake leaves text, inside groups.
 
     A value that is text by default, such as the oil "4102", stays text.
     """
     if isinstance(typed, Mapping):
         group = defaults if isinstance(defaults, Mapping) else {}
-        return {name: _with_numbers(value, group.get(name)) for name, value in typed.items()}
+        return {name: _with_typed_numbers(value, group.get(name)) for name, value in typed.items()}
     if not isinstance(typed, str) or isinstance(defaults, str):
         return typed
     try:
@@ -352,7 +354,7 @@ def _with_numbers(typed: Any, defaults: Any) -> Any:
     return value if is_number else typed
 
 
-def _names_of_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:
+def _names_shared_by_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:
     """Names that a log may give to two oils, with the key of the campaign file to blame."""
     oil_by_name: dict[str, str] = {}
     aliases = settings.campaign.oil_aliases
@@ -383,14 +385,14 @@ def _contradictions(settings: Settings) -> Iterator[tuple[Steps, str]]:
     for rig in campaign.semantics_of_rig.keys() - set(campaign.rigs):
         rigs = ", ".join(campaign.rigs)
         yield ("semantics_of_rig", rig), f"{rig!r} is none of the campaign's rigs ({rigs})."
-    yield from _named_twice(campaign)
-    yield from _simulation(campaign)
-    yield from _figures(settings)
+    yield from _names_listed_for_two_keys(campaign)
+    yield from _simulation_contradictions(campaign)
+    yield from _figure_contradictions(settings)
     for name in settings.studies:
         yield from studies.settings_module(name).contradictions(settings)
 
 
-def _named_twice(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
+def _names_listed_for_two_keys(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
     """Names of a log's columns or header keys that are listed for two keys of the project."""
     columns = {("columns", key): column.name for key, column in campaign.columns.items()}
     torque_columns = {}
@@ -409,7 +411,7 @@ def _named_twice(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
                     yield steps, f"`{'.'.join(steps)}`: {sentence}"
 
 
-def _simulation(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
+def _simulation_contradictions(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
     """Contradictions about how the logs are simulated."""
     has_torque_twin = campaign.torque is not None and campaign.torque.twin is not None
     has_twin = campaign.twin is not None or has_torque_twin
@@ -425,7 +427,7 @@ def _simulation(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
         yield ("rigs",), "the rig twin simulates logs of one rig; name one."
 
 
-def _figures(settings: Settings) -> Iterator[tuple[Steps, str]]:
+def _figure_contradictions(settings: Settings) -> Iterator[tuple[Steps, str]]:
     """Figures and studies that do not exist, and figures that lack what they show."""
     campaign = settings.campaign
     yield from _unknown_names("figures", campaign.figures, list(figures()))
@@ -434,13 +436,13 @@ def _figures(settings: Settings) -> Iterator[tuple[Steps, str]]:
         if name not in figures():
             continue
         figure = figures()[name]
-        lacks = ""
+        what_to_do = ""
         if figure.requires and getattr(campaign, figure.requires) is None:
-            lacks = f"needs `{figure.requires}`; add it"
+            what_to_do = f"needs `{figure.requires}`; add it"
         elif figure.study and figure.study not in campaign.studies:
-            lacks = f"belongs to the study {figure.study!r}; add `studies: [{figure.study}]`"
-        if lacks:
-            yield ("figures",), f"the figure `{figure.name}` {lacks}, or leave the figure out."
+            what_to_do = f"belongs to the study {figure.study!r}; add `studies: [{figure.study}]`"
+        if what_to_do:
+            yield ("figures",), f"the figure `{figure.name}` {what_to_do}, or leave the figure out."
 
 
 def _unknown_names(

@@ -72,10 +72,10 @@ class Settings(ConfigKeys):
         # defaults, so that these groups are kept as they are written
         campaign_values = with_defaults | written
         values = self.model_dump(mode="json", exclude_unset=True, include=set(keys))
-        part = {"campaign": {name: campaign_values[name] for name in sorted(campaign_keys)}}
+        listed = {"campaign": {name: campaign_values[name] for name in sorted(campaign_keys)}}
         for name in sorted(keys):
-            part[name] = values[name]
-        return part
+            listed[name] = values[name]
+        return listed
 
     def properties_of(self, oil: str) -> Oil | None:
         """An oil with its property formulas; None where its properties are not known."""
@@ -128,8 +128,10 @@ class Settings(ConfigKeys):
             name: Name of its package.
             model: The package's model of them.
         """
-        study: _Part = check(self.studies[name], model, lambda steps: f"settings of {name}")
-        return study
+        study_settings: _Part = check(
+            self.studies[name], model, lambda steps: f"settings of {name}"
+        )
+        return study_settings
 
     def with_changes(self, changes: Mapping[str, Any]) -> Self:
         """The settings with some keys changed, for a trial: `{"fit": {"bootstrap": 20}}`."""
@@ -142,20 +144,20 @@ def _listed(model: type[_Part], plain: Mapping[str, Any]) -> _Part:
     values = {}
     for name, value in plain.items():
         values[name] = check(value, fields[name].annotation, lambda steps: "settings")
-    part = model.model_construct(**values)
+    group = model.model_construct(**values)
     # pydantic has set the defaults of the other keys
     for name in fields.keys() - plain.keys():
-        vars(part).pop(name, None)
-    return part
+        vars(group).pop(name, None)
+    return group
 
 
 def merge(base: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
     """`base` with the values of `above` in place of its own, group by group."""
     merged = dict(base)
     for name, value in above.items():
-        below = merged.get(name)
-        if isinstance(value, Mapping) and isinstance(below, Mapping):
-            merged[name] = merge(below, value)
+        base_value = merged.get(name)
+        if isinstance(value, Mapping) and isinstance(base_value, Mapping):
+            merged[name] = merge(base_value, value)
         else:
             merged[name] = value
     return merged

@@ -140,10 +140,10 @@ class Rig(Group):
 
     def doubts(self) -> Iterator[str]:
         """Sentences on unusual values, which no log can contradict."""
-        for name, body in (("ball", self.ball), ("disc", self.disc)):
+        for body_name, body in (("ball", self.ball), ("disc", self.disc)):
             if body is not None:
                 value = body.youngs_modulus_pa
-                yield from _doubt(f"{name}: youngs_modulus_pa", value, _USUAL_MODULI_PA)
+                yield from _doubt(f"{body_name}: youngs_modulus_pa", value, _USUAL_MODULI_PA)
         if self.ball_radius_m is not None:
             yield from _doubt("ball_radius_m", self.ball_radius_m, _USUAL_RADII_M)
 
@@ -378,10 +378,14 @@ class BearingFile(Group):
     def _groove_diameters_m(self) -> tuple[float, float]:
         """Diameters at the bottoms of the inner and the outer groove."""
         cosine = math.cos(math.radians(self.contact_angle_deg))
-        inner, outer = self.inner_groove_curvature, self.outer_groove_curvature
+        inner_curvature, outer_curvature = self.inner_groove_curvature, self.outer_groove_curvature
         ball_m = self.ball_diameter_m
-        inner_m = self.pitch_diameter_m + 2 * ball_m * ((inner - 0.5) * cosine - inner)
-        outer_m = self.pitch_diameter_m - 2 * ball_m * ((outer - 0.5) * cosine - outer)
+        inner_m = self.pitch_diameter_m + 2 * ball_m * (
+            (inner_curvature - 0.5) * cosine - inner_curvature
+        )
+        outer_m = self.pitch_diameter_m - 2 * ball_m * (
+            (outer_curvature - 0.5) * cosine - outer_curvature
+        )
         return inner_m, outer_m
 
     def bearing(self, name: str) -> Bearing:
@@ -468,7 +472,7 @@ PropertyTable = Annotated[
 ]
 
 
-def _curve(rows: list[tuple[float, float]]) -> oils.PiecewiseLinear:
+def _linear_between_rows(rows: list[tuple[float, float]]) -> oils.PiecewiseLinear:
     """A property by temperature, linear between its rows of [temperature, value]."""
     rising = sorted(rows)
     temperatures_k = tuple(temperature_k for temperature_k, _ in rising)
@@ -671,28 +675,28 @@ class OilKeys(Group):
         if not self.stand_in:
             yield from plausible_oil.doubts(self.properties())
 
-    def numbers(self) -> dict[str, float]:
+    def viscosity_coefficients(self) -> dict[str, float]:
         """Coefficients of the viscosity by name."""
         return self.coefficients.model_dump()
 
     def properties(self) -> oils.Oil:
         """The oil with its property formulas."""
         arguments: dict[str, Any] = self.model_dump(include=_COPIED_TO_OIL)
-        coefficients = self.numbers()
-        pressure = self.pressure_viscosity
-        if pressure is not None:
-            arguments["pressure_rule"] = pressure.rule
-            if pressure.z is not None:
-                coefficients["roelands_z"] = pressure.z
-            if pressure.rows is not None:
-                arguments["pressure_viscosity"] = _curve(pressure.rows)
+        coefficients = self.viscosity_coefficients()
+        pressure_viscosity = self.pressure_viscosity
+        if pressure_viscosity is not None:
+            arguments["pressure_rule"] = pressure_viscosity.rule
+            if pressure_viscosity.z is not None:
+                coefficients["roelands_z"] = pressure_viscosity.z
+            if pressure_viscosity.rows is not None:
+                arguments["pressure_viscosity"] = _linear_between_rows(pressure_viscosity.rows)
         if self.limiting_shear_stress is not None:
             arguments["limiting_stress_ratio"] = self.limiting_shear_stress.ratio
         return oils.Oil(
             **arguments,
-            density=_curve(self.density_kg_m3),
-            specific_heat=_curve(self.specific_heat_j_kgk),
-            thermal_conductivity=_curve(self.thermal_conductivity_w_mk),
+            density=_linear_between_rows(self.density_kg_m3),
+            specific_heat=_linear_between_rows(self.specific_heat_j_kgk),
+            thermal_conductivity=_linear_between_rows(self.thermal_conductivity_w_mk),
             coefficients=coefficients,
             relative_uncertainty=self.relative_uncertainty.model_dump(exclude_none=True),
         )
@@ -739,7 +743,7 @@ class MeasuredOil(OilKeys):
         if self.pressure_viscosity.rows is not None:
             yield self.pressure_viscosity.rows
 
-    def numbers(self) -> dict[str, float]:
+    def viscosity_coefficients(self) -> dict[str, float]:
         """See `OilKeys`."""
         rows = np.array(sorted(self.coefficients.kinematic_viscosity_cst))
         needed = 3 if self.model == "vogel" else 2
@@ -748,20 +752,20 @@ class MeasuredOil(OilKeys):
                 ("coefficients", "kinematic_viscosity_cst"),
                 f"found {len(rows)} viscosities; model: {self.model} needs {needed}.",
             )
-        temperature_k, viscosity_cst = rows.T
-        if viscosity_cst.min() <= _THINNEST_CST:
+        temperatures_k, viscosities_cst = rows.T
+        if viscosities_cst.min() <= _THINNEST_CST:
             raise contradiction(
                 ("coefficients", "kinematic_viscosity_cst"),
-                f"found {viscosity_cst.min():g} cSt; expected more than {_THINNEST_CST:g}, as oils "
-                "have it. Check the decimal mark and the units.",
+                f"found {viscosities_cst.min():g} cSt; expected more than {_THINNEST_CST:g}, as "
+                "oils have it. Check the decimal mark and the units.",
             )
         if self.model == "walther":
-            return oils.walther_coefficients(temperature_k, viscosity_cst)
-        density = _curve(self.density_kg_m3).at(temperature_k)
-        viscosity = viscosity_cst / _CST_PER_M2_S * density
+            return oils.walther_coefficients(temperatures_k, viscosities_cst)
+        density_kg_m3 = _linear_between_rows(self.density_kg_m3).at(temperatures_k)
+        viscosity_pa_s = viscosities_cst / _CST_PER_M2_S * density_kg_m3
         if self.model == "vogel":
-            return oils.vogel_coefficients(temperature_k, viscosity)
-        return oils.roelands_coefficients(temperature_k, viscosity)
+            return oils.vogel_coefficients(temperatures_k, viscosity_pa_s)
+        return oils.roelands_coefficients(temperatures_k, viscosity_pa_s)
 
 
 OilFile = Annotated[

@@ -151,17 +151,19 @@ def _value_of(node: yaml.Node, path: Path) -> Any:
 
 def _mapping_of(node: yaml.MappingNode, path: Path) -> dict[Any, Any]:
     """A group of keys as plain values; each key is one word and is there once."""
-    lines: dict[Any, int] = {}
+    line_by_key: dict[Any, int] = {}
     values = {}
     for key, value in node.value:
         if not isinstance(key, yaml.ScalarNode):
             raise _mistake(path, key, "found a group as a key; expected one word.")
         if key.tag.endswith(":merge"):
             raise _mistake(path, key, "`<<` takes keys from elsewhere; write them out.")
-        if key.value in lines:
-            first = f"(first defined at line {lines[key.value]})"
-            raise _mistake(path, key, f"duplicate key {key.value!r} {first}; keep one of them.")
-        lines[key.value] = _line(key)
+        if key.value in line_by_key:
+            first_line = f"(first defined at line {line_by_key[key.value]})"
+            raise _mistake(
+                path, key, f"duplicate key {key.value!r} {first_line}; keep one of them."
+            )
+        line_by_key[key.value] = _line(key)
         values[_value_of(key, path)] = _value_of(value, path)
     return values
 
@@ -180,8 +182,8 @@ def _text_of(path: Path) -> str:
         raise OilfilmError(f"{path}: cannot be read ({error}).") from error
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
-        wrong = f"cannot be read as UTF-8 text (byte 0x{content[error.start]:02x})"
-        raise OilfilmError(f"{path}, line {line}: {wrong}; save the file as UTF-8.") from error
+        problem = f"cannot be read as UTF-8 text (byte 0x{content[error.start]:02x})"
+        raise OilfilmError(f"{path}, line {line}: {problem}; save the file as UTF-8.") from error
 
 
 def _mistake(path: Path, marked: yaml.Node | yaml.Event, sentence: str) -> OilfilmError:

@@ -37,7 +37,7 @@ LARGEST_TABLE = 1 << 30
 # Columns and row groups; no table here has a hundredth of them.
 _MOST_CHUNKS = 100_000
 # Types of at most 8 bytes a value.
-_PLAIN = {"BOOLEAN", "INT32", "INT64", "FLOAT", "DOUBLE"}
+_PLAIN_TYPES = {"BOOLEAN", "INT32", "INT64", "FLOAT", "DOUBLE"}
 # Errors of Arrow for a file that is not Parquet or is damaged.
 UNREADABLE = (arrow.ArrowException, OSError, ValueError, RecursionError)
 
@@ -73,16 +73,20 @@ def _size_unpacked(file: Path, largest: int) -> int:
     for kind in metadata.schema.to_arrow_schema().types:
         if arrow.types.is_nested(kind) and not _is_list_of_texts(kind):
             raise ValueError(f"its columns hold {kind}, which no table here does")
-    groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
-    chunks = [group.column(index) for group in groups for index in range(group.num_columns)]
-    if unknown := {chunk.physical_type for chunk in chunks} - {*_PLAIN, "BYTE_ARRAY"}:
+    row_groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
+    chunks = [group.column(index) for group in row_groups for index in range(group.num_columns)]
+    unknown = {chunk.physical_type for chunk in chunks} - {*_PLAIN_TYPES, "BYTE_ARRAY"}
+    if unknown:
         raise ValueError(f"its columns hold {min(unknown)}, which no table here does")
     size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
     # Only here a value has a length of its own. Read as a dictionary it lies in memory once.
-    text = sorted({c.path_in_schema for c in chunks if c.physical_type == "BYTE_ARRAY"})
-    if size > largest or not text:
+    text_chunks = [chunk for chunk in chunks if chunk.physical_type == "BYTE_ARRAY"]
+    text_columns = sorted({chunk.path_in_schema for chunk in text_chunks})
+    if size > largest or not text_columns:
         return size
-    for batch in parquet.ParquetFile(file, read_dictionary=text).iter_batches(columns=text):
+    for batch in parquet.ParquetFile(file, read_dictionary=text_columns).iter_batches(
+        columns=text_columns
+    ):
         for column in batch.columns:
             values = column.flatten() if isinstance(column, arrow.ListArray) else column
             if isinstance(values, arrow.DictionaryArray):
@@ -125,18 +129,18 @@ def filled(frame: pd.DataFrame, table: str, where: str = "new rows") -> pd.DataF
     Raises:
         OilfilmError: As `conform`.
     """
-    unknown: dict[str, Any] = {"number": 0.0, "integer": 0, "flag": False, "text": ""}
+    placeholder_by_type: dict[str, Any] = {"number": 0.0, "integer": 0, "flag": False, "text": ""}
     values = {}
     for column in TABLES[table].columns:
-        known = frame.get(column.name, pd.Series(np.nan, frame.index))
+        given = frame.get(column.name, pd.Series(np.nan, frame.index))
         if column.type == "texts":
-            values[column.name] = known if column.nullable else _with_empty_lists(known)
+            values[column.name] = given if column.nullable else _with_empty_lists(given)
             continue
-        if not column.nullable and known.hasnans:
-            nothing = (*column.allowed, unknown[column.type])[0]
-            known = known.astype(object).where(known.notna(), nothing)
+        if not column.nullable and given.hasnans:
+            placeholder = (*column.allowed, placeholder_by_type[column.type])[0]
+            given = given.astype(object).where(given.notna(), placeholder)
         dtype: Any = column.dtype
-        values[column.name] = known.astype(dtype)
+        values[column.name] = given.astype(dtype)
     return conform(pd.DataFrame(values), table, where)
 
 
@@ -296,9 +300,9 @@ def writing(
     encodings = {
         field.name: _ENCODINGS[str(field.type)] for field in schema if str(field.type) in _ENCODINGS
     }
-    with atomic_file(path) as aside:
+    with atomic_file(path) as temporary:
         with parquet.ParquetWriter(
-            aside,
+            temporary,
             schema,
             compression="zstd",
             use_dictionary=[
@@ -310,11 +314,11 @@ def writing(
             column_encoding=encodings,
             write_page_checksum=True,
             store_schema=False,  # with its metadata at the end
-        ) as file:
-            parts = 0
+        ) as writer:
+            parts_written = 0
 
             def add(frame: pd.DataFrame) -> None:
-                nonlocal parts
+                nonlocal parts_written
                 conformed = conform(frame, table, str(path))
                 rows_of_group = largest_group or max(len(frame), 1)
                 # a whole table as Arrow's would be one more copy of it
@@ -325,16 +329,16 @@ def writing(
                         arrow.array(group[field.name], field.type, from_pandas=True)
                         for field in schema
                     ]
-                    file.write_table(arrow.table(arrays, schema=schema), rows_of_group)
-                parts += 1
+                    writer.write_table(arrow.table(arrays, schema=schema), rows_of_group)
+                parts_written += 1
 
             yield add
-            if not parts:
+            if not parts_written:
                 add(empty(table))
             footer = {"table": table, **provenance}
             metadata = {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
-            described = b64encode(schema.with_metadata(metadata).serialize())
-            file.add_key_value_metadata({**metadata, "ARROW:schema": described})
+            encoded_schema = b64encode(schema.with_metadata(metadata).serialize())
+            writer.add_key_value_metadata({**metadata, "ARROW:schema": encoded_schema})
 
 
 # Numbers hardly repeat: a dictionary of them takes five times the time and saves nothing.
@@ -352,10 +356,12 @@ def read(table: str, *paths: Path) -> pd.DataFrame:
         return empty(table)
     for path in paths:
         _check_written_as(table, path)
-    parts = [_content(path).replace_schema_metadata(None) for path in paths]
+    contents = [_content(path).replace_schema_metadata(None) for path in paths]
     where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
-    content = arrow.concat_tables(parts).unify_dictionaries() if len(parts) > 1 else parts[0]
-    parts.clear()
+    content = contents[0]
+    if len(contents) > 1:
+        content = arrow.concat_tables(contents).unify_dictionaries()
+    contents.clear()
     # Arrow's copy of a column goes when pandas has it: two copies of a table are never there
     frame = content.to_pandas(split_blocks=True, self_destruct=True)
     del content
@@ -375,8 +381,8 @@ def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
                 for group in range(file.num_row_groups):
                     # one thread, because the shares of a campaign are spread over all cores
                     content = file.read_row_group(group, use_threads=False)
-                    rows = content.replace_schema_metadata(None).to_pandas(use_threads=False)
-                    yield conform(rows, table, str(path), _OTHER_VERSION)
+                    frame = content.replace_schema_metadata(None).to_pandas(use_threads=False)
+                    yield conform(frame, table, str(path), _OTHER_VERSION)
         except UNREADABLE as error:
             raise _damaged(path, error) from error
 

@@ -10,7 +10,7 @@ import pandas as pd
 from oilfilm.base.errors import OilfilmError
 from oilfilm.tables import read
 from oilfilm.tables.dictionary import TABLES
-from oilfilm.tables.table_needs import NOT_IN_EVERY_CAMPAIGN, OF_FIT
+from oilfilm.tables.table_needs import FIT_TABLES, NOT_IN_EVERY_CAMPAIGN
 
 # Tables whose rows are those of another table.
 _SAME_COLUMNS = {"torque_quarantine": "quarantine"}
@@ -87,7 +87,7 @@ class CampaignTables:
     @cached_property
     def configured(self) -> "CampaignTables":
         """The same with the fits of the configured law alone (`fit.law`), read when used."""
-        return _OfConfiguredLaw(self)
+        return _TablesOfConfiguredLaw(self)
 
     def __getattr__(self, name: str) -> pd.DataFrame:
         if name.startswith("_"):
@@ -95,7 +95,7 @@ class CampaignTables:
         return self.table(name)
 
 
-class _OfConfiguredLaw(CampaignTables):
+class _TablesOfConfiguredLaw(CampaignTables):
     def __init__(self, every_law: CampaignTables) -> None:
         super().__init__({})
         self._every_law = every_law
@@ -103,7 +103,7 @@ class _OfConfiguredLaw(CampaignTables):
     def table(self, name: str) -> pd.DataFrame:
         if name not in self._frames:
             frame = self._every_law.table(name)
-            if name in OF_FIT:
+            if name in FIT_TABLES:
                 quality = self._every_law.fit_quality
                 laws = quality.loc[quality["configured"], ["oil", "law"]]
                 frame = frame.merge(laws, on=["oil", "law"])

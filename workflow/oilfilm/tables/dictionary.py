@@ -129,7 +129,7 @@ class Table:
     checks: tuple[Check, ...] = ()
 
     @property
-    def about(self) -> str:
+    def full_description(self) -> str:
         """Description and caveats."""
         return " ".join(filter(None, (self.description, self.caveats)))
 
@@ -190,11 +190,11 @@ def _pandera_column(column: Column) -> Any:
 
 def repeated(frame: pd.DataFrame, key: Sequence[str]) -> str:
     """A complaint where rows share a key; empty where none do."""
-    again = frame[frame.duplicated(list(key))]
-    if again.empty:
+    repeating_rows = frame[frame.duplicated(list(key))]
+    if repeating_rows.empty:
         return ""
-    first = ", ".join(f"{name} {again.iloc[0][name]}" for name in key)
-    return f"{len(again)} rows repeat {' + '.join(key)}, the first at {first}"
+    first_key = ", ".join(f"{name} {repeating_rows.iloc[0][name]}" for name in key)
+    return f"{len(repeating_rows)} rows repeat {' + '.join(key)}, the first at {first_key}"
 
 
 # Every column and every table by name, in the order in which they are described.
@@ -204,7 +204,7 @@ TABLES: dict[str, Table] = {}
 _SETS: dict[str, ColumnList] = {}
 
 # What a type of the declaration is, before its limits.
-_KINDS: dict[str, dict[str, Any]] = {
+_ATTRIBUTES_BY_KIND: dict[str, dict[str, Any]] = {
     # infinity passes no bound
     "number": {"type": "number", "nullable": True, "at_least": -LARGEST, "at_most": LARGEST},
     "share": {"type": "number", "unit": "1", "nullable": True, "at_least": 0, "at_most": 1},
@@ -214,8 +214,8 @@ _KINDS: dict[str, dict[str, Any]] = {
     "flag": {"type": "flag"},
 }
 
-_A_COLUMN = "a declared column"
-_OF_TABLE = "a column of this table"
+_DECLARED_COLUMN = "a declared column"
+_COLUMN_OF_TABLE = "a column of this table"
 
 
 def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
@@ -232,23 +232,24 @@ def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
     file = read_yaml(path)
     declared: Declarations = check_file(file, Declarations)
     for name, column in declared.columns.items():
-        _refuse_second(name, COLUMNS, file, ("columns", name))
+        _refuse_second_declaration(name, COLUMNS, file, ("columns", name))
         COLUMNS[name] = _column(name, column)
-    for name, shared in declared.column_sets.items():
-        _refuse_second(name, _SETS, file, ("column_sets", name))
+    for name, column_set in declared.column_sets.items():
+        _refuse_second_declaration(name, _SETS, file, ("column_sets", name))
         steps = ("column_sets", name)
-        _refuse_unknown(shared.columns, COLUMNS, _A_COLUMN, file, (*steps, "columns"))
-        of_set = shared.columns
-        _refuse_unknown(shared.in_this_table, of_set, _OF_TABLE, file, (*steps, "in_this_table"))
-        _SETS[name] = shared
+        _refuse_unknown(column_set.columns, COLUMNS, _DECLARED_COLUMN, file, (*steps, "columns"))
+        names_in_set = column_set.columns
+        refined = column_set.in_this_table
+        _refuse_unknown(refined, names_in_set, _COLUMN_OF_TABLE, file, (*steps, "in_this_table"))
+        _SETS[name] = column_set
     for name, table in declared.tables.items():
-        _refuse_second(name, TABLES, file, ("tables", name))
+        _refuse_second_declaration(name, TABLES, file, ("tables", name))
         TABLES[name] = _table(name, table, file, (checks or {}).get(name))
 
 
 def _column(name: str, entry: ColumnEntry) -> Column:
     values: dict[str, Any] = {"unit": entry.unit or ""}
-    values |= _KINDS[entry.type]
+    values |= _ATTRIBUTES_BY_KIND[entry.type]
     values |= _limits(entry)
     return Column(name=name, meaning=entry.meaning, caveat=entry.caveat or "", **values)
 
@@ -280,7 +281,7 @@ def _refined(name: str, refinement: Refinement) -> Column:
 def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) -> Table:
     steps = ("tables", name)
     _refuse_unknown(entry.column_sets or [], _SETS, "a declared set", file, (*steps, "column_sets"))
-    _refuse_unknown(entry.columns, COLUMNS, _A_COLUMN, file, (*steps, "columns"))
+    _refuse_unknown(entry.columns, COLUMNS, _DECLARED_COLUMN, file, (*steps, "columns"))
     names: list[str] = []
     refinements: dict[str, Refinement] = {}
     for set_name in entry.column_sets or []:
@@ -288,8 +289,8 @@ def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) ->
         refinements |= _SETS[set_name].in_this_table
     names += entry.columns
     refinements |= entry.in_this_table
-    _refuse_unknown(entry.in_this_table, names, _OF_TABLE, file, (*steps, "in_this_table"))
-    _refuse_unknown(entry.key or [], names, _OF_TABLE, file, (*steps, "key"))
+    _refuse_unknown(entry.in_this_table, names, _COLUMN_OF_TABLE, file, (*steps, "in_this_table"))
+    _refuse_unknown(entry.key or [], names, _COLUMN_OF_TABLE, file, (*steps, "key"))
     columns = tuple(
         _refined(column, refinements[column]) if column in refinements else COLUMNS[column]
         for column in names
@@ -307,7 +308,7 @@ def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) ->
     )
 
 
-def _refuse_second(
+def _refuse_second_declaration(
     name: str, declared: Mapping[str, object], file: YamlFile, steps: Sequence[str]
 ) -> None:
     """Refuse a name that another file has declared already.
@@ -324,7 +325,7 @@ def _refuse_second(
 
 def _refuse_unknown(
     names: Iterable[str],
-    known_names: Container[str],
+    allowed_names: Container[str],
     expected: str,
     file: YamlFile,
     steps: Sequence[str],
@@ -335,7 +336,7 @@ def _refuse_unknown(
         OilfilmError: A name is not among them.
     """
     for index, name in enumerate(names):
-        if name not in known_names:
+        if name not in allowed_names:
             # in a list the line of its item, in a group that of its key
             step = name if steps[-1] == "in_this_table" else index
             raise OilfilmError(
@@ -354,8 +355,11 @@ def unit_of(name: str) -> str:
 
 
 def _verdict_agrees_with_failed_gates(frame: pd.DataFrame) -> str:
-    wrong = int((frame["accepted"] != (frame["failed_gates"].map(len) == 0)).sum())
-    return f"{wrong} points are accepted with a failed gate or refused without one" if wrong else ""
+    passed_all_gates = frame["failed_gates"].map(len) == 0
+    contradictions = int((frame["accepted"] != passed_all_gates).sum())
+    if not contradictions:
+        return ""
+    return f"{contradictions} points are accepted with a failed gate or refused without one"
 
 
 for name_of_file in ("rig", "fits", "bearing", "drawn"):

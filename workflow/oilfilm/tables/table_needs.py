@@ -29,7 +29,7 @@ for study in studies.available():
     for parts, names in studies.tables_by_need(study).items():
         NEEDS[study, *parts] = names
 # Tables that one fit writes: one fit per oil and law.
-OF_FIT = (
+FIT_TABLES = (
     "coefficients",
     "fit_quality",
     "refits",
@@ -39,7 +39,7 @@ OF_FIT = (
     "law_points",
 )
 # Tables of the surface of one oil.
-OF_SURFACE = ("surfaces", "surface_sizes", "surface_constants")
+SURFACE_TABLES = ("surfaces", "surface_sizes", "surface_constants")
 # Tables that some campaigns do not have.
 NOT_IN_EVERY_CAMPAIGN = tuple(chain.from_iterable(NEEDS.values()))
 

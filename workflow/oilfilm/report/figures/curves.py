@@ -15,7 +15,7 @@ from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import CONDITIONS as CONDITION_WORDS
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.set_points import SET_POINTS, with_levels, with_measured
+from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels, with_measured
 from oilfilm.traction.law import CONDITIONS
 
 NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
@@ -131,7 +131,7 @@ def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, pd.DataFr
         runs: As of `with_levels`.
         points: Points of one oil, with `run_id`.
     """
-    names = list(SET_POINTS)
+    names = list(NOMINAL_COLUMNS)
     units = ("GPa", "N", "m/s", "\N{DEGREE SIGN}C")
     points_of_condition = {}
     with_set_points = points.merge(runs[["run_id", *names]], on="run_id")

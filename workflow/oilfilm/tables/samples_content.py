@@ -21,10 +21,10 @@ def digests_of_runs(samples: pd.DataFrame) -> dict[str, str]:
     """
     columns = [column for column in TABLES["samples"].columns if column.name != "run_id"]
     digests = {}
-    for run_id, of_run in samples.groupby("run_id", sort=False, observed=True):
+    for run_id, samples_of_run in samples.groupby("run_id", sort=False, observed=True):
         digest = sha256()
         for column in columns:
-            digest.update(np.ascontiguousarray(of_run[column.name], column.dtype).data)
+            digest.update(np.ascontiguousarray(samples_of_run[column.name], column.dtype).data)
         digests[str(run_id)] = digest.hexdigest()
     return digests
 
@@ -38,8 +38,8 @@ def samples_by_run(paths: Iterable[Path]) -> Callable[[str], pd.DataFrame]:
     Raises:
         OilfilmError: A file is missing or damaged.
     """
-    file_of = {run_id: path for path in paths for run_id in read_footer(path)["content"]}
-    return lambda run_id: read_run("samples", [file_of[run_id]], run_id)
+    file_by_run = {run_id: path for path in paths for run_id in read_footer(path)["content"]}
+    return lambda run_id: read_run("samples", [file_by_run[run_id]], run_id)
 
 
 def content_digest(paths: Iterable[Path]) -> tuple[str, int]:
@@ -51,10 +51,10 @@ def content_digest(paths: Iterable[Path]) -> tuple[str, int]:
     Raises:
         OilfilmError: A file is missing or damaged.
     """
-    content: dict[str, str] = {}
+    all_digests: dict[str, str] = {}
     rows = 0
     for path in paths:
-        of_file: Mapping[str, str] = read_footer(path)["content"]
-        content |= of_file
+        digest_by_run: Mapping[str, str] = read_footer(path)["content"]
+        all_digests |= digest_by_run
         rows += parquet.read_metadata(path).num_rows
-    return settings_digest(content), rows
+    return settings_digest(all_digests), rows
