@@ -82,7 +82,7 @@ def lubrication(
     oil: str, temperature_c: float | np.ndarray, points: int, **changed: float
 ) -> Lubrication:
     settings = SETTINGS.model_copy(update=changed)
-    return Lubrication.of(
+    return Lubrication.flooded(
         oil_of(oil),
         np.full(points, temperature_c),
         settings.drag_coefficient,
@@ -107,7 +107,7 @@ def problem(
 def in_operation(at_rest: FrictionProblem) -> FrictionProblem:
     """The problem with growth, feed oil and starvation, by the values of bearing and settings."""
     uncertain = {**at_rest.bearing.uncertain, **SETTINGS.uncertain()}
-    return at_rest.with_inputs(Inputs.of(uncertain, len(at_rest.points.axial_load_n)))
+    return at_rest.with_inputs(Inputs.without_draws(uncertain, len(at_rest.points.axial_load_n)))
 
 
 def equilibrium(*arguments: Any, **options: Any) -> FrictionEquilibrium:

@@ -53,7 +53,7 @@ def true_problem(
     load, speed, temperature = points
     bearing = settings.tested_bearing()
     rule = gauss_rule(*quadrature)
-    lubrication = Lubrication.of(
+    lubrication = Lubrication.flooded(
         settings.known_oil(oil),
         temperature,
         settings.bearing.drag_coefficient,
@@ -66,7 +66,7 @@ def true_problem(
         traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
         rule,
     )
-    inputs = Inputs.of({**bearing.uncertain, **settings.bearing.uncertain()}, len(speed))
+    inputs = Inputs.without_draws({**bearing.uncertain, **settings.bearing.uncertain()}, len(speed))
     if traction.follows_ellipse:
         inputs = replace(inputs, ellipse_factor=np.ones(len(speed)))
     return problem.with_inputs(inputs)

@@ -63,14 +63,16 @@ def centrifugal_growth_m(
         >>> print(f"{growth * 1e6:.3f} um")
         14.577 um
     """
-    shape = (1 - poisson_ratio) * np.square(radius_m) + (3 + poisson_ratio) * np.square(
+    radius_term = (1 - poisson_ratio) * np.square(radius_m) + (3 + poisson_ratio) * np.square(
         bore_radius_m
     )
     tension = density_kg_m3 * np.square(speed_rad_s) * radius_m / (4 * youngs_modulus_pa)
-    return np.asarray(tension * shape)
+    return np.asarray(tension * radius_term)
 
 
-def fit_share(groove_radius_m: Floats, fit_radius_m: Floats, other_radius_m: Floats) -> FloatArray:
+def fit_share(
+    groove_radius_m: Floats, fit_radius_m: Floats, free_surface_radius_m: Floats
+) -> FloatArray:
     """Radial displacement of a groove over the radial interference of its ring's fit.
 
         share = 2 a b/|b^2 - a^2| / [(b^2 + a^2)/|b^2 - a^2| + (a^2 + c^2)/|a^2 - c^2|]
@@ -89,14 +91,16 @@ def fit_share(groove_radius_m: Floats, fit_radius_m: Floats, other_radius_m: Flo
         >>> print(f"{fit_share(1.0, 0.8, 0.0):.3f}")
         0.800
     """
-    groove, fit, other = (
+    groove_squared, fit_squared, free_squared = (
         np.square(groove_radius_m),
         np.square(fit_radius_m),
-        np.square(other_radius_m),
+        np.square(free_surface_radius_m),
     )
-    ring = np.abs(groove - fit)
-    compliance = (groove + fit) / ring + (fit + other) / np.abs(fit - other)
-    return np.asarray(2 * np.multiply(groove_radius_m, fit_radius_m) / ring / compliance)
+    ring_difference = np.abs(groove_squared - fit_squared)
+    compliance = (groove_squared + fit_squared) / ring_difference + (
+        fit_squared + free_squared
+    ) / np.abs(fit_squared - free_squared)
+    return np.asarray(2 * np.multiply(groove_radius_m, fit_radius_m) / ring_difference / compliance)
 
 
 def inner_ring_growth_m(
@@ -119,8 +123,8 @@ def inner_ring_growth_m(
     fit = rings.bore_ratio * groove
     steel = (rings.density_kg_m3, rings.youngs_modulus_pa, rings.poisson_ratio)
     shaft_bore = bore_ratio * groove
-    one_body = centrifugal_growth_m(speed_rad_s, groove, shaft_bore, *steel)
-    tight = one_body + fit_share(groove, fit, shaft_bore) * interference_m
+    as_one_body = centrifugal_growth_m(speed_rad_s, groove, shaft_bore, *steel)
+    tight = as_one_body + fit_share(groove, fit, shaft_bore) * interference_m
     alone = centrifugal_growth_m(speed_rad_s, groove, fit, *steel)
     return np.maximum(tight, alone)
 

@@ -131,8 +131,12 @@ def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     finer_rule = problem.rule.finer()
     slip = sliding(problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule)
     factor = problem.lubrication.traction_factor
-    finer = traction(balance.contacts, slip, balance.conditions, problem.law, finer_rule, factor)
-    return _relative_difference(finer.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1))
+    finer_traction = traction(
+        balance.contacts, slip, balance.conditions, problem.law, finer_rule, factor
+    )
+    return _relative_difference(
+        finer_traction.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1)
+    )
 
 
 def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
@@ -147,7 +151,7 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
         contacts are within that range. Both have the shape (points,).
     """
     problem, balance = equilibrium.problem, equilibrium.balance
-    oil = problem.lubrication.of_contacts
+    oil = problem.lubrication.oil_in_contacts
     conditions = _conditions_of_contacts(equilibrium)
     # the formula needs a load above 0
     load = np.maximum(conditions.load_n, np.finfo(float).tiny)
@@ -155,8 +159,8 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.share
     film_m = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
     loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
-    within = within_thermal_reduction(conditions.relative_pressure, loading)
-    in_range = np.asarray(within.all(axis=1))
+    within_range = within_thermal_reduction(conditions.relative_pressure, loading)
+    in_range = np.asarray(within_range.all(axis=1))
     thinnest = film_m.min(axis=1) * problem.replenishment()
     ratio = thinnest / problem.bearing.roughness_rq_m
     return np.where(in_range, ratio, np.nan), in_range

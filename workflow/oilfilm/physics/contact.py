@@ -332,8 +332,8 @@ def creep_slope(relative_pressure: Floats, ellipticity: Floats = 1.0) -> FloatAr
         107
     """
     weight = (_POISSON_RATIO - 0.25) / 0.25
-    table = (1 - weight) * _C11[0] + weight * _C11[1]
-    c11 = np.interp(-np.log(ellipticity), np.log(_AXIS_RATIOS), table)
+    c11_of_table = (1 - weight) * _C11[0] + weight * _C11[1]
+    c11 = np.interp(-np.log(ellipticity), np.log(_AXIS_RATIOS), c11_of_table)
     return np.asarray(3 * (1 - _POISSON_RATIO) * c11 / (4 * np.pi * np.asarray(relative_pressure)))
 
 

@@ -757,7 +757,7 @@ class MeasuredOil(OilKeys):
             )
         if self.model == "walther":
             return oils.walther_coefficients(temperature_k, viscosity_cst)
-        density = _curve(self.density_kg_m3).at(temperature_k)
+        density = _curve(self.density_kg_m3).value_at(temperature_k)
         viscosity = viscosity_cst / _CST_PER_M2_S * density
         if self.model == "vogel":
             return oils.vogel_coefficients(temperature_k, viscosity)

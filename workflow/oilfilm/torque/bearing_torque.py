@@ -156,7 +156,7 @@ class Cases:
                 points.assign(oil=oil.name, bearing=bearing.name, load_variable=variable)
             )
             lubrications.append(
-                Lubrication.of(
+                Lubrication.flooded(
                     oil.oil,
                     points["inlet_temperature_c"].to_numpy(dtype=float),
                     oil.settings.drag_coefficient,
@@ -175,7 +175,9 @@ class Cases:
         if inputs is None:
             inputs = Inputs.joined(
                 [
-                    Inputs.of({**bearing.uncertain, **oil.settings.uncertain()}, len(points))
+                    Inputs.without_draws(
+                        {**bearing.uncertain, **oil.settings.uncertain()}, len(points)
+                    )
                     for oil, _, points in groups
                 ]
             )
@@ -557,7 +559,9 @@ def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) ->
     relative = {term: random_factor(bearing, term, normal).std() for term in FACTOR_TERMS}
     ranges = {**settings.tested_bearing().uncertain, **bearing.uncertain()}
     for term, names in _RANGES_OF_TERM.items():
-        spreads = [ranges[name].at(probabilities).std() / ranges[name].value for name in names]
+        spreads = [
+            ranges[name].quantiles(probabilities).std() / ranges[name].value for name in names
+        ]
         relative[term] = np.linalg.norm(spreads)
     uncertainties = [_calibration_n_m(terms, settings)]
     for term, spread in relative.items():

@@ -191,7 +191,7 @@ def _heated(
     inlet_problem = Cases(bearing, [(oil, "stress", points[_POINT])]).problem
     at_inlet = friction_equilibrium(inlet_problem)
     # the motion at the last temperature of each point
-    latest = Neighbour.of(inlet_problem, at_inlet.solution.unknowns)
+    latest = Neighbour.from_unknowns(inlet_problem, at_inlet.solution.unknowns)
 
     def friction_heat_w(contact_temperature_c: FloatArray, which: IndexArray) -> FloatArray:
         """Friction heat by the equilibrium near the motion at the last temperature."""

@@ -214,9 +214,9 @@ class Drawing:
         self._coarse = replace(equilibrium.problem.at_points(self.which), rule=gauss_rule(*COARSE))
         # A draw starts from the equilibrium of its point without draws. It stays on that branch
         # while the branch exists. Otherwise its equilibrium is searched without a neighbour.
-        start = Neighbour.of(self._coarse, equilibrium.solution.unknowns[self.which])
+        start = Neighbour.from_unknowns(self._coarse, equilibrium.solution.unknowns[self.which])
         without_draws = friction_equilibrium(self._coarse, start)
-        self._start = Neighbour.of(self._coarse, without_draws.solution.unknowns)
+        self._start = Neighbour.from_unknowns(self._coarse, without_draws.solution.unknowns)
         # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
         fine = calculated.iloc[self.which][list(DRAWN)].to_numpy(dtype=float).T
         correction = fine - _results(without_draws)

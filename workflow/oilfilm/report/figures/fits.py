@@ -626,7 +626,7 @@ def without_heat(
         conditions = Conditions(
             load_n, pressure, speed, inlet_c, radius, contact.reduced_modulus_pa
         )
-        return InletOil.of(oil, inlet_c), conditions
+        return InletOil.from_oil(oil, inlet_c), conditions
 
     def mu_by_law(speed: FloatArray, inlet_c: FloatArray, slip: FloatArray) -> FloatArray:
         conditions = np.column_stack([pressure, speed, inlet_c])
