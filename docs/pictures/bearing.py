@@ -32,7 +32,7 @@ def terms(name: str, axial_load_n: float = 20e3):
     oil_film = Lubrication.flooded(
         oil(name), np.full(many, 100.0), assumed.drag_coefficient, assumed.oil_volume_fraction
     )
-    law = LawInBearing.of(
+    law = LawInBearing.from_fit(
         deng2026_study.printed(name), "stress", contact(), assumed.law_floor.model_dump()
     )
     box = default_settings().printed.boxes.tested.model_dump()

@@ -75,7 +75,7 @@ def any_bearing(
 def printed_law(oil: str, load_variable: str = "stress") -> LawInBearing:
     law = LAWS["deng2026"]
     fitted = FittedLaw(law, Coefficients.bare(law, printed()[oil]))
-    return LawInBearing.of(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
+    return LawInBearing.from_fit(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
 
 
 def lubrication(

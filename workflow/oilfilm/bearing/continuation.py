@@ -138,6 +138,7 @@ def trace(
     end_state = np.column_stack([start / scale, parameter])
 
     def residuals(crossing_state: FloatArray, which: IndexArray) -> FloatArray:
+        """The equations at states: the scaled unknowns, then the parameter."""
         return equations(crossing_state[..., :-1] * scale[which], crossing_state[..., -1], which)
 
     rising_parameter = np.zeros_like(end_state)

@@ -376,6 +376,7 @@ def _traced(
     """Crossings of the bearing's share, s = 1, by the curves of equilibria."""
 
     def residuals(unknowns: FloatArray, level: FloatArray, which: IndexArray) -> FloatArray:
+        """Balance residuals, with the traced parameter s / (1 + s) as `level`."""
         limited = np.minimum(level, _HIGHEST)
         return problem.residuals(unknowns, which, limited / (1 - limited))
 
@@ -512,6 +513,7 @@ def _chosen(problem: FrictionProblem, motions: _Motions, complete: BoolArray) ->
     unsolved = np.flatnonzero(count == 0)
 
     def equilibrium_of_rows(row: IndexArray) -> FrictionEquilibrium:
+        """The motion in a row of `distinct` for each solved point, and the start for others."""
         unknowns = np.empty_like(scale)
         bands = np.zeros((len(scale), len(NO_BANDS[0])))
         unknowns[solved] = distinct.unknowns[row[solved]]

@@ -165,16 +165,18 @@ class FrictionProblem:
         contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 6], self.points.growth)
         motion = Motion(unknowns[..., 5], unknowns[..., 2:5])
         ring_speed = self.points.ring_speed_rad_s
-        slip = sliding(bearing, contacts, motion, ring_speed, self.rule, self.bands[..., 2:])
+        sliding_state = sliding(
+            bearing, contacts, motion, ring_speed, self.rule, self.bands[..., 2:]
+        )
         inlet_temperature = lubrication.inlet_temperature_c[:, np.newaxis]
-        conditions = contact_conditions(bearing, contacts, slip, inlet_temperature)
+        conditions = contact_conditions(bearing, contacts, sliding_state, inlet_temperature)
         film_traction = traction(
-            contacts, slip, conditions, self.law, self.rule, lubrication.traction_factor
+            contacts, sliding_state, conditions, self.law, self.rule, lubrication.traction_factor
         )
         orbit_radius = contacts.orbit_radius_m
         n_r = contacts.normal[..., 1, :]
         race_radius = orbit_radius[..., np.newaxis] + n_r * (bearing.ball_diameter_m / 2)
-        rolling = self._rolling_resistance(contacts, slip, race_radius, share)
+        rolling = self._rolling_resistance(contacts, sliding_state, race_radius, share)
         orbit_speed = orbit_radius * motion.orbit_speed_rad_s
         drag = self._drag_n(orbit_speed, share)
         # The rolling force shears the surface of the ball. Its pressure pushes the ball's centre.
@@ -206,7 +208,7 @@ class FrictionProblem:
             contacts=contacts,
             motion=motion,
             conditions=conditions,
-            sliding=slip,
+            sliding=sliding_state,
             traction=film_traction,
             drag_n=drag,
             heats_w=heats,
@@ -354,7 +356,7 @@ class FrictionProblem:
         return np.stack(imbalance, axis=-1)
 
     def _rolling_resistance(
-        self, contacts: Contacts, slip: Sliding, race_radius_m: FloatArray, share: Floats
+        self, contacts: Contacts, sliding_state: Sliding, race_radius_m: FloatArray, share: Floats
     ) -> "_RollingResistance":
         """Rolling resistance in each contact by the oil and by hysteresis.
 
@@ -365,8 +367,8 @@ class FrictionProblem:
         """
         bearing, oil = self.bearing, self.lubrication.oil_in_contacts
         load = contacts.load_n
-        speed_sum = slip.race_rad_s * race_radius_m
-        speed_sum -= slip.axis_rad_s * (bearing.ball_diameter_m / 2)
+        speed_sum = sliding_state.race_rad_s * race_radius_m
+        speed_sum -= sliding_state.axis_rad_s * (bearing.ball_diameter_m / 2)
         mean_speed = np.abs(speed_sum / 2)
         radius_x = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
         radius_y = bearing.radius_y_m
@@ -387,7 +389,7 @@ class FrictionProblem:
             force_n=force,
             moment_n_m=moment,
             force_heat_w=_sum_of_contacts(force * speed_sum),
-            moment_heat_w=-_sum_of_contacts(moment * slip.roll_rad_s),
+            moment_heat_w=-_sum_of_contacts(moment * sliding_state.roll_rad_s),
         )
 
     def residuals(self, unknowns: FloatArray, which: IndexArray, share: Floats = 1.0) -> FloatArray:

@@ -275,11 +275,13 @@ def raceway_control(
     force = ball_force_n(bearing, points)
 
     def ball_state(unknowns: FloatArray, which: IndexArray) -> tuple[Contacts, Motion]:
+        """Contacts and motion of the balls of the points `which`."""
         some_points = points.at_points(which)
         contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2], some_points.growth)
         return contacts, rolling_motion(bearing, contacts, some_points.ring_speed_rad_s)
 
     def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
+        """Residuals of the forces on ball and ring, relative to the ball's load."""
         contacts, motion = ball_state(unknowns, which)
         normal = contacts.normal
         # tangential force of the outer race, which supplies the moment about t

@@ -129,10 +129,12 @@ def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     problem, balance = equilibrium.problem, equilibrium.balance
     ring_speed = problem.points.ring_speed_rad_s
     finer_rule = problem.rule.finer()
-    slip = sliding(problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule)
+    sliding_state = sliding(
+        problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule
+    )
     factor = problem.lubrication.traction_factor
     finer_traction = traction(
-        balance.contacts, slip, balance.conditions, problem.law, finer_rule, factor
+        balance.contacts, sliding_state, balance.conditions, problem.law, finer_rule, factor
     )
     return _relative_difference(
         finer_traction.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1)
@@ -176,15 +178,15 @@ def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     - Gyroscopic: moment about t times the spin of the ball about t.
     """
     balance = equilibrium.balance
-    forces, slip = balance.traction, balance.sliding
-    orbital_speed = slip.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
-    roll_heat_in_middle = slip.roll_rad_s * slip.middle_m * forces.along_n
+    forces, sliding_state = balance.traction, balance.sliding
+    orbital_speed = sliding_state.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
+    roll_heat_in_middle = sliding_state.roll_rad_s * sliding_state.middle_m * forces.along_n
     # spin of the ball about t; the slice keeps the axis of the contacts
     tangent_spin = balance.motion.spin_rad_s[:, 2:]
     heats = {
         "gross": forces.along_n * orbital_speed + roll_heat_in_middle,
-        "spin": -slip.spin_rad_s * forces.about_normal_n_m,
-        "differential": -slip.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle,
+        "spin": -sliding_state.spin_rad_s * forces.about_normal_n_m,
+        "differential": -sliding_state.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle,
         "gyroscopic": -tangent_spin * forces.about_tangent_n_m,
     }
     return {name: heat.sum(axis=1) for name, heat in heats.items()}

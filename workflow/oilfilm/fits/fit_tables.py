@@ -16,12 +16,12 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, first_largest, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import FixedCondition, from_text
+from oilfilm.fits.conditions import FixedCondition, fixed_from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import normal_quantile
-from oilfilm.fits.objectives import Robust, curve_agreement
+from oilfilm.fits.objectives import RobustFit, curve_agreement
 from oilfilm.fits.problem import Problem
-from oilfilm.fits.uncertainty import SENSORS, Estimates
+from oilfilm.fits.uncertainty import SENSORS, Estimates, Profiles
 from oilfilm.settings.config import FitSettings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import OF_FIT
@@ -45,7 +45,7 @@ class Solution:
         best: The optimum with the smallest SSE.
         certificate: Columns of `fit_quality`, as `certify` returns them.
         estimates: The free constants in the form of the law's equation, with their errors.
-        profile: As `profiles` returns it.
+        profiles: Profile of each free constant.
         robust: The fit with a robust loss; None for an exact fit.
         left_out: Fitted minus measured mu of each point by a fit without its curve, shape
             (points,); NaN where there is no such fit.
@@ -57,8 +57,8 @@ class Solution:
     best: Optimum
     certificate: Mapping[str, Any]
     estimates: Estimates
-    profile: tuple[FloatArray, FloatArray]
-    robust: Robust | None
+    profiles: Profiles
+    robust: RobustFit | None
     left_out: FloatArray
     refits_at_bounds: int
 
@@ -126,7 +126,7 @@ def _coefficients(solution: Solution, settings: FitSettings, fixed_conditions: s
     rows["verdict"] = rows["verdict"].fillna("not identifiable")
     for name, value in at_bounds.items():
         rows.loc[name, ["value", "verdict"]] = value, "at a bound"
-    in_step = _exponents_in_step(law, from_text(fixed_conditions))
+    in_step = _exponents_in_step(law, fixed_from_text(fixed_conditions))
     rows.loc[rows.index.isin(in_step) & rows["identifiable"], "verdict"] = "in step"
     return rows.rename_axis("constant").reset_index()
 
@@ -268,13 +268,13 @@ def _correlations(solution: Solution) -> pd.DataFrame:
 def _profiles(solution: Solution) -> pd.DataFrame:
     """Profile of each constant: its values and the signed root of the SSE's rise there."""
     problem = solution.problem
-    levels, signed_root = solution.profile
+    values, signed_root = solution.profiles
     # a constant below zero falls where its logarithm rises
     direction = np.where(problem.signs < 0, -1, 1)[:, np.newaxis]
     return pd.DataFrame(
         {
-            "constant": np.repeat(problem.names, levels.shape[1]),
-            "value": problem.reported(levels.T).T.ravel(),
+            "constant": np.repeat(problem.names, values.shape[1]),
+            "value": problem.reported(values.T).T.ravel(),
             "signed_root": (direction * signed_root).ravel(),
         }
     )
@@ -304,8 +304,8 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     rows = pd.DataFrame({"run_id": data.runs, "n_points": points_of_curve})
     for name in (*CONDITIONS, "load_n"):
         rows[f"mean_{name}"] = np.nan
-    for name, levels in zip(problem.law.conditions, data.conditions.T, strict=True):
-        rows[f"mean_{name}"] = levels
+    for name, values in zip(problem.law.conditions, data.conditions.T, strict=True):
+        rows[f"mean_{name}"] = values
     rows["rmse"] = np.sqrt(sse_of_curve / points_of_curve)
     return rows.assign(**curve_agreement(problem, solution.robust, settings))
 
@@ -413,8 +413,8 @@ def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:
     data = problem.data
     low = data.conditions.min(axis=0)
     high = data.conditions.max(axis=0)
-    levels = np.meshgrid(*np.linspace(low, high, _GRID_LEVELS, axis=1), indexing="ij")
-    conditions = np.stack(levels, axis=-1).reshape(-1, len(low))
+    mesh = np.meshgrid(*np.linspace(low, high, _GRID_LEVELS, axis=1), indexing="ij")
+    conditions = np.stack(mesh, axis=-1).reshape(-1, len(low))
     rows = np.unique(problem.law.design(conditions, problem.followed), axis=0)
     largest_slip = float(np.max(np.abs(data.slip)))
     return rows, np.linspace(0, largest_slip, _GRID_SLIPS)

@@ -54,10 +54,11 @@ class Band:
     """The interval of a law's mean: h is the length of the products of gradient and columns.
 
     Attributes:
-        reach: Multiplies the gradient of mu by the internal constants, shape (constants, m).
+        error_columns: One column per error of the internal constants, times its quantile. The
+            gradient of mu by the constants is multiplied by it. Shape (constants, m).
     """
 
-    reach: FloatArray
+    error_columns: FloatArray
 
     def ends(self, mu: FloatArray, gradient: FloatArray) -> FloatArray:
         """Lower and upper end, shape (2, points): sqrt(mu^2 + h^2) +- h where mu > 0, else mu +- h.
@@ -66,7 +67,7 @@ class Band:
             mu: Traction coefficient for positive slip, shape (points,).
             gradient: Its derivatives by the internal constants, shape (points, constants).
         """
-        half_width = np.linalg.norm(gradient @ self.reach, axis=1)
+        half_width = np.linalg.norm(gradient @ self.error_columns, axis=1)
         is_positive = mu > 0
         positive_mu = np.where(is_positive, mu, 1.0)
         width_there = np.where(is_positive, half_width, 0)

@@ -108,6 +108,7 @@ def _first_index(is_wrong: BoolArray) -> int | None:
 
 
 def _density(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[OilFault]:
+    """Density outside its usual range, or with an unusual expansion."""
     low, high = _DENSITY_KG_M3
     first = _first_index(~((density_kg_m3 >= low) & (density_kg_m3 <= high)))
     if first is not None:
@@ -134,6 +135,7 @@ def _density(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[O
 def _viscosity(
     temperature_c: FloatArray, viscosity_pa_s: FloatArray, fall_1_k: FloatArray
 ) -> Iterator[OilFault]:
+    """A viscosity that is missing, rises with temperature or falls unusually."""
     first = _first_index(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
     if first is not None:
         yield OilFault(
@@ -166,6 +168,7 @@ def _viscosity(
 
 
 def _pressure_viscosity(temperature_c: FloatArray, alpha_1_gpa: FloatArray) -> Iterator[OilFault]:
+    """A pressure-viscosity coefficient outside its usual range."""
     low, high = _PRESSURE_VISCOSITY_1_GPA
     first = _first_index(~((alpha_1_gpa >= low) & (alpha_1_gpa <= high)))
     if first is None:

@@ -27,7 +27,9 @@ from oilfilm.surface.measurements import scaled_slip
 # Standard deviation of ln mu in the middle between two levels of P, U and T: the bends of oils.
 _BEND_SD = (0.05, 0.03, 0.08)
 _LEVELS_THAT_SHOW_A_BEND = 3
+# Number of conditions: P, U and T.
 _CONDITIONS = 3
+# Slip at which `DepartureSizes.slip_trend` is given.
 _TREND_SLIP = 0.3
 # Variance of the constant part over that of the linear part.
 _CONSTANT_VARIANCE = 4.0
@@ -115,10 +117,10 @@ class ConditionBox:
 
         A condition with another number of levels has none.
         """
-        half = (self.highest - self.lowest) / 2
+        half_range = (self.highest - self.lowest) / 2
         bends = np.zeros_like(centred)
         for dimension in np.flatnonzero(self.has_two_levels):
-            ratio = centred[:, dimension] / half[dimension]
+            ratio = centred[:, dimension] / half_range[dimension]
             bends[:, dimension] = _BEND_SD[dimension] * (1 - ratio**2)
         return bends
 
@@ -173,8 +175,8 @@ class ConditionKernel:
         """C_E + C_G of each row with itself, shape (rows,)."""
         rigid = self._rigid(rows, rows)
         sizes = self.sizes
-        checked = np.sum(self.box.shows_bends * sizes.main**2) + sizes.interaction**2
-        curved = sizes.kappa**2 * checked + np.sum(self.box.bends(rows) ** 2, axis=1)
+        relative_curved = np.sum(self.box.shows_bends * sizes.main**2) + sizes.interaction**2
+        curved = sizes.kappa**2 * relative_curved + np.sum(self.box.bends(rows) ** 2, axis=1)
         return 1.5 * rigid + curved
 
     def slopes(self, rows: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
@@ -188,17 +190,19 @@ class ConditionKernel:
         interaction = sizes.kappa**2 * sizes.interaction**2
         product = np.prod(correlations, axis=0)
         rigid = self._rigid(rows[:, np.newaxis], rows[np.newaxis])
-        checked = np.tensordot(main, correlations, axes=1) + interaction * product
-        by_name = {"kappa": (2 * rigid + checked, rigid + checked)}
-        by_name["interaction"] = _of_curved(2 * interaction * product)
+        curved_without_bends = np.tensordot(main, correlations, axes=1) + interaction * product
+        by_name = {"kappa": (2 * rigid + curved_without_bends, rigid + curved_without_bends)}
+        by_name["interaction"] = _slopes_by_curved(2 * interaction * product)
         for dimension in range(_CONDITIONS):
             column = rows[:, dimension]
             distance = np.subtract.outer(column, column) / sizes.lengths[dimension]
             slope = matern_slope(distance)
-            others = np.prod(np.delete(correlations, dimension, axis=0), axis=0)
-            by_name[f"main_{dimension}"] = _of_curved(2 * main[dimension] * correlations[dimension])
-            by_name[f"length_{dimension}"] = _of_curved(
-                (main[dimension] + interaction * others) * slope
+            other_correlations = np.prod(np.delete(correlations, dimension, axis=0), axis=0)
+            by_name[f"main_{dimension}"] = _slopes_by_curved(
+                2 * main[dimension] * correlations[dimension]
+            )
+            by_name[f"length_{dimension}"] = _slopes_by_curved(
+                (main[dimension] + interaction * other_correlations) * slope
             )
         return by_name
 
@@ -224,6 +228,6 @@ class ConditionKernel:
         return matern(distance / self.sizes.lengths[:, np.newaxis, np.newaxis])
 
 
-def _of_curved(slope: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _slopes_by_curved(slope: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Derivatives of C_E and C_G from that of B."""
     return slope / 2, slope / 2

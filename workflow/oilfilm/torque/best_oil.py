@@ -52,22 +52,22 @@ def enough_film(film: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolA
         film: Film thickness over roughness; NaN where it is not known.
         lambda_limit: A film is full above this ratio.
     """
-    enough = exceeds(film, lambda_limit)
-    return enough, enough | np.isnan(film)
+    is_enough = exceeds(film, lambda_limit)
+    return is_enough, is_enough | np.isnan(film)
 
 
 def best_index(
-    slip: FloatArray, torque: FloatArray, enough: BoolArray, slip_limit: float
+    slip: FloatArray, torque: FloatArray, has_film: BoolArray, slip_limit: float
 ) -> IntArray:
     """Index of the best oil of those with an equilibrium; -1 where none has enough film.
 
     Args:
         slip: Cage slip, shape (oils, ...); NaN without an equilibrium.
         torque: Friction torque, of the same shape.
-        enough: Whether the film is thick enough, of the same shape.
+        has_film: Whether the film is thick enough, of the same shape.
         slip_limit: Largest cage slip of a held cage.
     """
-    candidate = enough & np.isfinite(slip)
+    candidate = has_film & np.isfinite(slip)
     holds_cage = candidate & reaches(slip_limit, slip)
     smallest_torque = first_smallest(np.where(holds_cage, torque, np.inf), axis=0)
     smallest_slip = first_smallest(np.where(candidate, slip, np.inf), axis=0)
@@ -90,7 +90,7 @@ class Best:
     lacks_film: BoolArray
 
     @property
-    def known(self) -> BoolArray:
+    def is_known(self) -> BoolArray:
         """True where no unknown equilibrium or film can change the best oil."""
         return ~(self.lacks_equilibrium | self.lacks_film)
 
@@ -107,10 +107,10 @@ def best_of(
         slip_limit: Largest cage slip of a held cage.
         lambda_limit: A film is full above this ratio.
     """
-    enough, perhaps_enough = enough_film(film, lambda_limit)
-    best = best_index(slip, torque, enough, slip_limit)
-    best_with_unknown_films = best_index(slip, torque, perhaps_enough, slip_limit)
-    without_equilibrium = perhaps_enough & ~np.isfinite(slip)
+    has_film, may_have_film = enough_film(film, lambda_limit)
+    best = best_index(slip, torque, has_film, slip_limit)
+    best_with_unknown_films = best_index(slip, torque, may_have_film, slip_limit)
+    without_equilibrium = may_have_film & ~np.isfinite(slip)
     return Best(
         oil=best,
         lacks_equilibrium=np.asarray(without_equilibrium.any(axis=0)),
@@ -128,7 +128,7 @@ def best_oils(cage_slip: pd.DataFrame, slip_limit: float, lambda_limit: float) -
     slip, torque, film = by_oil(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio")
     best = best_of(slip, torque, film, slip_limit, lambda_limit)
     names = np.array([*oils, ""])[best.oil]
-    return operating_points(cage_slip).assign(best_oil=np.where(best.known, names, NOT_KNOWN))
+    return operating_points(cage_slip).assign(best_oil=np.where(best.is_known, names, NOT_KNOWN))
 
 
 def best_shares(
@@ -154,8 +154,8 @@ def best_shares(
     draws_by_oil = draws.reshape(results, count, oils, columns // oils)
     torque, slip, film = draws_by_oil.swapaxes(1, 2)
     best = best_of(slip, torque, film, slip_limit, lambda_limit)
-    answered = best.known.sum(axis=0)
-    counts = np.array([(best.known & (best.oil == oil)).sum(axis=0) for oil in range(oils)])
+    answered = best.is_known.sum(axis=0)
+    counts = np.array([(best.is_known & (best.oil == oil)).sum(axis=0) for oil in range(oils)])
     shares = np.divide(counts, answered, out=np.full(counts.shape, np.nan), where=answered > 0)
     return {
         "best_share": shares.ravel(),

@@ -50,7 +50,8 @@ def ordered_by(conditions: FloatArray) -> str:
         return ""
     widths = LevelWidths().scaled()
     ratios = [
-        _successive_difference_ratio(*of_one) for of_one in zip(scaled.T, widths, strict=True)
+        _successive_difference_ratio(column, width)
+        for column, width in zip(scaled.T, widths.tolist(), strict=True)
     ]
     smallest = int(first_smallest(ratios))
     return CONDITIONS[smallest] if exceeds(_ORDERED_BELOW, ratios[smallest]) else ""
