@@ -66,8 +66,8 @@ def centrifugal_growth_m(
     radius_term = (1 - poisson_ratio) * np.square(radius_m) + (3 + poisson_ratio) * np.square(
         bore_radius_m
     )
-    tension = density_kg_m3 * np.square(speed_rad_s) * radius_m / (4 * youngs_modulus_pa)
-    return np.asarray(tension * radius_term)
+    speed_factor = density_kg_m3 * np.square(speed_rad_s) * radius_m / (4 * youngs_modulus_pa)
+    return np.asarray(speed_factor * radius_term)
 
 
 def fit_share(
@@ -104,9 +104,12 @@ def fit_share(
 
 
 def inner_ring_growth_m(
-    bearing: Bearing, speed_rad_s: FloatArray, bore_ratio: FloatArray, interference_m: FloatArray
+    bearing: Bearing,
+    speed_rad_s: FloatArray,
+    shaft_bore_ratio: FloatArray,
+    interference_m: FloatArray,
 ) -> FloatArray:
-    """Growth of the inner groove by rotation and by the fit on the shaft, shape (points,).
+    """Radial growth of the inner groove by rotation and by the fit on the shaft, shape (points,).
 
     A tight ring and its shaft grow as one body with the bore of the shaft. The fit adds its share,
     calculated with both bodies. A ring that has lost its fit grows alone. The growth is the larger
@@ -115,17 +118,17 @@ def inner_ring_growth_m(
     Args:
         bearing: The bearing.
         speed_rad_s: Speed of the inner ring.
-        bore_ratio: Bore of the shaft over the diameter of the groove.
+        shaft_bore_ratio: Bore of the shaft over the diameter of the groove.
         interference_m: Interference on the radius.
     """
     rings = bearing.rings
     groove = bearing.groove_bottom_m[0]
     fit = rings.bore_ratio * groove
-    steel = (rings.density_kg_m3, rings.youngs_modulus_pa, rings.poisson_ratio)
-    shaft_bore = bore_ratio * groove
-    as_one_body = centrifugal_growth_m(speed_rad_s, groove, shaft_bore, *steel)
+    material = (rings.density_kg_m3, rings.youngs_modulus_pa, rings.poisson_ratio)
+    shaft_bore = shaft_bore_ratio * groove
+    as_one_body = centrifugal_growth_m(speed_rad_s, groove, shaft_bore, *material)
     tight = as_one_body + fit_share(groove, fit, shaft_bore) * interference_m
-    alone = centrifugal_growth_m(speed_rad_s, groove, fit, *steel)
+    alone = centrifugal_growth_m(speed_rad_s, groove, fit, *material)
     return np.maximum(tight, alone)
 
 

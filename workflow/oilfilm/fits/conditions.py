@@ -239,9 +239,9 @@ def _fixed(
     if followed_values:
         # a condition that moves the line by less than the tolerance is no part of it
         followed_values = {
-            power.condition: followed_values[power.condition]
-            for power in _nearest_line(values, followed_values).in_step
-            if _share_of_line(power, followed_values) > settings.level_tolerance
+            partner.condition: followed_values[partner.condition]
+            for partner in _nearest_line(values, followed_values).in_step
+            if _share_of_line(partner, followed_values) > settings.level_tolerance
         }
     if followed_values:
         line = _nearest_line(values, followed_values)
@@ -286,9 +286,9 @@ def _nearest_line(values: FloatArray, followed_values: Mapping[str, FloatArray])
     return _Line(float(np.exp(solution[0])), np.exp(design @ solution), in_step)
 
 
-def _share_of_line(power: InStep, followed_values: Mapping[str, FloatArray]) -> float:
+def _share_of_line(partner: InStep, followed_values: Mapping[str, FloatArray]) -> float:
     """Range of the logarithm of a line that one of its conditions makes."""
-    return float(abs(power.exponent) * np.ptp(np.log(followed_values[power.condition])))
+    return float(abs(partner.exponent) * np.ptp(np.log(followed_values[partner.condition])))
 
 
 def is_off_tested_level(
@@ -314,7 +314,7 @@ def _relative_distance(name: str, values: FloatArray, line: FloatArray) -> Float
 def condition_level_numbers(
     name: str, values: FloatArray, same: SameConditionSettings
 ) -> IndexArray:
-    """Level of each measured value of a condition.
+    """Number of the level of each measured value of a condition, shape of the values.
 
     Args:
         name: Column of the condition.

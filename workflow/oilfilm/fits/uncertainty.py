@@ -89,12 +89,12 @@ def naive_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
     """
     jacobian = problem.jacobian(optimum.values)
     points, constants = jacobian.shape
-    degrees = points - constants
-    if degrees <= 0 or np.linalg.matrix_rank(jacobian) < constants:
+    residual_freedom = points - constants
+    if residual_freedom <= 0 or np.linalg.matrix_rank(jacobian) < constants:
         return np.full((constants, constants), np.nan)
     _, upper = np.linalg.qr(jacobian)
     inverse = np.linalg.inv(upper)
-    return np.asarray(optimum.sse / degrees * inverse @ inverse.T)
+    return np.asarray(optimum.sse / residual_freedom * inverse @ inverse.T)
 
 
 def curve_bootstrap(
@@ -222,13 +222,13 @@ def calibration_refits(problem: Problem, optimum: Optimum, points: pd.DataFrame)
     refits = []
     for shifted_points in _points_with_shifted_sensors(accepted):
         data = curve_data(shifted_points, problem.law.conditions)
-        followed = data.conditions[:, problem.varied]
-        if not (np.isfinite(data.mu).all() and np.isfinite(followed).all()):
+        varied_conditions = data.conditions[:, problem.varied]
+        if not (np.isfinite(data.mu).all() and np.isfinite(varied_conditions).all()):
             return np.empty((0, len(optimum.values)))
         shifted = build_problem(problem.law, data, problem.varied)
         # the same constants are free and held
-        shifted = replace(problem, observations=shifted.observations, mu=shifted.mu)
-        refits.append(polish(shifted, optimum.values).values)
+        shifted_problem = replace(problem, observations=shifted.observations, mu=shifted.mu)
+        refits.append(polish(shifted_problem, optimum.values).values)
     return np.array(refits)
 
 
@@ -293,7 +293,7 @@ def profiles(problem: Problem, optimum: Optimum, naive: FloatArray) -> Profiles:
     """
     count = len(optimum.values)
     level_count = len(_PROFILE_LEVELS)
-    degrees = len(problem.mu) - count
+    residual_freedom = len(problem.mu) - count
     held = np.repeat(np.eye(count, dtype=bool), level_count, axis=0)
     # change of all constants per naive standard error of the one that is held
     directions = (naive / np.sqrt(np.diag(naive))).T
@@ -306,7 +306,9 @@ def profiles(problem: Problem, optimum: Optimum, naive: FloatArray) -> Profiles:
         _, sse = descend(
             problem, starts, held=held, tolerance=_PROFILE_TOLERANCE, starts_near_ends=True
         )
-    rise = np.maximum(sse - optimum.sse, 0) * degrees / max(optimum.sse, np.finfo(float).tiny)
+    rise = (
+        np.maximum(sse - optimum.sse, 0) * residual_freedom / max(optimum.sse, np.finfo(float).tiny)
+    )
     z = np.sign(np.tile(_PROFILE_LEVELS, count)) * np.sqrt(rise)
     middle = level_count // 2
     values = np.insert(starts[held].reshape(count, level_count), middle, optimum.values, axis=1)

@@ -3,15 +3,18 @@
     k = w(t) w(t') (C_E(x, x') + C_G(x, x') M(t, t'))
 
 with t the scaled slip, x the scaled conditions about the middle of the tested box, M Matern-5/2 and
-w = r^((t - t_m)/t_r). r is the size at a slip of 0.3 over that at rolling: at low slip traction
-follows the viscosity, and a law misses more of it.
+w = r^((t - t_m)/t_r), where t_r is the scaled slip of 0.3 and t_m its half. r is the size at a slip
+of 0.3 over that at rolling: at low slip traction follows the viscosity, and a law misses more of
+it.
 
     C_E = A + B/2,   C_G = (A + B)/2
     A = kappa^2 (4 + sum x_d x_d' + sum x_d x_e x_d' x_e')
     B = kappa^2 (sum a_d^2 M_d + p^2 M_P M_U M_T) + bends
 
-which is A (1 + M/2) + B (1/2 + M/2). A condition with two levels has no main effect a_d: between
-two levels no data can check the law, so the bend there has a size that kappa does not scale.
+which is A (1 + M/2) + B (1/2 + M/2). kappa is the size of the departure. The main effect a_d of
+condition d and the interaction p are in units of it (`DepartureSizes`). A condition with two levels
+has no main effect a_d: between two levels no data can check the law, so the bend there has a size
+that kappa does not scale.
 
 Decides: the smoothness of a surface; the bend of traction between two levels of a condition.
 """
@@ -34,6 +37,7 @@ _TREND_SLIP = 0.3
 # Variance of the constant part over that of the linear part.
 _CONSTANT_VARIANCE = 4.0
 
+# What is known of each size before the data: median, spread of the logarithm, smallest, largest.
 MAIN_EFFECT = LogNormal(0.5, 1.0, 0.02, 10.0)
 INTERACTION = LogNormal(0.3, 1.0, 0.02, 10.0)
 # The longest lengths are about half the range of slips and twice that of conditions: with longer
@@ -46,20 +50,23 @@ CONDITION_LENGTH = LogNormal(1.0, 0.5, 0.15, 3.0)
 def matern(distance: FloatArray) -> FloatArray:
     """Matern-5/2 correlation (1 + r + r^2/3) exp(-r) with r = sqrt(5) distance / length.
 
+    Args:
+        distance: Distance over the length.
+
     Reference: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning (2006),
     Eq. 4.17.
 
     >>> round(float(matern(np.array(1.0))), 5)
     0.52399
     """
-    scaled = np.sqrt(5.0) * np.abs(distance)
-    return (1 + scaled + scaled**2 / 3) * np.exp(-scaled)
+    r = np.sqrt(5.0) * np.abs(distance)
+    return (1 + r + r**2 / 3) * np.exp(-r)
 
 
 def matern_slope(distance: FloatArray) -> FloatArray:
     """Derivative of `matern` by the logarithm of the length: r^2 (1 + r) exp(-r) / 3."""
-    scaled = np.sqrt(5.0) * np.abs(distance)
-    return scaled**2 * (1 + scaled) * np.exp(-scaled) / 3
+    r = np.sqrt(5.0) * np.abs(distance)
+    return r**2 * (1 + r) * np.exp(-r) / 3
 
 
 @dataclass(frozen=True)
@@ -175,8 +182,9 @@ class ConditionKernel:
         """C_E + C_G of each row with itself, shape (rows,)."""
         rigid = self._rigid(rows, rows)
         sizes = self.sizes
-        relative_curved = np.sum(self.box.shows_bends * sizes.main**2) + sizes.interaction**2
-        curved = sizes.kappa**2 * relative_curved + np.sum(self.box.bends(rows) ** 2, axis=1)
+        main_and_interaction = np.sum(self.box.shows_bends * sizes.main**2) + sizes.interaction**2
+        bends = np.sum(self.box.bends(rows) ** 2, axis=1)
+        curved = sizes.kappa**2 * main_and_interaction + bends
         return 1.5 * rigid + curved
 
     def slopes(self, rows: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:

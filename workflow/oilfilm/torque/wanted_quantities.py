@@ -116,14 +116,14 @@ def wanted_in_bearing(
         OilfilmError: No operating point has a gradient.
     """
     moves = _moves_of_constants(information)
-    terms = _run_with_moves(oil, bearing, duty, information, moves)
+    results = _run_with_moves(oil, bearing, duty, information, moves)
     # one axis for the moves, one for the operating points
     shape = (len(moves), len(duty))
     values = {
-        "torque": terms["torque_n_m"].to_numpy(dtype=float).reshape(shape),
-        "cage_slip": terms["cage_slip"].to_numpy(dtype=float).reshape(shape),
+        "torque": results["torque_n_m"].to_numpy(dtype=float).reshape(shape),
+        "cage_slip": results["cage_slip"].to_numpy(dtype=float).reshape(shape),
     }
-    converged = terms["converged"].to_numpy(dtype=bool).reshape(shape)
+    converged = results["converged"].to_numpy(dtype=bool).reshape(shape)
     is_solved: BoolArray = np.asarray(converged.all(axis=0))
     is_smooth: BoolArray = is_solved.copy()
     for value in values.values():
@@ -134,7 +134,7 @@ def wanted_in_bearing(
             f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
             f"law's constants ({left_out[0]}). Choose other duty points."
         )
-    unmoved = terms.iloc[: len(duty)]
+    unmoved = results.iloc[: len(duty)]
     coordinates = _coordinates_of_contacts(unmoved, duty, contact)[is_smooth]
     form_error = law_error(oil.laws["stress"], unmoved[is_smooth], oil.settings.law_error_beyond)
     wanted = {}
@@ -210,10 +210,12 @@ def _labels(
     return labels, left_out
 
 
-def _coordinates_of_contacts(terms: pd.DataFrame, duty: FloatArray, contact: Contact) -> FloatArray:
+def _coordinates_of_contacts(
+    results: pd.DataFrame, duty: FloatArray, contact: Contact
+) -> FloatArray:
     """Conditions of both contacts at each operating point, shape (operating points, 2, 3)."""
-    load = contact.load_n(terms[_PRESSURES].to_numpy())
-    speed = terms[["entrainment_speed_m_s"]].to_numpy()
+    load = contact.load_n(results[_PRESSURES].to_numpy())
+    speed = results[["entrainment_speed_m_s"]].to_numpy()
     temperature = duty[:, [2]]
     return form_coordinates(
         load, np.broadcast_to(speed, load.shape), np.broadcast_to(temperature, load.shape)
