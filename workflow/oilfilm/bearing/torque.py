@@ -91,12 +91,12 @@ def _film_columns(
     """Columns of `torque_terms` that describe the films, and how far they are beyond the tests."""
     balance = equilibrium.balance
     film_traction = balance.traction
-    share = equilibrium.problem.rule.share
+    load_share = equilibrium.problem.rule.share
     load = balance.contacts.load_n
     conditions = _conditions_of_contacts(equilibrium)
     pressure_gpa = conditions.max_hertz_pressure_gpa
     speed = conditions.entrainment_speed_m_s
-    node_heat = film_traction.coefficient * film_traction.slide_roll_ratio * share
+    node_heat = film_traction.coefficient * film_traction.slide_roll_ratio * load_share
     node_heat = node_heat * (load * speed)[..., np.newaxis]
     # every law is 0 at S = 0, so that slips below the lowest tested one are interpolated
     tested_slip = (0.0, tested["slide_roll_ratio"][1])
@@ -104,8 +104,8 @@ def _film_columns(
     beyond_pressure = _is_beyond(pressure_gpa, tested["max_hertz_pressure_gpa"])
     beyond_speed = _is_beyond(speed, tested["entrainment_speed_m_s"])
     # mu is the mean shear stress of a contact over its mean pressure
-    over_limit = film_traction.coefficient @ share > np.reshape(limiting_stress_ratio, (-1, 1))
-    node_load = share * load[..., np.newaxis]
+    over_limit = film_traction.coefficient @ load_share > np.reshape(limiting_stress_ratio, (-1, 1))
+    node_load = load_share * load[..., np.newaxis]
     return {
         "entrainment_speed_m_s": speed.mean(axis=1),
         "largest_slide_roll_ratio": film_traction.slide_roll_ratio.max(axis=(1, 2)),
@@ -170,6 +170,8 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
 
 def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     """Heat of traction by the kind of sliding, shape (points,) each. They add up to all of it.
+
+    t is the rolling direction, as in `ellipse`.
 
     - Gross: force along t times the sliding speed in the middle of the contact.
     - Differential: what the force along t heats more or less than that, because the distance from

@@ -63,7 +63,13 @@ def refuse_contradictions(results: CampaignTables, folder: str, oil: str) -> Non
 
 
 def _complaints(results: CampaignTables, fits: CampaignTables, oil: str) -> Iterator[str]:
-    """What contradicts, the first thing first; nothing for a whole fit."""
+    """What contradicts, the first thing first; nothing for a whole fit.
+
+    Args:
+        results: As in `refuse_contradictions`.
+        fits: The same with the configured law of each oil alone.
+        oil: The oil.
+    """
     quality = _rows_of_oil(fits.fit_quality, oil)
     if len(quality) != 1:
         yield f"fit_quality has {len(quality)} configured laws; expected one"
@@ -100,23 +106,25 @@ def _missing_or_twice(names: pd.Series, law: Law) -> Iterator[str]:
     for name in names[names.duplicated()]:
         yield f"coefficients has the constant {name} twice"
     present = set(names)
-    for constant, coefficient in zip(_first_of_groups(law), law.local_constants, strict=True):
+    for constant, coefficient in zip(_leading_constants(law), law.local_constants, strict=True):
         if not {constant, coefficient} & present:
             yield f"coefficients lacks the constant {constant}"
 
 
-def _first_of_groups(law: Law) -> list[str]:
+def _leading_constants(law: Law) -> list[str]:
     """Names of the constants X0 of the law's coefficients."""
     return [constant.name for constant in law.constants if constant.condition is None]
 
 
 def _wrong_signs(table: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
     """Constants whose sign is not that of the law; unknown ones have none."""
-    sign_of = {constant.name: constant.sign for constant in law.constants}
-    sign_of |= dict(
-        zip(law.local_constants, map(sign_of.__getitem__, _first_of_groups(law)), strict=True)
+    sign_by_name = {constant.name: constant.sign for constant in law.constants}
+    sign_by_name |= dict(
+        zip(
+            law.local_constants, map(sign_by_name.__getitem__, _leading_constants(law)), strict=True
+        )
     )
-    signs = rows["constant"].map(sign_of).fillna(0).to_numpy(dtype=float)
+    signs = rows["constant"].map(sign_by_name).fillna(0).to_numpy(dtype=float)
     values = rows["value"].to_numpy(dtype=float)
     is_wrong = (signs != 0) & ~np.isnan(values) & ~(signs * values > np.finfo(float).tiny)
     for row in np.flatnonzero(is_wrong):

@@ -311,6 +311,7 @@ def mean_film_rise(
     )
 
     def surface_rise(surface_speed_m_s: FloatArray) -> FloatArray:
+        """Rise (K) of a surface of this speed, which takes half of the heat."""
         return flash_temperature_rise(
             heat_flux_w_m2 / 2,
             radius_m,
@@ -422,13 +423,12 @@ def sliding_film(
     # stress at which the creep would be all of the slip
     slope = creep_slope(conditions.relative_pressure, conditions.ellipticity)
     creep_stress = slope * pressure_pa * slide_roll_ratio
-    pressure, inlet, rise, full_shear_rate, full_creep_stress = np.broadcast_arrays(
+    # all of one shape, as the search needs them
+    state_without_creep = np.broadcast_arrays(
         pressure_pa, inlet_c, flash_k_pa + film_k_pa, shear_rate, creep_stress
     )
-    stress = _stress_with_heat(
-        oil, constants, pressure, inlet, rise, full_shear_rate, full_creep_stress
-    )
-    film_share = _film_share_of_slip(stress, full_creep_stress)
+    stress = _stress_with_heat(oil, constants, *state_without_creep)
+    film_share = _film_share_of_slip(stress, creep_stress)
     return SlidingFilm(
         shear_stress_pa=stress,
         shear_rate_1_s=shear_rate * film_share,
@@ -476,8 +476,9 @@ def thermal_ehl_traction(
         argument[..., np.newaxis].astype(float) for argument in arguments
     )
     load_n = load_for_max_hertz_pressure(max_pressure, radius_m, reduced_modulus_pa)
-    root, weight = scipy.special.roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
-    pressure = max_pressure * (1 + root) / 2
+    # nodes between -1 and 1, which stand for s between 0 and 1
+    node, weight = scipy.special.roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
+    pressure = max_pressure * (1 + node) / 2
     conditions = Conditions(
         load_n=load_n,
         max_hertz_pressure_gpa=max_pressure / PA_PER_GPA,

@@ -29,6 +29,7 @@ _NODE_SPACING = 0.05
 # mu is near zero if it is within so many errors of the zero.
 _NEAR_ZERO = 10.0
 
+# Column of the gain in `ReducedCurves.effects`.
 _GAIN = EFFECTS.index("gain")
 # What stands for the number of a rig where a value has the gain of none of the rigs of the data.
 ANOTHER_RIG = -1
@@ -175,11 +176,11 @@ class ReducedCurves:
 
     def select(self, coordinates: IndexArray) -> Coordinates:
         """Some coordinates, with what they need only."""
-        rows, row = np.unique(self.curve[coordinates], return_inverse=True)
+        curves, row = np.unique(self.curve[coordinates], return_inverse=True)
         weights = self.to_slips[coordinates]
         used = np.flatnonzero(np.any(weights != 0, axis=0))
         return Coordinates(
-            conditions=self.conditions[rows],
+            conditions=self.conditions[curves],
             row=row,
             slips=self.slips[used],
             weights=weights[:, used],
@@ -262,7 +263,9 @@ def reduced(
     weight = np.ones(len(slip))
     if measurements.noise_ratio is not None:
         weight = 1 / measurements.noise_ratio
-    departure = weight * (response(measurements, log_mu, zero_sd) - law.log_mu(conditions, slip))
+    weighted_departure = weight * (
+        response(measurements, log_mu, zero_sd) - law.log_mu(conditions, slip)
+    )
     scaled = scaled_slip(slip)
     slips, weights_of_slips = slip_nodes(scaled)
     ends = np.cumsum(np.bincount(measurements.curve))[:-1]
@@ -275,7 +278,7 @@ def reduced(
     vectors = scipy.sparse.csr_array(scipy.sparse.block_diag(blocks))
     # V' W
     projection = scipy.sparse.csr_array(vectors.T.multiply(weight))
-    coordinates = vectors.T @ departure
+    departure = vectors.T @ weighted_departure
     curve = np.repeat(np.arange(len(blocks)), [block.shape[1] for block in blocks])
     return ReducedCurves(
         vectors=vectors,
@@ -283,10 +286,10 @@ def reduced(
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
         to_slips=(projection @ weights_of_slips).toarray(),
-        departure=coordinates,
+        departure=departure,
         law_slopes=projection @ slopes_of_law(law, box, conditions, slip),
         effects=projection @ effect_design(log_mu, conditions, slip),
-        remainder=departure - vectors @ coordinates,
+        remainder=weighted_departure - vectors @ departure,
         rig=np.full(len(blocks), ANOTHER_RIG) if measurements.rig is None else measurements.rig,
     )
 
@@ -306,14 +309,14 @@ def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
 
     Reference: A. G. Wilson, H. Nickisch, ICML 2015 (interpolation of a covariance from a grid).
     """
-    slips, number = np.unique(scaled, return_inverse=True)
+    slips, slip_number = np.unique(scaled, return_inverse=True)
     rows = np.arange(len(scaled))
     # two nodes beyond each end: a point has two neighbours on either side
     first = slips[0] - _NODE_SPACING
     count = int(np.ceil((slips[-1] - first) / _NODE_SPACING)) + 2
     if len(slips) <= count:
         shape = (len(scaled), len(slips))
-        return slips, scipy.sparse.csr_array((np.ones(len(scaled)), (rows, number)), shape)
+        return slips, scipy.sparse.csr_array((np.ones(len(scaled)), (rows, slip_number)), shape)
     nodes = first + _NODE_SPACING * np.arange(count)
     position = (scaled - first) / _NODE_SPACING
     below = np.floor(position).astype(np.int64).clip(1, count - 3)

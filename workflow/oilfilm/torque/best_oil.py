@@ -127,12 +127,14 @@ def best_oils(cage_slip: pd.DataFrame, slip_limit: float, lambda_limit: float) -
     oils = list(dict.fromkeys(cage_slip["oil"]))
     slip, torque, film = by_oil(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio")
     best = best_of(slip, torque, film, slip_limit, lambda_limit)
-    names = np.array([*oils, ""])[best.oil]
-    return operating_points(cage_slip).assign(best_oil=np.where(best.is_known, names, NOT_KNOWN))
+    oil_names = np.array([*oils, ""])[best.oil]
+    return operating_points(cage_slip).assign(
+        best_oil=np.where(best.is_known, oil_names, NOT_KNOWN)
+    )
 
 
 def best_shares(
-    draws: FloatArray, oils: int, slip_limit: float, lambda_limit: float
+    draws: FloatArray, oil_count: int, slip_limit: float, lambda_limit: float
 ) -> dict[str, FloatArray | IndexArray]:
     """Share of the draws in which each oil is the best oil of its operating point.
 
@@ -140,27 +142,27 @@ def best_shares(
     not known counts for no oil.
 
     Args:
-        draws: Torque, cage slip and lambda, shape (3, draws, oils * points). All points of an oil
-            are next to each other.
-        oils: Number of oils.
+        draws: Torque, cage slip and lambda, shape (3, draws, oil_count * points). All points of an
+            oil are next to each other.
+        oil_count: Number of oils.
         slip_limit: Largest cage slip of a held cage.
         lambda_limit: A film is full above this ratio.
 
     Returns:
         The columns `best_share`, `draws_answered` and `draws_unanswered` of the table of cage slip,
-        each of shape (oils * points,). The share is null where no draw has an answer.
+        each of shape (oil_count * points,). The share is null where no draw has an answer.
     """
-    results, count, columns = draws.shape
-    draws_by_oil = draws.reshape(results, count, oils, columns // oils)
+    quantities, count, columns = draws.shape
+    draws_by_oil = draws.reshape(quantities, count, oil_count, columns // oil_count)
     torque, slip, film = draws_by_oil.swapaxes(1, 2)
     best = best_of(slip, torque, film, slip_limit, lambda_limit)
     answered = best.is_known.sum(axis=0)
-    counts = np.array([(best.is_known & (best.oil == oil)).sum(axis=0) for oil in range(oils)])
+    counts = np.array([(best.is_known & (best.oil == oil)).sum(axis=0) for oil in range(oil_count)])
     shares = np.divide(counts, answered, out=np.full(counts.shape, np.nan), where=answered > 0)
     return {
         "best_share": shares.ravel(),
-        "draws_answered": np.tile(answered, oils),
-        "draws_unanswered": np.tile(count - answered, oils),
+        "draws_answered": np.tile(answered, oil_count),
+        "draws_unanswered": np.tile(count - answered, oil_count),
     }
 
 
@@ -176,8 +178,8 @@ def stays_best(cage_slip: pd.DataFrame, share: float) -> pd.DataFrame:
         that have no answer. `perhaps` is true if it depends on these draws. The other columns are
         `draws_answered` and `draws_unanswered`.
     """
-    names = ["best_share", "draws_answered", "draws_unanswered"]
-    points = cage_slip.groupby(OPERATING_POINT, sort=False)[names].max()
+    columns = ["best_share", "draws_answered", "draws_unanswered"]
+    points = cage_slip.groupby(OPERATING_POINT, sort=False)[columns].max()
     answered, unanswered = points["draws_answered"], points["draws_unanswered"]
     best_draws = points["best_share"].fillna(0.0) * answered
     needed_draws = share * (answered + unanswered)

@@ -100,14 +100,14 @@ class RunLimits:
         rig: The rig.
         film: Film of the oil; None where its properties are not known.
         lambda_limit: A film is full above this ratio.
-        runs: The measured runs.
+        measured: The measured runs.
         largest_traction: Expected largest traction coefficient where no run was measured.
     """
 
     rig: PlannedRig
     film: Film | None
     lambda_limit: float
-    runs: MeasuredRuns
+    measured: MeasuredRuns
     largest_traction: float
 
     def judge(self, conditions: FloatArray) -> JudgedTests:
@@ -123,19 +123,19 @@ class RunLimits:
     def slips(self) -> FloatArray:
         """Slips of a planned run, shape (slips,)."""
         largest = self.rig.limits.slide_roll_ratio
-        if len(self.runs.largest_slip):
-            largest = min(largest, float(np.median(self.runs.largest_slip)))
+        if len(self.measured.largest_slip):
+            largest = min(largest, float(np.median(self.measured.largest_slip)))
         return largest * _SLIP_SHARES
 
     def _expected_mu(self, conditions: FloatArray) -> FloatArray:
         """Largest mu of the nearest measured run, shape (runs,)."""
-        if not len(self.runs.conditions):
+        if not len(self.measured.conditions):
             return np.full(len(conditions), self.largest_traction)
-        measured = scaled_conditions(self.runs.conditions)
-        scaled_distance = scaled_conditions(conditions)[:, np.newaxis] - measured
+        scaled_measured = scaled_conditions(self.measured.conditions)
+        scaled_distance = scaled_conditions(conditions)[:, np.newaxis] - scaled_measured
         distance = np.sum(scaled_distance**2, axis=2)
         is_nearest = ~exceeds(distance, distance.min(axis=1, keepdims=True))
-        return np.max(np.where(is_nearest, self.runs.largest_mu, -np.inf), axis=1)
+        return np.max(np.where(is_nearest, self.measured.largest_mu, -np.inf), axis=1)
 
 
 @dataclass(frozen=True)
@@ -272,13 +272,13 @@ def _in_order(
     """The runs in random order, with the reference runs between them."""
     if not runs:
         return []
-    by_value = sorted(runs, key=lambda run: tuple(run.conditions))
-    reference = PlannedRun(_reference(by_value, measured, limits), "reference")
+    sorted_runs = sorted(runs, key=lambda run: tuple(run.conditions))
+    reference = PlannedRun(_reference(sorted_runs, measured, limits), "reference")
     ordered = []
-    for number, row in enumerate(random_order(_conditions_of(by_value), seed)):
+    for number, row in enumerate(random_order(_conditions_of(sorted_runs), seed)):
         if number % RUNS_BETWEEN_REFERENCES == 0:
             ordered.append(reference)
-        ordered.append(by_value[row])
+        ordered.append(sorted_runs[row])
     return ordered
 
 
