@@ -75,12 +75,16 @@ def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
     torque = present(campaign.torque, "torque", "the campaign")
     matrix = present(torque.matrix, "matrix", "the campaign's `torque`")
     twin = present(torque.twin, "twin", "the campaign's `torque`")
-    names = ("axial_load_n", "oil_temperature_c")
+    set_point_names = ("axial_load_n", "oil_temperature_c")
     defective_runs = [
-        PlannedRun(defect.oil, {name: getattr(defect, name) for name in names}, defect.kind)
+        PlannedRun(
+            defect.oil, {name: getattr(defect, name) for name in set_point_names}, defect.kind
+        )
         for defect in twin.defects
     ]
-    return _planned(campaign.oils, {name: getattr(matrix, name) for name in names}, defective_runs)
+    return _planned(
+        campaign.oils, {name: getattr(matrix, name) for name in set_point_names}, defective_runs
+    )
 
 
 def _planned(

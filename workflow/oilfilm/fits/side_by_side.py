@@ -146,8 +146,8 @@ def side_by_side(
     slip = np.asarray(slips, dtype=float)
     frames = []
     for label, fit in fits.items():
-        row = np.array([conditions[name] for name in fit.law.conditions])
-        predicted = fit.predict(np.broadcast_to(row, (len(slip), len(row))), slip)
+        point = np.array([conditions[name] for name in fit.law.conditions])
+        predicted = fit.predict(np.broadcast_to(point, (len(slip), len(point))), slip)
         frame = pd.DataFrame({"fit": label, SLIP: slip})
         for column in _PREDICTED_COLUMNS:
             frame[column] = getattr(predicted, column)
@@ -163,7 +163,12 @@ def side_by_side(
 
 
 def _ratio_by_laws(frame: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
-    """The ratio of two laws with its interval, one row per slip."""
+    """The ratio of two laws with its interval, one row per slip.
+
+    Args:
+        frame: mu of a fit with its interval, one row per slip.
+        base: The same of the first fit, the denominator.
+    """
     mu = frame["traction_coefficient"].to_numpy()
     base_mu = base["traction_coefficient"].to_numpy()
     ends = frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T

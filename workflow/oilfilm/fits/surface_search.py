@@ -222,8 +222,8 @@ def _constant_rows(
     rows = []
     for constant, value, error in zip(surface_law.law.constants, constants, errors, strict=True):
         # the internal form of a factor is its logarithm
-        size = abs(value) if constant.condition is None else 1.0
-        standard_error = float(size * error)
+        error_factor = abs(value) if constant.condition is None else 1.0
+        standard_error = float(error_factor * error)
         row = {"oil": oil, "law": law_name, "constant": constant.name, "value": float(value)}
         rows.append({**row, "standard_error": standard_error})
     return [row for row, is_free in zip(rows, surface_law.free, strict=True) if is_free]

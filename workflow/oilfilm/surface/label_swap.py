@@ -71,15 +71,15 @@ def swapped_temperatures(
     if runs > LARGEST_DENSE:
         return None
     as_labelled = Relabelled.as_read(surface, errors or RunErrorSizes())
-    likeliest = present = as_labelled
+    likeliest = current = as_labelled
     for _ in range(_ROUNDS):
-        proposed = _likeliest_conditions(present)
+        proposed = _likeliest_conditions(current)
         if proposed is None:
             break
         # a round may be worse before the next one is better
-        present = present.fitted_to(replace(present.measurements, conditions=proposed))
-        if present.objective < likeliest.objective:
-            likeliest = present
+        current = current.fitted_to(replace(current.measurements, conditions=proposed))
+        if current.objective < likeliest.objective:
+            likeliest = current
     moved = np.flatnonzero(
         _is_moved(
             conditions_as_read, likeliest.measurements.conditions, surface.measurements.level_widths
@@ -157,16 +157,21 @@ def _log_densities(
     """Logarithm of the density of each suspect at each temperature, from the other runs."""
     curves = relabelled.covariance.curves
     remaining_coordinates = np.flatnonzero(~np.isin(curves.curve, suspects))
-    matrix = relabelled.covariance.matrix()[np.ix_(remaining_coordinates, remaining_coordinates)]
-    factor = scipy.linalg.cholesky(matrix, lower=True)
+    remaining_covariance = relabelled.covariance.matrix()[
+        np.ix_(remaining_coordinates, remaining_coordinates)
+    ]
+    factor = scipy.linalg.cholesky(remaining_covariance, lower=True)
     weights = scipy.linalg.cho_solve((factor, True), curves.departure[remaining_coordinates])
     remaining = _RemainingCurves(curves.select(remaining_coordinates), factor, weights)
-    distinct_temperatures, number = np.unique(temperatures, return_inverse=True)
+    distinct_temperatures, number_of_temperature = np.unique(temperatures, return_inverse=True)
     density = [
-        [_log_density(relabelled, remaining, row, t) for t in distinct_temperatures]
+        [
+            _log_density(relabelled, remaining, row, temperature_c)
+            for temperature_c in distinct_temperatures
+        ]
         for row in suspects
     ]
-    return np.array(density)[:, number]
+    return np.array(density)[:, number_of_temperature]
 
 
 def _log_density(
@@ -179,17 +184,19 @@ def _log_density(
     conditions[:, _TEMPERATURE] = temperature_c
     moved = replace(single_run, conditions=conditions)
     law = relabelled.surface.law
-    curve = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
-    coordinates = curve.select(np.arange(len(curve.departure)))
+    reduced_curve = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
+    coordinates = reduced_curve.select(np.arange(len(reduced_curve.departure)))
     across = smooth_covariance(covariance, coordinates, remaining.coordinates)
     whitened_across = scipy.linalg.solve_triangular(remaining.factor, across.T, lower=True)
-    own_covariance = (
+    curve_covariance = (
         smooth_covariance(covariance, coordinates, coordinates)
         - whitened_across.T @ whitened_across
     )
-    scaled = curve.effects * sizes.effects
-    own_covariance += scaled @ scaled.T + sizes.noise**2 * np.eye(len(own_covariance))
-    own_factor = scipy.linalg.cholesky(own_covariance, lower=True)
-    error = curve.departure - across @ remaining.weights
-    whitened = scipy.linalg.solve_triangular(own_factor, error, lower=True)
-    return float(-whitened @ whitened / 2 - np.sum(np.log(np.diag(own_factor))))
+    scaled_effects = reduced_curve.effects * sizes.effects
+    curve_covariance += scaled_effects @ scaled_effects.T + sizes.noise**2 * np.eye(
+        len(curve_covariance)
+    )
+    curve_factor = scipy.linalg.cholesky(curve_covariance, lower=True)
+    error = reduced_curve.departure - across @ remaining.weights
+    whitened = scipy.linalg.solve_triangular(curve_factor, error, lower=True)
+    return float(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))

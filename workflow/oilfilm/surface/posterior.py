@@ -100,14 +100,15 @@ def smooth_covariance(
     covariance: CurveCovariance, left: Coordinates, right: Coordinates
 ) -> FloatArray:
     """Covariance of the smooth part, shape (coordinates of left, coordinates of right)."""
-    level_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
+    # C_E and C_G of `kernels`
+    overall_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
     over_slip = (right.weights @ (left.weights @ _slip_covariance(covariance, left, right)).T).T
     total = slip_factor[:, right.row][left.row]
     total *= over_slip
-    level_covariance = level_factor[:, right.row][left.row]
-    level_covariance *= _size_in_coordinates(covariance, left)[:, np.newaxis]
-    level_covariance *= _size_in_coordinates(covariance, right)
-    total += level_covariance
+    overall_covariance = overall_factor[:, right.row][left.row]
+    overall_covariance *= _size_in_coordinates(covariance, left)[:, np.newaxis]
+    overall_covariance *= _size_in_coordinates(covariance, right)
+    total += overall_covariance
     total += left.law_slopes @ right.law_slopes.T
     if covariance.sizes.rig_gain:
         total += covariance.sizes.rig_gain**2 * left.rig_products(right)
@@ -122,22 +123,22 @@ def weighted_covariance(
     The weights are first summed over the coordinates of each condition, so that the covariance of
     all coordinates is never made.
     """
-    level_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
+    overall_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
     count = len(right.conditions)
     sum_by_condition = scipy.sparse.csr_array(
         (weights, (right.row, np.arange(len(weights)))), (count, len(weights))
     )
-    by_level = np.asarray(
-        level_factor @ (sum_by_condition @ _size_in_coordinates(covariance, right))
+    by_overall = np.asarray(
+        overall_factor @ (sum_by_condition @ _size_in_coordinates(covariance, right))
     )
     by_slip = np.asarray(slip_factor @ (sum_by_condition @ right.weights))
     over_slip = left.weights @ _slip_covariance(covariance, left, right)
-    departure = np.sum(over_slip * by_slip[left.row], axis=1)
-    departure += _size_in_coordinates(covariance, left) * by_level[left.row]
-    departure += left.law_slopes @ (right.law_slopes.T @ weights)
+    product = np.sum(over_slip * by_slip[left.row], axis=1)
+    product += _size_in_coordinates(covariance, left) * by_overall[left.row]
+    product += left.law_slopes @ (right.law_slopes.T @ weights)
     if covariance.sizes.rig_gain:
-        departure += covariance.sizes.rig_gain**2 * (left.rig_products(right) @ weights)
-    return departure
+        product += covariance.sizes.rig_gain**2 * (left.rig_products(right) @ weights)
+    return product
 
 
 def _size_in_coordinates(covariance: CurveCovariance, targets: Coordinates) -> FloatArray:
@@ -216,8 +217,8 @@ class DensePosterior:
     def freedom_of_law(self) -> FreedomOfLaw:
         """See `Posterior`."""
         slopes = self.covariance.curves.law_slopes
-        unexplained = np.eye(slopes.shape[1]) - slopes.T @ self._solved(slopes)
-        return FreedomOfLaw(slopes.T @ self.weights, unexplained)
+        remaining_covariance = np.eye(slopes.shape[1]) - slopes.T @ self._solved(slopes)
+        return FreedomOfLaw(slopes.T @ self.weights, remaining_covariance)
 
     @cached_property
     def all_coordinates(self) -> Coordinates:
@@ -277,6 +278,7 @@ class NystromPosterior:
     @cached_property
     def inducing_posterior(self) -> tuple[FloatArray, FloatArray]:
         """Lower Cholesky factor of the precision of u given the curves, and the mean of u."""
+        # the mean solves precision u = pull
         precision = np.eye(len(self.inducing))
         pull = np.zeros(len(self.inducing))
         every_curve = np.arange(len(self.covariance.curves.conditions))
@@ -326,8 +328,10 @@ class NystromPosterior:
             weights = unshared_inverse @ (departure - features @ mean)
             group_of_coordinates = group[self.covariance.curves.curve[coordinates]]
             for rows in _rows_by_group(group_of_coordinates):
-                own_block = unshared_inverse[np.ix_(rows, rows)]
-                precision = own_block - whitened_features[:, rows].T @ whitened_features[:, rows]
+                block_of_group = unshared_inverse[np.ix_(rows, rows)]
+                precision = (
+                    block_of_group - whitened_features[:, rows].T @ whitened_features[:, rows]
+                )
                 yield LeftOut(coordinates[rows], precision, weights[rows])
 
     def freedom_of_law(self) -> FreedomOfLaw:
@@ -336,12 +340,12 @@ class NystromPosterior:
         slopes = self.covariance.curves.law_slopes[self.inducing]
         features = scipy.linalg.solve_triangular(self.factor, slopes, lower=True)
         whitened_features = scipy.linalg.solve_triangular(precision_factor, features, lower=True)
-        unexplained = (
+        remaining_covariance = (
             np.eye(slopes.shape[1])
             - features.T @ features
             + whitened_features.T @ whitened_features
         )
-        return FreedomOfLaw(features.T @ mean, unexplained)
+        return FreedomOfLaw(features.T @ mean, remaining_covariance)
 
     def by_curve(self) -> Iterator[CurveFeatures]:
         """The features of each curve."""
@@ -393,12 +397,12 @@ def spread_out(conditions: FloatArray, count: int) -> IndexArray:
     """
     distance = np.linalg.norm(conditions - conditions.mean(axis=0), axis=1)
     chosen = [int(first_smallest(distance))]
-    nearest = np.linalg.norm(conditions - conditions[chosen[0]], axis=1)
-    while len(chosen) < count and nearest.max() > 0:
-        farthest = int(first_largest(nearest))
+    distance_to_chosen = np.linalg.norm(conditions - conditions[chosen[0]], axis=1)
+    while len(chosen) < count and distance_to_chosen.max() > 0:
+        farthest = int(first_largest(distance_to_chosen))
         chosen.append(farthest)
-        step = np.linalg.norm(conditions - conditions[farthest], axis=1)
-        nearest = np.minimum(nearest, step)
+        distance_to_new = np.linalg.norm(conditions - conditions[farthest], axis=1)
+        distance_to_chosen = np.minimum(distance_to_chosen, distance_to_new)
     return np.sort(np.array(chosen, dtype=np.int64))
 
 

@@ -62,7 +62,7 @@ FEWEST_CURVES = 5
 _FEWEST_RETAINED = 4
 # A curve is odd only if its size by the fit to all curves is 1 over this factor or more. A corner
 # of the plan where the oil behaves otherwise is far from a fit without it, and near a fit with it.
-_BY_ALL = 2.0
+_FACTOR_ON_SIZE_BY_ALL = 2.0
 # Standard deviation of the logarithm of a size that is known.
 _KNOWN_LN_SD = 0.01
 # ln mu that no expected traction reaches; where the others say nothing, it might overflow.
@@ -211,25 +211,27 @@ class CurveJudge:
         count = len(self.curves.conditions)
         is_retained = np.isin(np.arange(count), retained)
         retained_coordinates = np.flatnonzero(is_retained[self.curves.curve])
-        position = np.zeros(len(self.curves.curve), dtype=np.int64)
-        position[retained_coordinates] = np.arange(len(retained_coordinates))
+        position_in_retained = np.zeros(len(self.curves.curve), dtype=np.int64)
+        position_in_retained[retained_coordinates] = np.arange(len(retained_coordinates))
         inverse = scipy.linalg.inv(
             self.covariance[np.ix_(retained_coordinates, retained_coordinates)]
         )
         weights = inverse @ self.curves.departure[retained_coordinates]
         for row, (coordinates, points, vectors) in enumerate(self.by_curve):
             if is_retained[row]:
-                own_position = position[coordinates]
-                spread = scipy.linalg.inv(inverse[np.ix_(own_position, own_position)])
-                error = spread @ weights[own_position]
+                position_of_curve = position_in_retained[coordinates]
+                error_covariance = scipy.linalg.inv(
+                    inverse[np.ix_(position_of_curve, position_of_curve)]
+                )
+                error = error_covariance @ weights[position_of_curve]
             else:
                 across = self.covariance[np.ix_(coordinates, retained_coordinates)]
-                spread = self.covariance[np.ix_(coordinates, coordinates)]
-                spread = spread - across @ inverse @ across.T
+                error_covariance = self.covariance[np.ix_(coordinates, coordinates)]
+                error_covariance = error_covariance - across @ inverse @ across.T
                 error = self.curves.departure[coordinates] - across @ weights
             remainder = self.curves.remainder[points]
-            spread = (spread + spread.T) / 2
-            yield PredictedCurve(points, vectors, error, spread, remainder, self.noise)
+            error_covariance = (error_covariance + error_covariance.T) / 2
+            yield PredictedCurve(points, vectors, error, error_covariance, remainder, self.noise)
 
     def sizes(self, retained: IndexArray) -> FloatArray:
         """`PredictedCurve.size` of each curve, shape (curves,)."""
@@ -340,7 +342,7 @@ def curve_shapes(
                     points[rows_of_points],
                     np.exp(np.minimum(expected, _LARGEST_LOG_MU)),
                     predicted,
-                    min(_BY_ALL * size_by_all, largest_size),
+                    min(_FACTOR_ON_SIZE_BY_ALL * size_by_all, largest_size),
                 )
             )
     return tuple(sorted(shapes, key=lambda shape: shape.curve))

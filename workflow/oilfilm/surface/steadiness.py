@@ -238,13 +238,15 @@ def _smallest_seen_size(
 ) -> float:
     """The smallest size of a pattern, shape (curves, 1), that would be seen."""
     information = likelihood.information(EXPECTED)
-    power = float(information.between(pattern, pattern)[0])
+    pattern_information = float(information.between(pattern, pattern)[0])
     # the conditions may take up all of a pattern
-    if not power > 0:
+    if not pattern_information > 0:
         return float("inf")
     prior_precision = limits.usual.size_of(effect) ** -2
     factor = limits.factor_on_score(share_of_information(information, pattern[:, 0]))
-    return limits.seen_at * float(np.sqrt(factor * (power + prior_precision)) / power)
+    return limits.seen_at * float(
+        np.sqrt(factor * (pattern_information + prior_precision)) / pattern_information
+    )
 
 
 @dataclass(frozen=True)
@@ -268,12 +270,12 @@ class _Likeliest(NamedTuple):
     """A candidate at the variance under which it is likeliest.
 
     Attributes:
-        ratio: Twice the logarithm of its likelihood, up to a constant.
+        twice_ln_likelihood: Twice the logarithm of its likelihood, up to a constant.
         size: Most likely size of each of its columns.
         share: Information on it, over that of patterns in a random order.
     """
 
-    ratio: float
+    twice_ln_likelihood: float
     size: FloatArray
     share: float
 
@@ -341,24 +343,28 @@ class _Profile:
             information = self.compared.get(number) or self.likelihood.information(number)
             for row, candidate in enumerate(candidates):
                 columns = candidate.columns
-                power = columns.T @ information.times(columns)
+                precision_of_size = columns.T @ information.times(columns)
                 pull = information.pull @ columns
-                power = power + self.precision * np.eye(len(pull))
-                size = np.asarray(np.linalg.solve(power, pull), dtype=float)
-                ratio = float(steady + pull @ size)
-                if ratio > likeliest[row].ratio:
+                precision_of_size = precision_of_size + self.precision * np.eye(len(pull))
+                size = np.asarray(np.linalg.solve(precision_of_size, pull), dtype=float)
+                twice_ln_likelihood = float(steady + pull @ size)
+                if twice_ln_likelihood > likeliest[row].twice_ln_likelihood:
                     share = share_of_information(information, columns @ size)
-                    likeliest[row] = _Likeliest(ratio, size, share)
+                    likeliest[row] = _Likeliest(twice_ln_likelihood, size, share)
         changes = []
-        for candidate, (ratio, size, share) in zip(candidates, likeliest, strict=True):
-            amount = float(size[0]) if len(size) == 1 else float(np.linalg.norm(size))
+        for candidate, (twice_ln_likelihood, size, share) in zip(
+            candidates, likeliest, strict=True
+        ):
+            total_size = float(size[0]) if len(size) == 1 else float(np.linalg.norm(size))
             pattern = candidate.columns[:, 0]
-            if len(size) > 1 and amount > 0:
-                pattern = candidate.columns @ size / amount
-            score = ratio - float(self.steady.max()) - 2 * candidate.ln_chances
+            if len(size) > 1 and total_size > 0:
+                pattern = candidate.columns @ size / total_size
+            score = twice_ln_likelihood - float(self.steady.max()) - 2 * candidate.ln_chances
             alarm = limits.alarm_of(candidate.kind) * limits.factor_on_score(share)
             changes.append(
-                Change(self.effect, candidate.kind, pattern, amount, score, alarm, candidate.label)
+                Change(
+                    self.effect, candidate.kind, pattern, total_size, score, alarm, candidate.label
+                )
             )
         return changes
 

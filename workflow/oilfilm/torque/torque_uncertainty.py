@@ -176,7 +176,7 @@ class Drawing:
     """The draws of operating points.
 
     Attributes:
-        which: Indices of the points that have draws.
+        drawn_points: Indices of the points that have draws.
         law_errors: Relative standard error of the law's form at these points.
     """
 
@@ -281,7 +281,7 @@ class Drawing:
             for names in causes.values():
                 variants.append({**numbers, **{name: second_numbers[name] for name in names}})
             joined_numbers.append(
-                {name: np.concatenate([v[name] for v in variants]) for name in numbers}
+                {name: np.concatenate([variant[name] for variant in variants]) for name in numbers}
             )
         solved = self._solved(joined_numbers, chosen)
         values = solved.reshape(len(DRAWN), 1 + len(causes), _PAIRS, len(chosen))
@@ -315,7 +315,7 @@ class Drawing:
 
         Args:
             numbers: Random numbers of each group.
-            chosen: Positions in `which`.
+            chosen: Positions in `drawn_points`.
         """
         count = len(numbers[0]["run"])
         points_at_once = max(_SOLVED_AT_ONCE // count, 1)
@@ -425,10 +425,10 @@ def with_uncertainty(
     drawn = {"torque_n_m": torque, "cage_slip": slip, "power_w": torque * speed_rad_s}
     columns: dict[str, FloatArray] = {}
     for name, values in drawn.items():
-        counted = np.where(has_enough_draws, values, 0.0)
+        usable_values = np.where(has_enough_draws, values, 0.0)
         # between these ranks the next draw is with 95 %; the usual ranks hold 93 % with 100 draws
-        lower, upper = np.nanquantile(counted, _INTERVAL, axis=0, method="weibull")
-        spread = np.nanstd(counted, axis=0, ddof=1)
+        lower, upper = np.nanquantile(usable_values, _INTERVAL, axis=0, method="weibull")
+        spread = np.nanstd(usable_values, axis=0, ddof=1)
         columns[f"{name}_uncertainty"] = np.where(has_enough_draws, spread, np.nan)
         columns[f"{name}_lower"] = np.where(has_enough_draws, lower, np.nan)
         columns[f"{name}_upper"] = np.where(has_enough_draws, upper, np.nan)
