@@ -246,11 +246,11 @@ def _refits(solution: Solution) -> pd.DataFrame:
     values = np.vstack([resampled, shifted])
     causes = ["resampled curves"] * len(resampled)
     causes += [f"calibration of {sensor}" for sensor in SENSORS[: len(shifted)]]
-    numbers = list(range(len(resampled))) + [0] * len(shifted)
+    refit_numbers = list(range(len(resampled))) + [0] * len(shifted)
     return pd.DataFrame(
         {
             "cause": np.repeat(causes, len(names)),
-            "refit": np.repeat(numbers, len(names)),
+            "refit": np.repeat(refit_numbers, len(names)),
             "constant": names * len(values),
             "value": values.ravel(),
         }
@@ -286,11 +286,11 @@ def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
     # the order of `curve_data`, whose traction is that of positive slip
     accepted = points[points["accepted"]].sort_values(["run_id", "first_row"])
     accepted = accepted.reset_index(drop=True)
-    side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
+    slip_sign = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
     residual = solution.problem.residual(solution.best.values)
     return accepted[["run_id", "first_row", "slide_roll_ratio"]].assign(
-        traction_coefficient=side * (data.mu + residual),
-        left_out_traction_coefficient=side * (data.mu + solution.left_out),
+        traction_coefficient=slip_sign * (data.mu + residual),
+        left_out_traction_coefficient=slip_sign * (data.mu + solution.left_out),
     )
 
 
@@ -404,8 +404,8 @@ def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
     scaled_values = np.linalg.svd(unit_columns, compute_uv=False)
     rounding = scaled_values[0] * max(jacobian.shape) * np.finfo(float).eps
     is_singular = scaled_values[-1] <= rounding
-    condition = float("nan") if is_singular else float(scaled_values[0] / scaled_values[-1])
-    return float(singular_values[-1] ** 2), float(singular_values[0] ** 2), condition
+    condition_number = float("nan") if is_singular else float(scaled_values[0] / scaled_values[-1])
+    return float(singular_values[-1] ** 2), float(singular_values[0] ** 2), condition_number
 
 
 def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:

@@ -176,13 +176,13 @@ class CurveCovariance:
     def matrix(self) -> FloatArray:
         """The covariance, shape (coordinates, coordinates)."""
         curves = self.curves
-        level_factor, slip_factor = self.factors
+        overall_factor, slip_factor = self.factors
         covariance = curves.over_slip(self.slip_covariance)
         covariance *= curves.expanded(slip_factor)
-        level_covariance = curves.expanded(level_factor)
-        level_covariance *= self.size_in_coordinates[:, np.newaxis]
-        level_covariance *= self.size_in_coordinates
-        covariance += level_covariance
+        overall_covariance = curves.expanded(overall_factor)
+        overall_covariance *= self.size_in_coordinates[:, np.newaxis]
+        overall_covariance *= self.size_in_coordinates
+        covariance += overall_covariance
         covariance += curves.law_slopes @ curves.law_slopes.T
         if self.sizes.rig_gain:
             covariance += self.sizes.rig_gain**2 * curves.gain_products_of_rigs
@@ -199,28 +199,31 @@ class CurveCovariance:
             weight: Symmetric, shape (coordinates, coordinates).
         """
         curves, size_over_slip = self.curves, self.sizes_over_slip
-        level_factor, slip_factor = self.factors
+        overall_factor, slip_factor = self.factors
         by_name = {"noise": 2 * self.sizes.noise**2 * np.trace(weight)}
         effect_slopes = 2 * self.sizes.effects**2 * (weight[curves.pairs] @ curves.effect_products)
         by_name.update(zip(EFFECTS, effect_slopes, strict=True))
 
-        half_summed = curves.summed(weight * self.size_in_coordinates[:, np.newaxis]).T
-        level_weight = curves.summed(self.size_in_coordinates[:, np.newaxis] * half_summed)
+        # summed over the coordinates of a curve on one side of the matrix
+        weight_by_curve = curves.summed(weight * self.size_in_coordinates[:, np.newaxis]).T
+        overall_weight = curves.summed(self.size_in_coordinates[:, np.newaxis] * weight_by_curve)
         slip_weight = curves.summed(
             curves.summed(weight * curves.over_slip(self.slip_covariance)).T
         )
-        for name, (level_slope, slip_slope) in self.kernel.slopes(curves.conditions).items():
-            by_name[name] = np.vdot(level_weight, level_slope) + np.vdot(slip_weight, slip_slope)
+        for name, (overall_slope, slip_slope) in self.kernel.slopes(curves.conditions).items():
+            by_name[name] = np.vdot(overall_weight, overall_slope) + np.vdot(
+                slip_weight, slip_slope
+            )
 
         slip_sums = curves.onto_slips(weight * curves.expanded(slip_factor))
         by_length = matern_slope(self.slip_distances) * np.outer(size_over_slip, size_over_slip)
         by_name["slip_length"] = np.vdot(slip_sums, by_length)
         exponent = trend_exponent(curves.slips)
         by_trend = self.slip_covariance * np.add.outer(exponent, exponent)
-        level_by_trend = np.asarray(curves.to_slips @ (exponent * size_over_slip))
-        trend_weight = curves.summed(level_by_trend[:, np.newaxis] * half_summed)
-        level_slope_by_trend = np.vdot(trend_weight, level_factor)
-        by_name["slip_trend"] = np.vdot(slip_sums, by_trend) + 2 * level_slope_by_trend
+        size_by_trend = np.asarray(curves.to_slips @ (exponent * size_over_slip))
+        trend_weight = curves.summed(size_by_trend[:, np.newaxis] * weight_by_curve)
+        overall_slope_by_trend = np.vdot(trend_weight, overall_factor)
+        by_name["slip_trend"] = np.vdot(slip_sums, by_trend) + 2 * overall_slope_by_trend
         names = size_names(tells_rigs_apart=bool(self.sizes.rig_gain))
         if self.sizes.rig_gain:
             gain_sum = np.vdot(weight, curves.gain_products_of_rigs)
@@ -255,9 +258,9 @@ def objective(
     gradient[noise] += curves.residual_freedom - scaled_squares
 
     medians = np.log([prior.median for prior in size_priors])
-    deviations = np.array([prior.ln_sd for prior in size_priors])
-    scores = (logarithms - medians) / deviations
-    return value + np.sum(scores**2) / 2, gradient + scores / deviations
+    prior_sds = np.array([prior.ln_sd for prior in size_priors])
+    scores = (logarithms - medians) / prior_sds
+    return value + np.sum(scores**2) / 2, gradient + scores / prior_sds
 
 
 @dataclass(frozen=True)
