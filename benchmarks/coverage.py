@@ -35,7 +35,7 @@ from oilfilm.fits.surface_search import with_surface
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction.law import FloatArray
 from simulated_lab.printed import printed_constants
-from simulated_lab.truth import LawTruth, Truth, true_tractions
+from simulated_lab.truth import LawTruth, TrueTraction, true_tractions
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
@@ -104,7 +104,7 @@ class PointTruth:
     contact: object
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
-        """See `Truth`."""
+        """See `TrueTraction`."""
         pressure, speed, temperature, slip = np.broadcast_arrays(*conditions)
         columns = {
             "max_hertz_pressure_gpa": pressure,
@@ -117,7 +117,7 @@ class PointTruth:
 
 
 @cache
-def truth_of(name: str, oil: str) -> Truth:
+def truth_of(name: str, oil: str) -> TrueTraction:
     """The truth of this name."""
     constants = printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
     settings = _settings("demo")
@@ -168,7 +168,7 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
         points = with_calibration(points, COMMON)
     fit = fit_oil(points, oil, _quick(curves), number).replace(points=points)
     fit = with_surface(fit, oil, settings)
-    fitted = FittedLaw.of_configured(fit, oil)
+    fitted = FittedLaw.from_results(fit, oil)
     (quality,) = tables.rows(fit.fit_quality)
     sound = verdict_of_fit(quality, fitted, points, settings)["sound"]
     conditions = spread_conditions(matrix.min(axis=0), matrix.max(axis=0), NEW_CONDITIONS, random)

@@ -47,7 +47,9 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     (plan,) = plan_oil(results, SETTINGS, OIL, request)
     # the plan of the product stops, because drag decides: here the law's part alone counts
     tests = plan.candidates.tests
-    of_each = plan.information.of_curves(plan.candidates.curves, plan.candidates.form_error)
+    of_each = plan.information.precision_of_curves(
+        plan.candidates.curves, plan.candidates.form_error
+    )
     design = choose(plan.information.precision, of_each, plan.gradients, count)
     chosen = [design.chosen, *(random.choice(len(tests), count, False) for _ in range(designs))]
     promised = [design.before]

@@ -131,7 +131,7 @@ def references() -> None:
         added, reasons = planned(tested)
         is_reference = np.array(reasons) == "reference"
         at_middle = added.copy()
-        at_middle[is_reference] = Levels.of_conditions(tested).middle
+        at_middle[is_reference] = Levels.from_conditions(tested).middle
         variants = {"tested": added, "middle": at_middle, "none": added[~is_reference]}
 
         def step(time: FloatArray, first: int = len(tested)) -> FloatArray:

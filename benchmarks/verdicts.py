@@ -90,7 +90,7 @@ def check_steady() -> None:
         fit = fit_oil(points, OIL, quick, 1).replace(points=points)
         fit = with_surface(fit, OIL, settings)
         (quality,) = tables.rows(fit.fit_quality)
-        verdict = verdict_of_fit(quality, FittedLaw.of_configured(fit, OIL), points, settings)
+        verdict = verdict_of_fit(quality, FittedLaw.from_results(fit, OIL), points, settings)
         said = {name: verdict[name] for name in ("law_verdict", "campaign_verdict", "change")}
         print("random order" if order else "order of the conditions", said, flush=True)
 

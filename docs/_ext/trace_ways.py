@@ -209,7 +209,7 @@ def way_of_law_name(of_row: list[Step], tables: CampaignTables) -> list[Step]:
     fits = [step for step in of_row if step.script.startswith("workflow/scripts/fit")]
     predicted = Step("The fit gives a traction coefficient.", "workflow/oilfilm/fits/fitted.py")
     with traced(predicted):
-        FittedLaw.of_configured(tables, _OIL).predict_at(1.2, 30.0, 60.0, 0.05)
+        FittedLaw.from_results(tables, _OIL).predict_at(1.2, 30.0, 60.0, 0.05)
     exported = Step("The law is written in other languages.", "workflow/scripts/exports.py")
     settings = settings_of_campaign()
     with traced(exported):

@@ -29,17 +29,17 @@ def terms(name: str, axial_load_n: float = 20e3):
     many = len(SPEED_RPM)
     duty = OperatingPoints.axial(np.full(many, axial_load_n), SPEED_RPM * np.pi / 30)
     assumed = settings().bearing
-    oil_film = Lubrication.of(
+    oil_film = Lubrication.flooded(
         oil(name), np.full(many, 100.0), assumed.drag_coefficient, assumed.oil_volume_fraction
     )
-    law = LawInBearing.of(
+    law = LawInBearing.from_fit(
         deng2026_study.printed(name), "stress", contact(), assumed.law_floor.model_dump()
     )
     box = default_settings().printed.boxes.tested.model_dump()
     tested = {key: tuple(ends) for key, ends in box.items() if key != "inlet_temperature_c"}
     drawing = FrictionProblem(bearing(), duty, oil_film, law)
     uncertain = {**bearing().uncertain, **assumed.uncertain()}
-    operation = drawing.with_inputs(Inputs.of(uncertain, many))
+    operation = drawing.with_inputs(Inputs.without_draws(uncertain, many))
     return torque_terms(friction_equilibrium(operation), tested)
 
 

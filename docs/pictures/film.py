@@ -82,7 +82,7 @@ def thickness_over_speed() -> Figure:
         label = f"{temperature:g} °C"
         thickness, _ = film("4102", speed, np.asarray(temperature))
         one.plot(speed, thickness, "-", color=colour, label=label)
-        rig, inlet = contact(), InletOil.of(oil("4102"), temperature)
+        rig, inlet = contact(), InletOil.from_oil(oil("4102"), temperature)
         of_rig = {"radius_x_m": rig.radius_m, "reduced_modulus_pa": rig.reduced_modulus_pa}
         at = Conditions(rig.load_n(PRESSURE), PRESSURE, speed, temperature, **of_rig)
         isothermal = isothermal_film_thickness(inlet, at, "minimum") * 1e6
@@ -110,7 +110,7 @@ def inlet_heating() -> Figure:
     figure, two = row(2)
     speed = np.linspace(1, 60, 120)
     for temperature, style in ((40.0, "-"), (70.0, "--"), (120.0, ":")):
-        heating = InletOil.of(oil("4102"), np.asarray(temperature)).thermal_loading(speed)
+        heating = InletOil.from_oil(oil("4102"), np.asarray(temperature)).thermal_loading(speed)
         two[0].plot(speed, heating, style, label=f"{temperature:g} °C")
         relative = PRESSURE * 1e9 / contact().reduced_modulus_pa
         factor = thermal_reduction_factor(relative, 0.0, heating)

@@ -87,7 +87,7 @@ def test_a_motion_between_the_sides_of_a_jump_is_found_again_beside_itself():
     # random draws are looked for in this way, 5 000 N beside it has no jump
     found = friction_equilibrium(mainshaft_problem("4010", 6000, 40.0, [683.4988689104133, 5000.0]))
     assert found.held_by_band().tolist() == [True, False]
-    beside = Neighbour.of(found.problem, found.solution.unknowns)
+    beside = Neighbour.from_unknowns(found.problem, found.solution.unknowns)
     for again in (
         friction_equilibrium(found.problem, beside),
         friction_equilibrium(found.problem),

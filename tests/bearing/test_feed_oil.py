@@ -22,7 +22,7 @@ L_MIN = 1e-3 / 60
 def with_values(at: FrictionProblem, **changed: float) -> FrictionProblem:
     """The problem in operation, with some inputs changed."""
     bearing, points = at.bearing, len(at.points.axial_load_n)
-    inputs = Inputs.of({**bearing.uncertain, **SETTINGS.uncertain()}, points)
+    inputs = Inputs.without_draws({**bearing.uncertain, **SETTINGS.uncertain()}, points)
     arrays = {name: np.full(points, float(value)) for name, value in changed.items()}
     return at.with_inputs(replace(inputs, **arrays))
 

@@ -32,7 +32,7 @@ def inputs(points: int = 1, **changed: float | np.ndarray) -> Inputs:
         ),
         0.0,
     )
-    values = Inputs.of({**MAINSHAFT.uncertain, **SETTINGS.uncertain()}, points)
+    values = Inputs.without_draws({**MAINSHAFT.uncertain, **SETTINGS.uncertain()}, points)
     arrays = {name: np.full(points, value) for name, value in (nothing | changed).items()}
     return replace(values, **arrays)
 

@@ -32,4 +32,4 @@ def test_draws_fill_the_range_and_half_of_them_are_on_either_side_of_the_value()
 def test_a_bearing_of_unknown_flow_has_an_unknown_feed():
     unknown = shipped("harris-218").uncertain["feed_flow_m3_s"]
     assert np.isnan(unknown).all()
-    assert np.isnan(unknown.at(np.array([0.1, 0.9]))).all()
+    assert np.isnan(unknown.quantiles(np.array([0.1, 0.9]))).all()

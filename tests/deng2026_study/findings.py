@@ -160,7 +160,7 @@ def _rigid_problem(settings: Settings, oil: str, *others: Any) -> FrictionProble
     """The problem of `true_problem` without what its uncertain inputs add."""
     problem = _TRUE_PROBLEM(settings, oil, *others)
     bearing = settings.bearing
-    flooded = Lubrication.of(
+    flooded = Lubrication.flooded(
         settings.known_oil(oil),
         problem.lubrication.inlet_temperature_c,
         bearing.drag_coefficient,

@@ -279,10 +279,10 @@ def test_open_signs_leave_mu_of_4010_open_by_a_factor_of_nine() -> None:
     lower, upper = law.sign_range(at, slip)
     np.testing.assert_allclose(lower, [0.0018, -0.0157], atol=5e-5)
     np.testing.assert_allclose(upper, [0.0157, -0.0018], atol=5e-5)
-    assert "0.0018 to 0.016" in law.wrong[0]
+    assert "0.0018 to 0.016" in law.warnings[0]
     # no sign of 4102 is open
     sure = deng2026_study.printed("4102")
-    assert sure.wrong == ()
+    assert sure.warnings == ()
     np.testing.assert_array_equal(*sure.sign_range(at, slip))
 
 

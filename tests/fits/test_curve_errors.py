@@ -7,7 +7,13 @@ import pytest
 
 from fit_points import LAW, problem_of
 from oilfilm.base.randomness import generator
-from oilfilm.fits.measured_curves import EFFECTS, ErrorSizes, effects, error_sizes, precision
+from oilfilm.fits.measured_curves import (
+    CURVE_ERRORS,
+    ErrorSizes,
+    curve_error_slopes,
+    error_sizes,
+    precision_by_curve,
+)
 from planned_tests import SMALL, TRUTH, Errors, curves_at, run_tests
 
 NONE = Errors(0, 0, 0, 0, 0, 0)
@@ -15,16 +21,16 @@ FIELDS = ("load", "force", "speed", "temperature_c", "zero_n")
 LARGE = [(p, u, t) for p in (1.0, 1.25, 1.5) for u in (25.0, 32.0, 40.0) for t in (25.0, 60, 110)]
 
 
-@pytest.mark.parametrize("number", range(len(EFFECTS)), ids=EFFECTS)
+@pytest.mark.parametrize("number", range(len(CURVE_ERRORS)), ids=CURVE_ERRORS)
 def test_effect_is_what_a_rig_with_that_error_would_read(number: int) -> None:
-    """The simulated rig runs at the true conditions; `effects` differentiates the law."""
+    """The simulated rig runs at the true conditions; `curve_error_slopes` has slopes of the law."""
     curves = curves_at(SMALL)
     size = 1e-4
     random = generator(3, "effect", number)
     points = run_tests(SMALL, random, replace(NONE, **{FIELDS[number]: size}))
     drawn = generator(3, "effect", number).standard_normal((len(SMALL), 5))[:, number]
     difference = points["traction_coefficient"] - LAW.traction(TRUTH, curves.observations(LAW))
-    expected = size * drawn[curves.curve] * effects(LAW, TRUTH, curves)[:, number]
+    expected = size * drawn[curves.curve] * curve_error_slopes(LAW, TRUTH, curves)[:, number]
     np.testing.assert_allclose(difference, expected, atol=2e-3 * np.abs(expected).max())
 
 
@@ -36,10 +42,10 @@ def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
         problem = problem_of(run_tests(LARGE, generator(number, "sizes"), planted))
         slopes = problem.jacobian(TRUTH)
         fitted = TRUTH - np.linalg.lstsq(slopes, problem.residual(TRUTH))[0]
-        effect = effects(LAW, fitted, curves_at(LARGE))
+        effect = curve_error_slopes(LAW, fitted, curves_at(LARGE))
         residual = -problem.residual(fitted)
         sizes = error_sizes(problem.jacobian(fitted), effect, residual, problem.observations.curve)
-        found.append([*sizes.of_curve, sizes.of_point])
+        found.append([*sizes.curve_variances, sizes.point_variance])
     error = np.std(found, axis=0, ddof=1) / np.sqrt(len(found))
     truth = np.array([*planted.of_curve, planted.point]) ** 2
     assert (np.abs(np.mean(found, axis=0) - truth) <= 4 * error).all()
@@ -50,11 +56,11 @@ def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
 def test_a_curve_of_many_points_is_one_draw_of_its_errors() -> None:
     """1/(v + s^2/sum d^2) of a parameter that acts as the run's error: s^2 shrinks, v stays."""
     curves = curves_at(SMALL[:1])
-    effect = effects(LAW, TRUTH, curves)
+    effect = curve_error_slopes(LAW, TRUTH, curves)
     effect[:, 1:] = 0.0
     sizes = ErrorSizes(np.array([1e-6, 0, 0, 0, 0]), 1e-10)
     for times in (1, 2, 100):
         d = np.repeat(effect, times, axis=0)
-        told = precision(d[:, :1], d, sizes, np.zeros(len(d), dtype=int))[0, 0, 0]
+        told = precision_by_curve(d[:, :1], d, sizes, np.zeros(len(d), dtype=int))[0, 0, 0]
         assert told == pytest.approx(1 / (1e-6 + 1e-10 / np.sum(d**2)), rel=1e-9)
     assert told == pytest.approx(1e6, rel=1e-3)

@@ -16,9 +16,9 @@ from oilfilm.fits.conditions import (
     FixedCondition,
     InStep,
     fixed_conditions,
+    fixed_from_text,
+    fixed_to_text,
     followed_conditions,
-    from_text,
-    to_text,
 )
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw, predict
@@ -127,7 +127,7 @@ def test_bare_constants_give_mu_without_interval_or_box() -> None:
 
 def test_nothing_fitted_gives_nothing(config: Settings) -> None:
     points = make_points("4102", matrix()).assign(accepted=False)
-    law = FittedLaw.of_configured(fit_oil(points, "4102", config.fit, config.seed), "4102")
+    law = FittedLaw.from_results(fit_oil(points, "4102", config.fit, config.seed), "4102")
     with pytest.warns(UserWarning, match="nothing could be fitted"):
         result = law.predict_at(1.25, 30.0, 70.0, 0.1)
     assert np.isnan([result.traction_coefficient, result.mean_ci_lower, result.distance]).all()
@@ -288,7 +288,7 @@ def test_line_is_as_planted(quick: Settings, exponents: tuple[float, float], lev
     if not fixed.in_step:  # it varied too little to be called varied
         assert np.ptp(temperature) < quick.fit.min_relative_range * temperature.max()
         return
-    line = fixed.on_line(dict(zip(CONDITIONS, conditions.T, strict=True)))
+    line = fixed.tested_value(dict(zip(CONDITIONS, conditions.T, strict=True)))
     # an exponent that moves the line by less than the tolerance is left out of it
     np.testing.assert_allclose(line, temperature, rtol=2.1 * quick.fit.level_tolerance)
     assert fixed.within <= 3.1 * quick.fit.level_tolerance
@@ -326,6 +326,6 @@ def test_fixed_conditions_survive_the_table() -> None:
         FixedCondition("inlet_temperature_c", 60.0, 0.03, (InStep(CONDITIONS[0], 1.2, 1.8),)),
         FixedCondition("entrainment_speed_m_s", None, 0.0),
     )
-    assert from_text(to_text(fixed)) == fixed
+    assert fixed_from_text(fixed_to_text(fixed)) == fixed
     with pytest.raises(OilfilmError, match="fixed_conditions holds 'inlet_temperature_c 60 degC'"):
-        from_text("inlet_temperature_c 60 degC")
+        fixed_from_text("inlet_temperature_c 60 degC")

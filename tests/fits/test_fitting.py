@@ -15,8 +15,8 @@ from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
 from oilfilm.fits import engine
-from oilfilm.fits.certificate_words import certificate
-from oilfilm.fits.conditions import from_text
+from oilfilm.fits.certificate_sentences import certificate
+from oilfilm.fits.conditions import fixed_from_text
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fit_tables import certify, gradient_cosine, spectrum
@@ -109,7 +109,9 @@ def test_one_condition_gives_a_curve_but_no_exponents(quick: Settings) -> None:
     slip = np.linspace(0, 0.3, 7)
     expected = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, slip)
     np.testing.assert_allclose(law.traction(np.array([1.25, 30, 70]), slip), expected, atol=2e-5)
-    levels = {each.condition: each.level for each in from_text(quality["fixed_conditions"].iloc[0])}
+    levels = {
+        each.condition: each.level for each in fixed_from_text(quality["fixed_conditions"].iloc[0])
+    }
     assert levels["entrainment_speed_m_s"] == pytest.approx(30)
 
 
@@ -177,7 +179,9 @@ def test_measured_curves_give_one_curve_and_the_fit_says_why_no_more(etm: Campai
     assert not rows.loc[[constant.name for constant in LAW.constants], "identifiable"].any()
     assert rows.loc[["A", "B", "C"], "identifiable"].all()
     assert quality["certified"].iloc[0]
-    levels = {each.condition: each.level for each in from_text(quality["fixed_conditions"].iloc[0])}
+    levels = {
+        each.condition: each.level for each in fixed_from_text(quality["fixed_conditions"].iloc[0])
+    }
     assert levels["max_hertz_pressure_gpa"] is None
     # the rig file states no calibration
     assert rows["systematic_standard_error"].isna().all()

@@ -98,7 +98,7 @@ def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, f
         points = source.points(some, random, oil)
         fit = fit_oil(points, oil, settings, 1).replace(points=points)
         fit = with_surface(fit, oil, config)
-        fitted = FittedLaw.of_configured(fit, oil)
+        fitted = FittedLaw.from_results(fit, oil)
         box = some.min(axis=0), some.max(axis=0)
         new = source.points(spread_conditions(*box, 20, random), random, oil)
         new = new[new["slide_roll_ratio"] > 0]

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from oilfilm.base.randomness import generator
-from oilfilm.fits.conditions import levels_of
+from oilfilm.fits.conditions import condition_level_numbers
 from oilfilm.fits.soundness import lack_of_fit
 from oilfilm.settings.resolved import Settings
 
@@ -23,7 +23,7 @@ def test_published_example_of_the_lack_of_fit_test() -> None:
     assert parts.noise**2 == pytest.approx(1148.0 / 5)
     assert parts.ratio == pytest.approx(14.80, abs=0.005)
     assert parts.limit == pytest.approx(stats.f.ppf(0.95, 4, 5))
-    assert parts.shown
+    assert parts.is_shown
 
 
 def test_published_example_without_lack_of_fit() -> None:
@@ -41,7 +41,7 @@ def test_published_example_without_lack_of_fit() -> None:
     parts = lack_of_fit(residual, cars, cylinders, np.zeros_like(cars), constants=2)
     assert parts.noise**2 == pytest.approx(301.26 / 29, abs=0.005 / 29)
     assert parts.ratio == pytest.approx(7.07 / (301.26 / 29), rel=0.001)
-    assert not parts.shown
+    assert not parts.is_shown
 
 
 def planted(form: float, repeats: int, draw: int) -> tuple[np.ndarray, ...]:
@@ -62,21 +62,21 @@ def test_planted_noise_and_planted_wrong_form_are_found_apart() -> None:
     assert parts.repeats == parts.conditions == 20
     # noise of runs and of points together, sqrt(3^2 + 4^2)
     assert parts.noise == pytest.approx(5e-4, rel=0.12)
-    assert parts.lack == pytest.approx(1.2e-3, rel=0.03)
-    assert parts.shown
+    assert parts.form_rms == pytest.approx(1.2e-3, rel=0.03)
+    assert parts.is_shown
 
 
 def test_noise_alone_is_rarely_called_lack_of_fit() -> None:
     # errors that points of a run share would fool the classical test in far more than 5 %
-    called = [lack_of_fit(*planted(0.0, 8, draw), constants=1).shown for draw in range(100)]
+    called = [lack_of_fit(*planted(0.0, 8, draw), constants=1).is_shown for draw in range(100)]
     assert np.mean(called) <= 0.08
 
 
 def test_points_of_one_run_are_no_repeats_of_each_other() -> None:
     parts = lack_of_fit(*planted(1e-3, 0, draw=0), constants=1)
     assert parts.repeats == 0
-    assert np.isnan([parts.noise, parts.lack, parts.ratio]).all()
-    assert not parts.shown
+    assert np.isnan([parts.noise, parts.form_rms, parts.ratio]).all()
+    assert not parts.is_shown
 
 
 def test_both_branches_of_a_sweep_do_not_hide_the_error_of_the_run() -> None:
@@ -94,4 +94,4 @@ def test_runs_have_one_condition_within_the_range_that_the_settings_give(
 ) -> None:
     same = config.same_condition.model_copy(update={"inlet_temperature_c": range_c})
     temperatures = np.array([50.0, 53.0, 56.0])
-    assert levels_of("inlet_temperature_c", temperatures, same).tolist() == levels
+    assert condition_level_numbers("inlet_temperature_c", temperatures, same).tolist() == levels

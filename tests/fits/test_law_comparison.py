@@ -15,11 +15,11 @@ from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.fits import engine
 from oilfilm.fits.best_law import _errors_of_fits, best_laws
-from oilfilm.fits.conditions import levels_by_gap
+from oilfilm.fits.conditions import level_numbers_by_gap
 from oilfilm.fits.fit import fit_oil, laws_of, leave_curves_out, leave_ends_out
 from oilfilm.fits.fit_tables import bayesian_criterion
 from oilfilm.fits.soundness import noise_and_misfit
-from oilfilm.report.figures.fits import starts_of
+from oilfilm.report.figures.fits import mu_at_zero_slip
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import FIT_TABLES
@@ -91,7 +91,7 @@ def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) 
 def test_only_the_end_levels_are_extrapolated_to(quick: Settings) -> None:
     points = points_of(LAWS["deng2026"])
     task, best = polished(points, TRUTH["deng2026"])
-    levels = levels_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
+    levels = level_numbers_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
     errors = leave_ends_out(task, best, levels, quick.fit)
     ends = np.isin(levels[task.observations.curve], [0, 3])
     assert np.isnan(errors[~ends]).all()
@@ -111,7 +111,7 @@ def test_one_level_left_leaves_a_constant_open_however_it_scatters(
     points["max_hertz_pressure_gpa"] *= 1 + scatter * of_run
     task, best = polished(points[two], TRUTH[law.name])
     pressures = task.data.conditions[:, 0]
-    for levels in (levels_by_gap(pressures, 0.05), np.zeros(task.curves, dtype=np.int64)):
+    for levels in (level_numbers_by_gap(pressures, 0.05), np.zeros(task.curves, dtype=np.int64)):
         assert np.isnan(leave_ends_out(task, best, levels, quick.fit)).all()
 
 
@@ -163,7 +163,7 @@ def test_figure_of_errors_draws_the_table(quick: Settings, starting: CampaignTab
 
 
 def test_traction_without_slip_is_planted(quick: Settings, starting: CampaignTables) -> None:
-    starts = starts_of(starting, "4050", STARTS.name, quick)["y"]
+    starts = mu_at_zero_slip(starting, "4050", STARTS.name, quick)["y"]
     # mu(0) = D - |A| of each condition
     design = STARTS.design(MATRIX[list(STARTS.conditions)].to_numpy())
     sizes = STARTS.sizes(internal_of(STARTS), design)

@@ -15,7 +15,7 @@ from oilfilm import tables
 from oilfilm.base.levels import clusters
 from oilfilm.base.randomness import generator
 from oilfilm.fits.best_law import best_laws
-from oilfilm.fits.conditions import levels_by_gap, varied
+from oilfilm.fits.conditions import level_numbers_by_gap, varied
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit_tables import certify
 from oilfilm.fits.fitted import Coefficients, FittedLaw
@@ -117,8 +117,8 @@ def test_levels_that_are_just_the_gap_apart_are_one_whatever_their_last_digits(b
     # 21 levels are a twentieth of their range apart, which is the gap
     levels = np.linspace(0.9, 1.9, 21)
     levels[1::2] *= 1 + bits
-    assert levels_by_gap(levels, 0.05).max() == 0
-    assert levels_by_gap(levels, 0.049).max() == 20
+    assert level_numbers_by_gap(levels, 0.05).max() == 0
+    assert level_numbers_by_gap(levels, 0.049).max() == 20
     slips = np.array([0.01, 0.016, 0.022]) * [1, 1 + bits, 1]
     assert clusters(slips, 0.006).tolist() == [1, 1, 2]
 
@@ -154,7 +154,7 @@ def test_of_a_group_and_all_other_runs_the_smaller_one_is_blamed_whatever_the_na
     fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"]))
     surface = with_measured_surface(fitted, points, config.surface).surface
     assert surface is not None
-    campaign = MeasuredCampaign.of_surface(surface)
+    campaign = MeasuredCampaign.from_surface(surface)
     runs = np.array([f"run{number:03d}" for number in range(len(few))])
     for smaller, larger in (("rig a", "rig b"), ("rig b", "rig a")):
         groups = {smaller: set(runs[few]), larger: set(runs[~few])}

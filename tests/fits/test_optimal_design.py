@@ -29,7 +29,7 @@ def test_best_point_for_a_value_moves_the_mean_there(measured: list[float], want
     count = len(measured) + 1
     assert GRID[design.chosen[0]] == pytest.approx(count * wanted)
     assert design.after[0] ** 2 == pytest.approx(1 / count)
-    assert design.alone.min() == pytest.approx(design.after[0])
+    assert design.with_one_candidate.min() == pytest.approx(design.after[0])
 
 
 def test_best_points_for_a_slope_are_the_two_ends() -> None:

@@ -23,7 +23,7 @@ def rig(**errors: float) -> Rig:
 
 def of_rigs(config: Settings, *rigs: Rig) -> RunAssumptions:
     """What is known of the runs of some rigs."""
-    return RunAssumptions.of_settings(config.same_condition, rigs)
+    return RunAssumptions.from_settings(config.same_condition, rigs)
 
 
 def test_a_size_that_no_rig_states_is_that_of_usual_rigs(config: Settings) -> None:
@@ -53,7 +53,7 @@ def test_a_surface_from_its_tables_rests_on_the_same_assumptions(config: Setting
     assumed = of_rigs(config, rig(inlet_temperature_k=2.0, zero_as_traction_coefficient=1e-4))
     row = {**assumed.columns()}
     sizes = pd.DataFrame(assumed.size_rows("4050"))
-    again = RunAssumptions.of_tables(row, sizes)
+    again = RunAssumptions.from_tables(row, sizes)
     assert again.level_widths == assumed.level_widths
     assert again.usual_errors == assumed.usual_errors
     for name in ("gain", "zero", "slip_scale", "temperature_k", "noise"):
@@ -72,17 +72,17 @@ def calibrated(force: float, load: float) -> Rig:
 def test_rigs_are_expected_to_differ_by_their_calibration(config: Settings) -> None:
     # mu is force over load: 0.003 and 0.004 together are 0.005
     rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
-    assumed = RunAssumptions.of_settings(config.same_condition, rigs, ["b", "a"])
+    assumed = RunAssumptions.from_settings(config.same_condition, rigs, ["b", "a"])
     assert assumed.errors.rig_gain.median == pytest.approx(0.005)
     assert "rig_gain" not in assumed.usual_errors
     assert assumed.rigs == ("a", "b")
-    unknown = RunAssumptions.of_settings(config.same_condition, [*rigs, rig()], ["b", "a"])
+    unknown = RunAssumptions.from_settings(config.same_condition, [*rigs, rig()], ["b", "a"])
     assert unknown.errors.rig_gain == RunErrorSizes().rig_gain
     assert "rig_gain" in unknown.usual_errors
 
 
 def test_one_rig_is_not_expected_to_differ(config: Settings) -> None:
-    assumed = RunAssumptions.of_settings(config.same_condition, [rig()], ["a", "a"])
+    assumed = RunAssumptions.from_settings(config.same_condition, [rig()], ["a", "a"])
     assert "rig_gain" not in assumed.usual_errors
     assert "rig_gain" not in {row["size"] for row in assumed.size_rows("4050")}
 
@@ -90,8 +90,8 @@ def test_one_rig_is_not_expected_to_differ(config: Settings) -> None:
 @pytest.mark.parametrize("rig_of_runs", [None, ["a", "a"], ["a", "b"]])
 def test_rigs_of_runs_survive_their_tables(config: Settings, rig_of_runs: list[str] | None) -> None:
     rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
-    assumed = RunAssumptions.of_settings(config.same_condition, rigs, rig_of_runs)
-    again = RunAssumptions.of_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
+    assumed = RunAssumptions.from_settings(config.same_condition, rigs, rig_of_runs)
+    again = RunAssumptions.from_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
     assert again.rig_of_runs == assumed.rig_of_runs
     assert again.errors.rig_gain.median == pytest.approx(assumed.errors.rig_gain.median)
 

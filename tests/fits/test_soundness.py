@@ -13,11 +13,11 @@ from campaigns import printed
 from fit_points import LAW
 from measured_surfaces import with_measured_surface
 from oilfilm import tables
-from oilfilm.fits.conditions import FixedCondition, to_text
+from oilfilm.fits.conditions import FixedCondition, fixed_to_text
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.soundness import verdict_of_fit
-from oilfilm.fits.soundness_words import what_could_be_seen, what_is_wrong
+from oilfilm.fits.soundness_sentences import smallest_visible_changes, soundness_warnings
 from oilfilm.settings.resolved import Settings
 from simulated_points import Campaign, Drift, Truth, heated_film_truth, law_truth
 
@@ -159,7 +159,7 @@ def test_a_speed_that_is_the_sum_is_named_without_a_label(config: Settings) -> N
     row = verdict(config, points_of(config, Drift(speed=1.0 + FEW), 1))
     assert (row["change"], row["change_size"]) == ("speed factor", 2.0)
     assert row["changed_runs"] == tuple(f"run{number:03d}" for number in NUMBER[FEW])
-    (sentence,) = (text for text in what_is_wrong(row) if "2 times" in text)
+    (sentence,) = (text for text in soundness_warnings(row) if "2 times" in text)
     assert "entrainment speed" in sentence
 
 
@@ -179,7 +179,7 @@ def test_temperatures_that_were_exchanged_among_runs_are_named(config: Settings)
     row = verdict(config, points)
     assert row["change"] == "temperature labels"
     assert row["changed_runs"] == tuple(ring)
-    (sentence,) = what_is_wrong(row)
+    (sentence,) = soundness_warnings(row)
     assert "run003, run008, run015, run020" in sentence
 
 
@@ -207,10 +207,10 @@ def test_smallest_change_is_larger_in_the_order_of_a_condition(config: Settings)
     assert at_random["seen_trend_gain"] < 0.05
     assert np.isnan(in_order["seen_trend_gain"])
     assert in_order["seen_step_gain"] > 1.3 * at_random["seen_step_gain"]
-    sentence = what_could_be_seen(in_order)
+    sentence = smallest_visible_changes(in_order)
     assert "none of the traction force" in sentence
     assert "pressure" in sentence
-    assert f"{at_random['seen_trend_gain']:.1%}" in what_could_be_seen(at_random)
+    assert f"{at_random['seen_trend_gain']:.1%}" in smallest_visible_changes(at_random)
 
 
 def smooth_step(*at: np.ndarray) -> np.ndarray:
@@ -228,7 +228,7 @@ def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str) -
     row = verdict(config, points_of(config, Drift(), 4, truth=truth))
     assert (row["law_verdict"], row["campaign_verdict"]) == ("none fits", "steady")
     assert row["misfit"] > config.surface.largest_misfit
-    (sentence,) = what_is_wrong(row)
+    (sentence,) = soundness_warnings(row)
     assert f"{row['misfit']:.1%}" in sentence
 
 
@@ -245,11 +245,11 @@ def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
     pressure = "max_hertz_pressure_gpa"
     points = points_of(config, Drift(), 3)
     points[pressure] = np.nan
-    unknown = {"fixed_conditions": to_text([FixedCondition(pressure, None, 0.0)])}
+    unknown = {"fixed_conditions": fixed_to_text([FixedCondition(pressure, None, 0.0)])}
     row = verdict(config, points, quality=unknown, known=(False, True, True))
     assert row["law_verdict"] == row["campaign_verdict"] == "condition missing"
     assert not row["sound"]
-    assert len(what_is_wrong(row)) == 1
+    assert len(soundness_warnings(row)) == 1
 
 
 def test_few_runs_give_no_verdict(config: Settings) -> None:
@@ -266,7 +266,7 @@ def test_run_with_a_comma_in_its_name_counts_as_one(config: Settings) -> None:
     changed = row["changed_runs"]
     assert 1 < len(changed) < RUNS
     assert set(changed) <= set(points["run_id"])
-    (sentence,) = what_is_wrong(row)
+    (sentence,) = soundness_warnings(row)
     assert f"{len(changed)} runs" in sentence
 
 
@@ -295,6 +295,6 @@ def test_sentence_names_the_runs_of_a_change(
     change = {"change": "inlet temperature", "change_size": -2.0, "change_course": course}
     change |= {"changed_runs": runs, "change_group": "day: 2", "change_relative_rms": 0.05}
     row = {"campaign_verdict": "changed", "law_verdict": "adequate", "optimum_confirmed": True}
-    (sentence,) = what_is_wrong({**row, **change})
+    (sentence,) = soundness_warnings({**row, **change})
     for text in named:
         assert text in sentence

@@ -75,14 +75,14 @@ def any_bearing(
 def printed_law(oil: str, load_variable: str = "stress") -> LawInBearing:
     law = LAWS["deng2026"]
     fitted = FittedLaw(law, Coefficients.bare(law, printed()[oil]))
-    return LawInBearing.of(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
+    return LawInBearing.from_fit(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
 
 
 def lubrication(
     oil: str, temperature_c: float | np.ndarray, points: int, **changed: float
 ) -> Lubrication:
     settings = SETTINGS.model_copy(update=changed)
-    return Lubrication.of(
+    return Lubrication.flooded(
         oil_of(oil),
         np.full(points, temperature_c),
         settings.drag_coefficient,
@@ -107,7 +107,7 @@ def problem(
 def in_operation(at_rest: FrictionProblem) -> FrictionProblem:
     """The problem with growth, feed oil and starvation, by the values of bearing and settings."""
     uncertain = {**at_rest.bearing.uncertain, **SETTINGS.uncertain()}
-    return at_rest.with_inputs(Inputs.of(uncertain, len(at_rest.points.axial_load_n)))
+    return at_rest.with_inputs(Inputs.without_draws(uncertain, len(at_rest.points.axial_load_n)))
 
 
 def equilibrium(*arguments: Any, **options: Any) -> FrictionEquilibrium:

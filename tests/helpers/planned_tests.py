@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from campaigns import LABORATORY, printed, rig_contact
 from fit_points import LAW, accepted_points, problem_of
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.measured_curves import effects, points_of_curves
+from oilfilm.fits.measured_curves import curve_error_slopes, points_of_curves
 from oilfilm.fits.problem import Curves
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -88,7 +88,7 @@ def refit(
     load = CONTACT.load_n(data.conditions[:, 0])
     curves = Curves(data.conditions, load, data.curve, data.slip)
     of_run = of_run or Errors()
-    effect = effects(LAW, TRUTH, curves)
+    effect = curve_error_slopes(LAW, TRUTH, curves)
     roots = []
     for part in points_of_curves(data.curve):
         d = effect[part] * of_run.of_curve

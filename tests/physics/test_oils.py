@@ -102,7 +102,7 @@ def test_beta_is_the_slope_of_the_logarithm_of_viscosity(oil: Oil, celsius: floa
 def test_table_is_continued_beyond_both_ends() -> None:
     line = PiecewiseLinear((300.0, 310.0, 330.0), (10.0, 12.0, 8.0))
     temperatures = np.array([290.0, 300.0, 305.0, 310.0, 320.0, 330.0, 340.0])
-    assert line.at(temperatures) == pytest.approx([8.0, 10.0, 11.0, 12.0, 10.0, 8.0, 6.0])
+    assert line.value_at(temperatures) == pytest.approx([8.0, 10.0, 11.0, 12.0, 10.0, 8.0, 6.0])
 
 
 def own_oil(model: str, sheet: list[list[float]], **pressure: object) -> dict[str, object]:

@@ -150,7 +150,8 @@ def test_the_best_oil_is_that_of_the_tables(page: Page) -> None:
     )
     expected = best_of(slip.T, torque.T, film.T, *limits)
     assert best == [
-        int(oil) if known else None for oil, known in zip(expected.oil, expected.known, strict=True)
+        int(oil) if is_known else None
+        for oil, is_known in zip(expected.oil, expected.is_known, strict=True)
     ]
     assert None in best
     assert -1 in best

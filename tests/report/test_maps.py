@@ -75,7 +75,7 @@ def isothermal_truth(pressure_gpa: float, speed: float, inlet_c: float, slip: fl
     """The mean of the contact's points by their load, with a film as cold as the inlet."""
     (rig_load,) = [pressure_gpa**3 * 142 / 1.5**3]  # 142 N give 1.5 GPa (docs/physics.md)
     at = Conditions(rig_load, pressure_gpa, speed, inlet_c, 0.010, MODULUS_PA)
-    film_m = float(film_thickness(InletOil.of(OIL, inlet_c), at, slip, "central"))
+    film_m = float(film_thickness(InletOil.from_oil(OIL, inlet_c), at, slip, "central"))
 
     def of_ring(s: float) -> float:
         pressure = np.array(1e9 * pressure_gpa * s)

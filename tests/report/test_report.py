@@ -82,7 +82,7 @@ def test_cards_answer_for_every_oil_at_one_point(page: Page, results: CampaignTa
     assert at[2] == 70.0
     text = page.text
     for oil in OILS:
-        expected = FittedLaw.of_configured(results, oil).predict_at(*at)
+        expected = FittedLaw.from_results(results, oil).predict_at(*at)
         ends = [float(expected.obs_ci_lower), float(expected.obs_ci_upper)]
         mu, *interval = (f"{value:#.3g}" for value in (float(expected.traction_coefficient), *ends))
         assert f"{mu} Next good run{' to '.join(interval)} (95 %)" in text

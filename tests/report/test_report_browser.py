@@ -39,7 +39,7 @@ def page(tab: Tab, report: Path) -> Page:
 
 
 def prediction(results: CampaignTables, oil: str, points: np.ndarray) -> Any:
-    return FittedLaw.of_configured(results, oil).predict_at(*points.T)
+    return FittedLaw.from_results(results, oil).predict_at(*points.T)
 
 
 def agree(values: Any, expected: Any, rtol: float = 1e-9) -> None:

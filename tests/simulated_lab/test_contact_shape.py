@@ -13,7 +13,7 @@ from oilfilm.physics.rig_spin import edge_slip, spin_correction
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
-from simulated_lab.truth import Truth, true_tractions
+from simulated_lab.truth import TrueTraction, true_tractions
 
 RULE = gauss_rule(32, 12)
 RIG = rig_contact()
@@ -21,12 +21,12 @@ BEARING = shipped("mainshaft-167")
 
 
 @pytest.fixture(scope="module")
-def films() -> Mapping[str, Truth]:
+def films() -> Mapping[str, TrueTraction]:
     return true_tractions(resolve(ROOT / "config", {"campaign": "thermal"}), printed())
 
 
 def in_contact(
-    film: Truth,
+    film: TrueTraction,
     condition: tuple[float, float, float],
     slips: np.ndarray,
     radii_m: tuple[float, float],
@@ -77,7 +77,7 @@ def test_a_heated_film_has_less_traction_in_an_ellipse(films, oil, condition, ch
 
 
 def with_spin(
-    film: Truth, condition: tuple[float, float, float], slip: float, edge: float
+    film: TrueTraction, condition: tuple[float, float, float], slip: float, edge: float
 ) -> float:
     """mu that a rig measures whose disc spins, by quadrature over the circle."""
     along, across = slip - edge * RULE.across, edge * RULE.along

@@ -13,7 +13,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from simulated_lab.plan import PlannedRun
 from simulated_lab.simulate import simulate_campaign, slip_programme
-from simulated_lab.truth import Truth, misfit, true_tractions
+from simulated_lab.truth import TrueTraction, misfit, true_tractions
 
 
 def test_log_depends_on_seed_and_name_and_says_simulated(config: Settings, demo: Campaign) -> None:
@@ -96,5 +96,5 @@ def test_misfit_is_what_the_torque_rig_has_too_much(config: Settings) -> None:
     def more(*contact: Any) -> TractionLaw:
         return lambda at, slip: 1.07 * law(*contact)(at, slip)
 
-    planted = Mock(spec=Truth, side_effect=truth, local_law=more)
+    planted = Mock(spec=TrueTraction, side_effect=truth, local_law=more)
     assert misfit(planted, config) == pytest.approx(0.07, abs=1e-6)

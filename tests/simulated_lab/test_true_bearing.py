@@ -6,7 +6,7 @@ import pytest
 
 from campaigns import ROOT, printed
 from oilfilm.settings.resolve import resolve
-from oilfilm.torque.bearing_torque import Cases, oils_in_bearings
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_in_bearings
 from planted_fits import printed_fits
 from simulated_lab.true_bearing import true_map
 
@@ -24,7 +24,9 @@ def by_law(changed: float = 1.0) -> pd.DataFrame:
     settings = resolve(ROOT / "config", {"campaign": "demo"})
     oils = [oil for oil in oils_in_bearings(*printed_fits(), settings) if oil.name == "4050"]
     points = POINTS.assign(traction_factor=changed)
-    calculated = Cases(settings.tested_bearing(), [(oil, "stress", points) for oil in oils]).run()
+    calculated = Cases(
+        settings.tested_bearing(), [CaseGroup(oil, "stress", points) for oil in oils]
+    ).run()
     for name in ("cage_slip", "torque_n_m"):
         calculated[f"{name}_lower"] = 0.9 * calculated[name]
         calculated[f"{name}_upper"] = 1.1 * calculated[name]

@@ -39,7 +39,7 @@ def curves(runs):
 
 def test_slopes_of_the_likelihood_are_those_of_differences(runs, curves):
     def covariance_of(sizes):
-        return PairCovariance.of_curves(curves, box_of(runs.stacked), runs.oil, sizes)
+        return PairCovariance.from_curves(curves, box_of(runs.stacked), runs.oil, sizes)
 
     start = EXPECTED + 0.1
     _, slopes = objective(start, covariance_of, KNOWN)
@@ -54,9 +54,9 @@ def test_in_pairs_the_ratio_depends_on_differences_only(runs, curves):
     half = len(curves.departure) // 2
     same = replace(curves, effects=np.vstack([curves.effects[:half]] * 2))
     sizes = PairSizes.from_logarithms(EXPECTED)
-    pair = PairCovariance.of_curves(same, box_of(runs.stacked), runs.oil, sizes)
+    pair = PairCovariance.from_curves(same, box_of(runs.stacked), runs.oil, sizes)
     covariance = pair.matrix()
-    across = pair.with_ratio(pair.measured)[:half]
+    across = pair.ratio_covariance(pair.measured)[:half]
     ratio = across @ np.linalg.solve(covariance, curves.departure)
 
     # the textbook formula on the differences alone, whatever both share

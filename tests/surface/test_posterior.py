@@ -186,12 +186,12 @@ def test_blocks_of_curves_change_nothing(monkeypatch):
 
 def test_factor_of_a_curve_is_that_of_what_only_its_points_share(measured):
     covariance = covariance_of(measured)
-    basis = covariance.curves.part(np.flatnonzero(covariance.curves.curve < 6))
+    basis = covariance.curves.select(np.flatnonzero(covariance.curves.curve < 6))
     posterior = NystromPosterior(covariance, np.flatnonzero(covariance.curves.curve < 6))
-    every = list(posterior.of_curves())
+    every = list(posterior.by_curve())
     assert len(every) == len(measured.conditions)
     coordinates, features, factor = every[8]
-    part = covariance.curves.part(coordinates)
+    part = covariance.curves.select(coordinates)
     # what the basis explains, and what it leaves over beside the errors of the run
     across = smooth_covariance(covariance, part, basis)
     among = smooth_covariance(covariance, basis, basis)
@@ -205,7 +205,7 @@ def test_weighted_covariance_is_that_of_all_coordinates(measured):
     # places that share conditions, and slips of their own
     conditions, slip = np.repeat(NEW, 4, axis=0), np.geomspace(0.004, 0.25, 12)
     covariance = covariance_of(measured)
-    everything = covariance.curves.part(np.arange(len(covariance.curves.curve)))
+    everything = covariance.curves.select(np.arange(len(covariance.curves.curve)))
     weights = np.random.default_rng(15).standard_normal(len(covariance.curves.curve))
     places = at_points(LAW, covariance.box, conditions, slip)
     expected = smooth_covariance(covariance, places, everything) @ weights

@@ -24,7 +24,7 @@ CONFOUNDED = grid(*LEVELS)
 SLIPS = np.geomspace(0.003, 0.3, 8)
 NEW = np.array([[1.1, 30.0, 50.0], [1.4, 38.0, 100.0]])
 NEW_SLIP = np.array([0.01, 0.12])
-KNOWN = priors(RunErrorSizes(), CAUTIOUS, rigs=True)
+KNOWN = priors(RunErrorSizes(), CAUTIOUS, tells_rigs_apart=True)
 
 
 def mixed_rigs() -> np.ndarray:
@@ -65,7 +65,7 @@ def test_the_gradient_has_the_gain_of_rigs(measured):
     curves, box = covariance.curves, covariance.box
     place = np.log([prior.median for prior in KNOWN]) + 0.1
     _, gradient = objective(place, curves, box, KNOWN)
-    for number, name in enumerate(size_names(rigs=True)):
+    for number, name in enumerate(size_names(tells_rigs_apart=True)):
         change = 1e-5 * np.eye(len(KNOWN))[number]
         above, _ = objective(place + change, curves, box, KNOWN)
         below, _ = objective(place - change, curves, box, KNOWN)
@@ -88,7 +88,7 @@ def test_posterior_on_a_rig_is_that_of_a_normal_distribution(measured, rig):
     places = replace(places, rig=np.full(2, rig))
     without = covariance_of(measured, rig_gain=0.0)
     rig_of_coordinate = measured.in_canonical_order().rig[curves.curve]
-    everything = curves.part(np.arange(len(curves.curve)))
+    everything = curves.select(np.arange(len(curves.curve)))
     across = smooth_covariance(without, places, everything)
     across = across + 0.02**2 * (rig_of_coordinate == rig)
     total = without.matrix()

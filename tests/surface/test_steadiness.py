@@ -112,7 +112,7 @@ def test_sizes_that_no_rig_has_are_no_cause():
     covariance = covariance_of(measured)
     tiny = ChangeSizes(gain=0.01, zero=1e-6, slip_scale=0.001, temperature_k=0.1)
     change = largest_change(covariance, TIME[curves], limits=SteadinessLimits(largest=tiny))
-    assert change is None or abs(change.size) <= tiny.of_effect(change.effect)
+    assert change is None or abs(change.size) <= tiny.size_of(change.effect)
 
 
 def test_a_trend_in_the_order_of_a_condition_is_seen_when_it_is_large_only():

@@ -17,7 +17,7 @@ def coverage(slips):
     conditions = np.array([[1.0, 20.0, 40.0], [1.5, 20.0, 40.0]])
     curve = np.repeat([0, 1], len(slips))
     both = np.tile(slips, 2)
-    return SlipCoverage.of_measurements(Measurements(conditions, curve, both, 0.5 * both))
+    return SlipCoverage.from_measurements(Measurements(conditions, curve, both, 0.5 * both))
 
 
 def code(slips, slip, spread=0.01, of_constants=NOTHING_AT_BOUND, limits=DEFAULTS, beyond=0.0):

@@ -266,7 +266,7 @@ def test_a_law_on_load_takes_the_load_and_the_groups_of_the_bearings_contact(nam
         return np.broadcast_to(values, (1, 2))[..., np.newaxis].astype(float)
 
     at = Conditions(each(load), each(1.0), each(speed), each(100.0), each(radius), modulus)
-    in_bearing = LawInBearing.of(fitted, law.name, RIG, SETTINGS.law_floor.model_dump())
+    in_bearing = LawInBearing.from_fit(fitted, law.name, RIG, SETTINGS.law_floor.model_dump())
     mu = in_bearing(at, np.full((1, 2, 1), 0.02))
     eta, beta = oil.dynamic_viscosity_pa_s(100.0), oil.temperature_viscosity_coefficient_1_k(100.0)
     groups = (load / 100, speed / 20, 100 / 20)

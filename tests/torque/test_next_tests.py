@@ -28,7 +28,7 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import operating_points
-from oilfilm.torque.bearing_torque import Cases, oils_of_results
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_of_results
 from oilfilm.torque.feasible_tests import PlannedRig
 from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.torque.next_tests import Request, candidates, plan_oil, plan_table, request_of
@@ -100,7 +100,7 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
 ) -> None:
     """Standard deviations of 150 simulated campaigns, within the 99.9 % range of chi-square."""
     film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
-    rig = PlannedRig.of_campaign(SETTINGS)
+    rig = PlannedRig.from_settings(SETTINGS)
     lambda_limit = SETTINGS.gates.lambda_limit
     feasible = candidates(SETTINGS.plan.levels, rig, film, lambda_limit, information)
     wanted = wanted_in_bearing(
@@ -109,10 +109,10 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     of_torque = wanted["torque"]
     by_form_error = np.zeros(len(of_torque.lever))
     gradients = information.gradients(of_torque.gradients, by_form_error, of_torque.coordinates)
-    of_each = information.of_curves(feasible.curves, feasible.form_error)
+    of_each = information.precision_of_curves(feasible.curves, feasible.form_error)
     design = choose(information.precision, of_each, gradients, 4)
     added = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen]]
-    promised = uncertainties(design.end, gradients)
+    promised = uncertainties(design.final_precision, gradients)
     ratio = np.sqrt(np.mean(actual_errors(added) ** 2, axis=0)) / promised
     low, high = np.sqrt(chi2.ppf([0.0005, 0.9995], REPEATS) / REPEATS)
     assert (low < ratio).all(), ratio
@@ -165,7 +165,7 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
     """Beside the standard deviations of draws, and without tests for a torque that drag decides."""
     (in_bearing,) = oils_of_results(results, SETTINGS)
     points = operating_points(SETTINGS.tested_bearing(), *DUTY.T)
-    cases = Cases(SETTINGS.tested_bearing(), [(in_bearing, "stress", points)])
+    cases = Cases(SETTINGS.tested_bearing(), [CaseGroup(in_bearing, "stress", points)])
     drawn, _, _ = cases.assessed(SETTINGS.seed)
     spread = {
         "torque": drawn["torque_n_m_uncertainty"] / drawn["torque_n_m"],
@@ -179,7 +179,7 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
         assert table["uncertainty_now"].iloc[0] == pytest.approx(expected, rel=0.1)
         without_law = table["uncertainty_without_law"].iloc[0]
         assert (table["uncertainty_with_test"] >= without_law).all()
-    assert of_torque.irreducible > 0.9 * of_torque.whole(of_torque.design.before)
+    assert of_torque.irreducible > 0.9 * of_torque.with_irreducible(of_torque.design.before)
     assert not of_torque.design.chosen
     assert len(of_slip.design.chosen) == request_for.count
 
@@ -188,7 +188,7 @@ def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for
     """Stated 3 GPa, 50 m/s; lambda > 3; the first test of the table is the best one alone."""
     of_exact_bearing = replace(request_for, bearing=LAW_ALONE.tested_bearing())
     for plan in plan_oil(results, LAW_ALONE, OIL, of_exact_bearing):
-        assert (plan.design.alone <= plan.design.before).all()
+        assert (plan.design.with_one_candidate <= plan.design.before).all()
         table = plan.table()
         # 3 GPa of this ball by Hertz; the assumed full scale of 200 N bounds nothing
         assert table["load_n"].max() == pytest.approx(1136, abs=1)

@@ -292,7 +292,7 @@ def test_order_does_not_depend_on_names_of_runs_and_oils_or_on_the_order_of_rows
             rows_in_order = random.permutation(12)
             named = random.permutation(names).tolist()
             results = campaign_tables(conditions[rows_in_order], named, oil)
-            assert MeasuredRuns.of_oil(results, settings, oil).conditions.shape == (12, 3)
+            assert MeasuredRuns.from_results(results, settings, oil).conditions.shape == (12, 3)
             table, told = run_plan_table(results, settings)
             assert not told
             tables.append(table.drop(columns=["oil"]))

@@ -13,7 +13,13 @@ from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.inputs import Inputs, Uncertain
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
-from oilfilm.torque.bearing_torque import Cases, OilInBearing, cage_slip_table, torque_table
+from oilfilm.torque.bearing_torque import (
+    CaseGroup,
+    Cases,
+    OilInBearing,
+    cage_slip_table,
+    torque_table,
+)
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, random_factor, with_uncertainty
 from oilfilm.traction.law import to_constants
@@ -101,7 +107,7 @@ def with_shares(of: OilInBearing, shares: np.ndarray, points: pd.DataFrame) -> p
     cases = []
     for share in shares:
         settings = of.settings.model_copy(update={"oil_volume_fraction": share})
-        cases.append((replace(of, settings=settings), "stress", points))
+        cases.append(CaseGroup(replace(of, settings=settings), "stress", points))
     return Cases(BEARING, cases).run()
 
 
@@ -109,7 +115,7 @@ def drawn(of: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
     names = ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c")
     values = np.broadcast_arrays(*map(np.atleast_1d, point))
     points = pd.DataFrame(dict(zip(names, values, strict=True)))
-    return Cases(BEARING, [(of, "stress", points)]).assessed(seed)[0]
+    return Cases(BEARING, [CaseGroup(of, "stress", points)]).assessed(seed)[0]
 
 
 def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_derivatives():
@@ -184,7 +190,7 @@ def test_viscosity_of_a_stand_in_and_errors_of_runs_widen_the_torque():
     exact = oil("4050", in_first(0.0, 10), in_first(0.0, 0))
     assert (drawn(exact, *ROLLING)["torque_n_m_uncertainty"] < 1e-6).all()
     thick = oil("4050", in_first(0.0, 10), in_first(0.0, 0), viscosity=0.1)
-    cases = Cases(BEARING, [(thick, "stress", pd.DataFrame([ROLLING_POINT]))])
+    cases = Cases(BEARING, [CaseGroup(thick, "stress", pd.DataFrame([ROLLING_POINT]))])
     lubrication = cases.problem.lubrication
     more = replace(
         lubrication.oil, dynamic_viscosity_pa_s=1.01 * lubrication.oil.dynamic_viscosity_pa_s
@@ -239,7 +245,7 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     flow = SHIPPED.uncertain["feed_flow_m3_s"]
     bearing = replace(BEARING, uncertain={**BEARING.uncertain, "feed_flow_m3_s": flow})
     errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), run_sd=0.05)
-    cases = Cases(bearing, [(errs, "stress", pd.DataFrame([ROLLING_POINT]))])
+    cases = Cases(bearing, [CaseGroup(errs, "stress", pd.DataFrame([ROLLING_POINT]))])
     shares = cases.assessed(1)[2].shares(np.arange(1)).set_index("variance_cause")["torque_share"]
 
     def torque_with(factor: float, flow_m3_s: float) -> float:
@@ -247,9 +253,9 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
             bearing, uncertain={**bearing.uncertain, "feed_flow_m3_s": Uncertain(*[flow_m3_s] * 3)}
         )
         frame = pd.DataFrame([{**ROLLING_POINT, "traction_factor": factor}])
-        return float(Cases(changed, [(errs, "stress", frame)]).run()["torque_n_m"][0])
+        return float(Cases(changed, [CaseGroup(errs, "stress", frame)]).run()["torque_n_m"][0])
 
-    flows = flow.at((np.arange(50) + 0.5) / 50)
+    flows = flow.quantiles((np.arange(50) + 0.5) / 50)
     by_flow = np.var([torque_with(1.0, value) for value in flows])
     factors = np.exp(0.05 * ndtri((np.arange(50) + 0.5) / 50))
     by_run = np.var([torque_with(value, flow.value) for value in factors])
@@ -312,10 +318,10 @@ def held_by_interval(oil_name: str, seed: int, answers: int = 1) -> tuple[float,
     )
     no_refits = in_first(0.0, 10)
     shipped_oil = replace(oil(oil_name, no_refits, in_first(0.0, 0)), settings=SETTINGS)
-    interval = Cases(SHIPPED, [(shipped_oil, "stress", points)]).assessed(seed)[0]
+    interval = Cases(SHIPPED, [CaseGroup(shipped_oil, "stress", points)]).assessed(seed)[0]
     repeated = pd.concat([points] * answers, ignore_index=True)
     count = len(repeated)
-    cases = Cases(SHIPPED, [(shipped_oil, "stress", repeated)], own_draw(random, count))
+    cases = Cases(SHIPPED, [CaseGroup(shipped_oil, "stress", repeated)], own_draw(random, count))
     lubrication = cases.problem.lubrication
     factors = lubrication.factors.copy()
     for column, spread in enumerate((SETTINGS.law_error_beyond, 0.1, 0.2, 0.0, 0.5, 0.3)):

@@ -33,7 +33,7 @@ from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import IntArray, best_of, by_oil, enough_film, operating_points
 from simulated_lab.true_bearing import true_map
 
@@ -154,7 +154,7 @@ def _slip_at_band_temperatures(
     """Table of cage slip, with rows for the supply temperatures of the band that it lacks."""
     points = operating_points(cage_slip).drop(columns="bearing")
     groups = [
-        (oil, "stress", points.assign(inlet_temperature_c=temperature))
+        CaseGroup(oil, "stress", points.assign(inlet_temperature_c=temperature))
         for temperature in _missing_temperatures(cage_slip, settings)
         for oil in oils
     ]

@@ -37,14 +37,14 @@ class PrintedLaw(FittedLaw):
     signs: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def no_interval(self) -> str:
+    def why_no_interval(self) -> str:
         """See `FittedLaw`."""
         return "the paper states none"
 
-    def remarks(self, line: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
+    def remarks(self, conditions: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
         """See `FittedLaw`."""
         signs = ", ".join(f"{name} {certainty}" for name, certainty in self.signs.items())
-        (low,), (high,) = self.sign_range(line, slide_roll_ratio)
+        (low,), (high,) = self.sign_range(conditions, slide_roll_ratio)
         return [f"restored signs: {signs}", f"over the open signs mu is {low:.5f} to {high:.5f}"]
 
     def sign_range(
@@ -100,7 +100,7 @@ def printed_law(printed: PrintedCoefficients, oil: str, tested: Box) -> PrintedL
         f"the signs of {', '.join(open_signs)} were lost and are open: over them mu is "
         f"{lower[widest]:.2g} to {upper[widest]:.2g} at {condition}"
     )
-    return replace(law, wrong=(sentence,))
+    return replace(law, warnings=(sentence,))
 
 
 def printed(oil: str | int) -> PrintedLaw:

@@ -14,7 +14,7 @@ import pandas as pd
 from deng2026_study.reference import PublishedBearingTest, PublishedBearingTests
 from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
 
 
 def published_tests_table(
@@ -60,7 +60,7 @@ def _rows_of_test(
             update={"oil_volume_fraction": oil_volume_fraction}
         )
         changed_oil = replace(oil, settings=bearing_settings)
-        return Cases(bearing, [(changed_oil, "stress", operating_points)]).run()
+        return Cases(bearing, [CaseGroup(changed_oil, "stress", operating_points)]).run()
 
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
     low = calculated(lowest_fraction)

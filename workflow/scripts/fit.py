@@ -5,16 +5,16 @@ from pathlib import Path
 import pandas as pd
 
 import oilfilm.run.job as run
-from oilfilm.fits.certificate_words import certificate
+from oilfilm.fits.certificate_sentences import certificate
 from oilfilm.fits.fit import fit_law
 from oilfilm.tables import rows
 from oilfilm.tables.table_needs import FIT_TABLES
 
 with run.job(snakemake) as job:
-    oil, laws = snakemake.wildcards.oil, snakemake.params.laws
-    fits = [fit_law(job.tables.points, oil, law, job.settings) for law in laws]
+    oil, law_names = snakemake.wildcards.oil, snakemake.params.laws
+    fits = [fit_law(job.tables.points, oil, law_name, job.settings) for law_name in law_names]
     job.write({name: pd.concat([fit.table(name) for fit in fits]) for name in FIT_TABLES})
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
-        for law, fit in zip(laws, fits, strict=True):
+        for law_name, fit in zip(law_names, fits, strict=True):
             (quality,) = rows(fit.fit_quality)
-            log.write(f"{oil}, {law}: {certificate(quality)}\n")
+            log.write(f"{oil}, {law_name}: {certificate(quality)}\n")

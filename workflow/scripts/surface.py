@@ -8,5 +8,7 @@ from oilfilm.tables.table_needs import SURFACE_TABLES
 with run.job(snakemake) as job:
     results = with_configured_law(job.tables, job.settings.fit.law)
     settings = job.settings
-    found = surface_of_oil(results, snakemake.wildcards.oil, settings, settings.rigs.values())
-    job.write({name: found.table(name) for name in SURFACE_TABLES})
+    surface_tables = surface_of_oil(
+        results, snakemake.wildcards.oil, settings, settings.rigs.values()
+    )
+    job.write({name: surface_tables.table(name) for name in SURFACE_TABLES})

@@ -41,9 +41,9 @@ class PlannedRun:
     @property
     def name(self) -> str:
         """File name of the run's log, which is also the run's name."""
-        again = "_again" if self.defect == "duplicate" else ""
-        levels = [_in_name(name, level) for name, level in self.set_points.items()]
-        return "_".join([self.oil, *levels]) + f"{again}.csv"
+        suffix = "_again" if self.defect == "duplicate" else ""
+        level_texts = [_in_name(name, level) for name, level in self.set_points.items()]
+        return "_".join([self.oil, *level_texts]) + f"{suffix}.csv"
 
 
 def _in_name(set_point: str, level: float) -> str:
@@ -58,14 +58,16 @@ def _in_name(set_point: str, level: float) -> str:
 
 def planned_runs(campaign: Campaign) -> list[PlannedRun]:
     """Runs of a campaign file with `matrix` and `twin`, in the order of their names."""
-    levels = present(campaign.matrix, "matrix", "the campaign").model_dump()
+    levels_of_matrix = present(campaign.matrix, "matrix", "the campaign").model_dump()
     twin = present(campaign.twin, "twin", "the campaign")
     # the levels of `condition` are in the order of the matrix: pressure, speed, temperature
     defective_runs = [
-        PlannedRun(defect.oil, dict(zip(levels, defect.condition, strict=True)), defect.kind)
+        PlannedRun(
+            defect.oil, dict(zip(levels_of_matrix, defect.condition, strict=True)), defect.kind
+        )
         for defect in twin.defects
     ]
-    return _planned(campaign.oils, levels, defective_runs)
+    return _planned(campaign.oils, levels_of_matrix, defective_runs)
 
 
 def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
@@ -73,16 +75,22 @@ def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
     torque = present(campaign.torque, "torque", "the campaign")
     matrix = present(torque.matrix, "matrix", "the campaign's `torque`")
     twin = present(torque.twin, "twin", "the campaign's `torque`")
-    names = ("axial_load_n", "oil_temperature_c")
+    set_point_names = ("axial_load_n", "oil_temperature_c")
     defective_runs = [
-        PlannedRun(defect.oil, {name: getattr(defect, name) for name in names}, defect.kind)
+        PlannedRun(
+            defect.oil, {name: getattr(defect, name) for name in set_point_names}, defect.kind
+        )
         for defect in twin.defects
     ]
-    return _planned(campaign.oils, {name: getattr(matrix, name) for name in names}, defective_runs)
+    return _planned(
+        campaign.oils, {name: getattr(matrix, name) for name in set_point_names}, defective_runs
+    )
 
 
 def _planned(
-    oils: Sequence[str], levels: Mapping[str, Sequence[float]], defective_runs: Iterable[PlannedRun]
+    oils: Sequence[str],
+    levels_of_matrix: Mapping[str, Sequence[float]],
+    defective_runs: Iterable[PlannedRun],
 ) -> list[PlannedRun]:
     """Runs of every oil at every condition of a matrix.
 
@@ -90,9 +98,9 @@ def _planned(
     condition, adds a run.
     """
     runs = [
-        PlannedRun(oil, dict(zip(levels, condition, strict=True)))
+        PlannedRun(oil, dict(zip(levels_of_matrix, condition, strict=True)))
         for oil in oils
-        for condition in product(*levels.values())
+        for condition in product(*levels_of_matrix.values())
     ]
     # different conditions have different names, so that a defect replaces the run of its condition
     run_by_name = {run.name: run for run in runs}

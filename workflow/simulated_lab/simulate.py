@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from hashlib import sha256
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as arrow
@@ -28,7 +28,7 @@ from oilfilm.settings.campaign import Twin
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 from simulated_lab.plan import GATE_OF_DEFECT, PlannedRun, planned_runs
-from simulated_lab.truth import Truth, known_contact, true_tractions
+from simulated_lab.truth import TrueTraction, known_contact, true_tractions
 
 _NEWTON_PER_KGF = 9.80665
 # Decimals that a logger writes of each signal.
@@ -51,10 +51,24 @@ _DECIMALS = {
 Columns = dict[str, FloatArray]
 
 
+class SimulatedLog(NamedTuple):
+    """A log and the truth behind it.
+
+    Attributes:
+        run: The planned run.
+        content: Bytes of the CSV log.
+        truth_rows: Rows of the table of the truth.
+    """
+
+    run: PlannedRun
+    content: bytes
+    truth_rows: list[dict[str, Any]]
+
+
 def simulate_campaign(
     settings: Settings, constants: Mapping[str, FloatArray]
-) -> Iterator[tuple[PlannedRun, bytes, list[dict[str, Any]]]]:
-    """Each planned run with the bytes of its CSV log and its one row of the table of truth.
+) -> Iterator[SimulatedLog]:
+    """The log of each planned run, with its one row of the table of truth.
 
     The random numbers of a run depend only on the seed and the run's name. So a run is the same
     whichever other runs are simulated with it.
@@ -73,17 +87,17 @@ def simulate_campaign(
     programme = slip_programme(twin)
     for run in planned_runs(settings.campaign):
         random = generator(settings.seed, "rig twin", run.name)
-        true = _true_run(run, tractions[run.oil], twin, contact, programme, random)
-        truth = {
+        true_signals = _true_run(run, tractions[run.oil], twin, contact, programme, random)
+        truth_row = {
             "run_id": run.name,
             "oil": run.oil,
             "defect": run.defect,
             "gate": GATE_OF_DEFECT.get(run.defect, ""),
         }
         for set_point in run.set_points:
-            truth[set_point] = true[set_point].mean()
-        logged = _logged(run, true, twin, rig, random)
-        yield run, log_content("rig", run, logged), [truth]
+            truth_row[set_point] = true_signals[set_point].mean()
+        logged = _logged(run, true_signals, twin, rig, random)
+        yield SimulatedLog(run, log_content("rig", run, logged), [truth_row])
 
 
 def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
@@ -95,15 +109,15 @@ def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
     time_s = np.arange(len(target)) / rate
     # a damped second-order answer to each change of the set point
     decay = np.exp(-time_s / twin.response_s)
-    answer = decay * np.cos(time_s / twin.response_s)
+    response = decay * np.cos(time_s / twin.response_s)
     changes = np.diff(target, prepend=0.0)
-    still_to_go = np.convolve(changes, answer)[: len(target)]
-    return time_s, target - still_to_go
+    remaining_change = np.convolve(changes, response)[: len(target)]
+    return time_s, target - remaining_change
 
 
 def _true_run(
     run: PlannedRun,
-    traction: Truth,
+    traction: TrueTraction,
     twin: Twin,
     contact: Contact,
     programme: tuple[FloatArray, FloatArray],
@@ -133,33 +147,35 @@ def _true_run(
 
 
 def _logged(
-    run: PlannedRun, true: Columns, twin: Twin, rig: Rig, random: np.random.Generator
+    run: PlannedRun, true_signals: Columns, twin: Twin, rig: Rig, random: np.random.Generator
 ) -> Columns:
     """The signals as the sensors give them, with the planted defect."""
     full_scale = present(rig.full_scale, "full_scale", "the rig")
     load_gain, temperature_error, zero, drift = random.standard_normal(4)
-    time_s = true["time_s"]
+    time_s = true_signals["time_s"]
 
     def noise(sensor: str) -> FloatArray:
+        """Random error of a sensor at each time, in the sensor's unit."""
         spread = twin.noise_of_full_scale * float(getattr(full_scale, sensor))
         return spread * random.standard_normal(len(time_s))
 
     def logged_rpm(speed_m_s: FloatArray, radius_key: str) -> FloatArray:
+        """Logged speed of a ball or disc whose surface has this speed."""
         logged_m_s = speed_m_s + noise("surface_speed_m_s")
         radius_m = present(getattr(rig, radius_key), radius_key, "the rig")
         return surface_speed_to_rpm(logged_m_s, radius_m)
 
-    force_n = true["traction_force_n"] + twin.zero_offset_n * zero
+    force_n = true_signals["traction_force_n"] + twin.zero_offset_n * zero
     force_n = force_n + twin.zero_drift_n * drift * (time_s / time_s[-1])
     force_n = force_n + noise("traction_force_n")
     spikes = random.choice(len(force_n), twin.spikes, replace=False)
     force_n[spikes] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
-    load_n = true["load_n"] * (1 + twin.systematic_load * load_gain) + noise("load_n")
-    speed_m_s = true["entrainment_speed_m_s"]
-    half_slip = true["slide_roll_ratio"] / 2
+    load_n = true_signals["load_n"] * (1 + twin.systematic_load * load_gain) + noise("load_n")
+    speed_m_s = true_signals["entrainment_speed_m_s"]
+    half_slip = true_signals["slide_roll_ratio"] / 2
     ball_rpm = logged_rpm(speed_m_s * (1 - half_slip), "ball_track_radius_m")
     disc_rpm = logged_rpm(speed_m_s * (1 + half_slip), "disc_track_radius_m")
-    temperature_c = true["inlet_temperature_c"] + noise("temperature_c")
+    temperature_c = true_signals["inlet_temperature_c"] + noise("temperature_c")
     temperature_c = temperature_c + twin.systematic_temperature_c * temperature_error
     if run.defect == "swapped_sign":
         force_n = -force_n
@@ -191,18 +207,18 @@ def _wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> Floa
     return twin.wander * np.array(values)
 
 
-def log_content(twin: str, run: PlannedRun, columns: Columns) -> bytes:
+def log_content(twin_name: str, run: PlannedRun, columns: Columns) -> bytes:
     """A log as a data logger writes it: header with the set points, column names and rows.
 
     The defect `truncated` cuts it off in the middle of a row, as a full disk does.
 
     Args:
-        twin: Name of the rig twin that simulated it.
+        twin_name: Name of the rig twin that simulated it.
         run: The run.
         columns: Signals by name; a logger writes a fixed number of decimals of each.
     """
     header = [
-        f"# simulated: yes - written by the oilfilm {twin} twin, not a measurement",
+        f"# simulated: yes - written by the oilfilm {twin_name} twin, not a measurement",
         f"# oil: {run.oil}",
         *(f"# {name}: {value:g}" for name, value in run.set_points.items()),
     ]
@@ -222,25 +238,22 @@ def log_content(twin: str, run: PlannedRun, columns: Columns) -> bytes:
 
 
 def write_logs(
-    simulated: Iterable[tuple[PlannedRun, bytes, list[dict[str, Any]]]],
-    table: str,
-    outputs: Any,
-    provenance: Mapping[str, Any],
+    simulated: Iterable[SimulatedLog], table: str, outputs: Any, provenance: Mapping[str, Any]
 ) -> None:
     """Write simulated logs, the list of their digests, and the table of their truth.
 
     Args:
-        simulated: Each run with the bytes of its log and its rows of the truth.
+        simulated: The logs.
         table: Name of that table.
         outputs: Named outputs of a Snakemake job: `logs`, `listing`, and the table.
         provenance: As `tables.write`.
     """
     paths = {Path(path).name: Path(path) for path in outputs.logs}
-    truth: list[dict[str, Any]] = []
+    truth_rows: list[dict[str, Any]] = []
     digests = {}
     for run, content, rows in simulated:
         paths[run.name].write_bytes(content)
         digests[run.name] = sha256(content).hexdigest()
-        truth += rows
+        truth_rows += rows
     write_text(listing(dict(sorted(digests.items()))), Path(outputs.listing))
-    tables.write(tables.from_rows(truth, table), table, Path(outputs[table]), provenance)
+    tables.write(tables.from_rows(truth_rows, table), table, Path(outputs[table]), provenance)

@@ -14,9 +14,9 @@ from oilfilm.settings.base import present
 from oilfilm.settings.campaign import TorqueTwin
 from oilfilm.settings.resolved import Settings
 from simulated_lab.plan import PlannedRun, planned_torque_runs
-from simulated_lab.simulate import log_content
+from simulated_lab.simulate import SimulatedLog, log_content
 from simulated_lab.true_bearing import true_problem
-from simulated_lab.truth import Truth, misfit, true_tractions
+from simulated_lab.truth import TrueTraction, misfit, true_tractions
 
 # Points of the contact along and across rolling. The grid is finer than that of the model with
 # which the logs are compared.
@@ -29,8 +29,8 @@ _WARMING = 0.3
 
 def simulate_torque(
     settings: Settings, constants: Mapping[str, FloatArray]
-) -> Iterator[tuple[PlannedRun, bytes, list[dict[str, Any]]]]:
-    """Each planned torque log: the plan, its bytes, and its rows of the table of the truth.
+) -> Iterator[SimulatedLog]:
+    """Each planned torque log, with its rows of the table of the truth.
 
     The truth behind an oil is that of its traction logs. Growth of rings and balls, feed oil, drag
     and rolling resistance are those of bearing and settings. Only the traction differs from the
@@ -49,11 +49,11 @@ def simulate_torque(
         rows_of_logs = _truth_rows(plans_of_oil, twin, tractions[oil], settings)
         for plan, truth_rows in zip(plans_of_oil, rows_of_logs, strict=True):
             random = generator(settings.seed, "torque twin", plan.name)
-            yield plan, _log(plan, truth_rows, twin, random), truth_rows
+            yield SimulatedLog(plan, _log(plan, truth_rows, twin, random), truth_rows)
 
 
 def _truth_rows(
-    plans: list[PlannedRun], twin: TorqueTwin, true_traction: Truth, settings: Settings
+    plans: list[PlannedRun], twin: TorqueTwin, true_traction: TrueTraction, settings: Settings
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
     bearing = settings.tested_bearing()
@@ -128,26 +128,26 @@ def _log(
     """
     rate = twin.sampling_rate_hz
     # samples of a rest and of a speed
-    rest = round(twin.rest_s * rate)
-    step = round(twin.step_s * rate)
+    rest_samples = round(twin.rest_s * rate)
+    step_samples = round(twin.step_s * rate)
 
-    def programme(name: str) -> FloatArray:
+    def set_points_over_time(name: str) -> FloatArray:
         """Set points over time: rest, the levels, rest."""
-        levels = np.repeat([row[name] for row in truth_rows], step)
-        return np.concatenate([np.zeros(rest), levels, np.zeros(rest)])
+        set_points = np.repeat([row[name] for row in truth_rows], step_samples)
+        return np.concatenate([np.zeros(rest_samples), set_points, np.zeros(rest_samples)])
 
     # first-order response to each change of the set point
-    decay = np.exp(-np.arange(step) / rate / twin.response_s)
+    decay = np.exp(-np.arange(step_samples) / rate / twin.response_s)
 
-    def response(signal: FloatArray) -> FloatArray:
+    def controlled(signal: FloatArray) -> FloatArray:
         """The controlled quantity, which follows its set point."""
         remaining = np.convolve(np.diff(signal, prepend=0.0), decay)
         return signal - remaining[: len(signal)]
 
-    target = programme("inner_speed_rpm")
+    target = set_points_over_time("inner_speed_rpm")
     time_s = np.arange(len(target)) / rate
-    speed = response(target)
-    torque = response(programme("torque_n_m"))
+    speed = controlled(target)
+    torque = controlled(set_points_over_time("torque_n_m"))
     resting = target == 0
     speed[resting] = np.where(np.abs(speed[resting]) < 1, 0.0, speed[resting])
     gain_draw, tare_draw, drift_draw = random.standard_normal(3)
@@ -156,8 +156,8 @@ def _log(
         drift_n_m = _PLANTED_DRIFT_N_M
     if plan.defect == "warming":
         # the torque still falls at the end of each speed, as it does in a bearing that warms up
-        sample_in_step = (np.arange(len(torque)) - rest) % step
-        torque = torque * (1 + _WARMING * np.exp(-sample_in_step / (0.5 * step)))
+        sample_in_step = (np.arange(len(torque)) - rest_samples) % step_samples
+        torque = torque * (1 + _WARMING * np.exp(-sample_in_step / (0.5 * step_samples)))
     torque = torque * (1 + twin.systematic_torque * gain_draw)
     torque = torque + twin.tare_n_m * tare_draw + drift_n_m * (time_s / time_s[-1])
 

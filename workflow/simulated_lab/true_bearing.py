@@ -21,7 +21,7 @@ from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.bearing.torque import film_ratio
 from oilfilm.settings.resolved import Settings
-from simulated_lab.truth import Truth, true_tractions
+from simulated_lab.truth import TrueTraction, true_tractions
 
 # Quadrature nodes of the map. A heated film is solved at each of them.
 _QUADRATURE = (8, 2)
@@ -35,7 +35,7 @@ _MOTION = (
 def true_problem(
     settings: Settings,
     oil: str,
-    traction: Truth,
+    traction: TrueTraction,
     points: tuple[FloatArray, FloatArray, FloatArray],
     quadrature: tuple[int, int],
 ) -> FrictionProblem:
@@ -53,7 +53,7 @@ def true_problem(
     load, speed, temperature = points
     bearing = settings.tested_bearing()
     rule = gauss_rule(*quadrature)
-    lubrication = Lubrication.of(
+    lubrication = Lubrication.flooded(
         settings.known_oil(oil),
         temperature,
         settings.bearing.drag_coefficient,
@@ -66,7 +66,7 @@ def true_problem(
         traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
         rule,
     )
-    inputs = Inputs.of({**bearing.uncertain, **settings.bearing.uncertain()}, len(speed))
+    inputs = Inputs.without_draws({**bearing.uncertain, **settings.bearing.uncertain()}, len(speed))
     if traction.follows_ellipse:
         inputs = replace(inputs, ellipse_factor=np.ones(len(speed)))
     return problem.with_inputs(inputs)
@@ -86,43 +86,46 @@ def true_map(
         Rows of the table `true_cage_slip`. Results are null without equilibrium.
     """
     tractions = true_tractions(settings, constants)
-    parts = []
-    for oil, of_law in cage_slip.groupby("oil", sort=False):
-        levels = of_law[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]]
-        load, speed, temperature = levels.to_numpy(dtype=float).T
+    maps = []
+    for oil, map_of_law in cage_slip.groupby("oil", sort=False):
+        operating_points = map_of_law[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]]
+        load, speed, temperature = operating_points.to_numpy(dtype=float).T
         traction = tractions[str(oil)]
         points = (load, speed, temperature)
         equilibrium = friction_equilibrium(
             true_problem(settings, str(oil), traction, points, _QUADRATURE)
         )
         pressure_gpa = equilibrium.balance.conditions.select(..., 0).max_hertz_pressure_gpa
+        lambda_ratio, _ = film_ratio(equilibrium)
         true_results = (
             equilibrium.cage_slip(),
             equilibrium.torque_n_m(),
-            film_ratio(equilibrium)[0],
+            lambda_ratio,
             *pressure_gpa.T,
         )
         converged = equilibrium.solution.converged
-        results = dict(zip(_MOTION, true_results, strict=True))
-        changed = {name: np.where(converged, value, np.nan) for name, value in results.items()}
-        parts.append(
-            of_law.assign(
-                **changed,
+        true_columns = dict(zip(_MOTION, true_results, strict=True))
+        converged_columns = {
+            name: np.where(converged, value, np.nan) for name, value in true_columns.items()
+        }
+        maps.append(
+            map_of_law.assign(
+                **converged_columns,
                 converged=converged,
-                law_cage_slip=of_law["cage_slip"],
-                law_torque_n_m=of_law["torque_n_m"],
-                cage_slip_inside=_is_inside(of_law, "cage_slip", changed),
-                torque_inside=_is_inside(of_law, "torque_n_m", changed),
+                law_cage_slip=map_of_law["cage_slip"],
+                law_torque_n_m=map_of_law["torque_n_m"],
+                cage_slip_inside=_is_inside(map_of_law, "cage_slip", converged_columns),
+                torque_inside=_is_inside(map_of_law, "torque_n_m", converged_columns),
             )
         )
-    return pd.concat(parts, ignore_index=True)
+    return pd.concat(maps, ignore_index=True)
 
 
 def _is_inside(
-    of_law: pd.DataFrame, name: str, true_results: Mapping[str, FloatArray]
+    map_of_law: pd.DataFrame, name: str, true_results: Mapping[str, FloatArray]
 ) -> "pd.Series[bool]":
     """Whether the truth is in the 95 % interval of the law's result; null if one is not known."""
-    truth = pd.Series(true_results[name], of_law.index)
-    lower, upper = of_law[f"{name}_lower"], of_law[f"{name}_upper"]
-    inside = (lower <= truth) & (truth <= upper)
-    return inside.astype("boolean").where(truth.notna() & lower.notna())
+    true_values = pd.Series(true_results[name], map_of_law.index)
+    lower, upper = map_of_law[f"{name}_lower"], map_of_law[f"{name}_upper"]
+    inside = (lower <= true_values) & (true_values <= upper)
+    return inside.astype("boolean").where(true_values.notna() & lower.notna())

@@ -34,7 +34,7 @@ _COMPARED_SLIPS = 8
 _MISFIT_DECIMALS = 6
 
 
-class Truth(Protocol):
+class TrueTraction(Protocol):
     """The traction of one oil.
 
     Attributes:
@@ -86,13 +86,14 @@ class LawTruth:
     constants: FloatArray
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
-        """See `Truth`."""
+        """See `TrueTraction`."""
         return traction_coefficient(self.constants, *conditions)
 
     def local_law(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
-        """See `Truth`."""
+        """See `TrueTraction`."""
 
-        def law(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+        def local_mu(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+            """mu at each node of the contact."""
             loaded = _loaded(conditions)
             return self(
                 loaded.max_hertz_pressure_gpa,
@@ -101,7 +102,7 @@ class LawTruth:
                 slide_roll_ratio,
             )
 
-        return law
+        return local_mu
 
 
 @dataclass(frozen=True)
@@ -120,7 +121,7 @@ class FilmTruth:
     rig: Contact
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
-        """See `Truth`."""
+        """See `TrueTraction`."""
         pressure_gpa, speed, temperature, slip = conditions
         return thermal_ehl_traction(
             self.oil,
@@ -134,9 +135,10 @@ class FilmTruth:
         )
 
     def local_law(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
-        """See `Truth`."""
+        """See `TrueTraction`."""
 
-        def law(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+        def local_mu(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
+            """mu at each node of the contact."""
             loaded = _loaded(conditions)
             contact = elliptical_contact(
                 loaded.load_n, loaded.radius_x_m, radius_y_m, loaded.reduced_modulus_pa
@@ -154,10 +156,12 @@ class FilmTruth:
             )
             return film.shear_stress_pa / pressure
 
-        return law
+        return local_mu
 
 
-def true_tractions(settings: Settings, constants: Mapping[str, FloatArray]) -> dict[str, Truth]:
+def true_tractions(
+    settings: Settings, constants: Mapping[str, FloatArray]
+) -> dict[str, TrueTraction]:
     """The true traction of each oil of a campaign: a thermal EHL film, or the paper's law.
 
     Args:
@@ -168,9 +172,9 @@ def true_tractions(settings: Settings, constants: Mapping[str, FloatArray]) -> d
         OilfilmError: The rig's geometry is unknown, or an oil has no printed constants.
     """
     campaign = settings.campaign
-    thermal = present(campaign.twin, "twin", "the campaign").thermal_ehl
-    if thermal is not None:
-        film_constants = ThermalEhl(**thermal.model_dump())
+    thermal_ehl = present(campaign.twin, "twin", "the campaign").thermal_ehl
+    if thermal_ehl is not None:
+        film_constants = ThermalEhl(**thermal_ehl.model_dump())
         contact = known_contact(settings)
         return {
             oil: FilmTruth(settings.known_oil(oil), film_constants, contact)
@@ -200,14 +204,14 @@ def known_contact(settings: Settings) -> Contact:
     return contact
 
 
-def misfit(truth: Truth, settings: Settings) -> float:
+def misfit(true_traction: TrueTraction, settings: Settings) -> float:
     """Relative difference between both forms of a truth: local mu and mu of the traction rig.
 
     Local mu is averaged over the traction rig's contact, weighted with the load of each node. The
     average must be mu of the traction rig.
 
     Args:
-        truth: Truth of one oil.
+        true_traction: Truth of one oil.
         settings: `campaign` (its `matrix` and `twin`) and `rigs`.
 
     Returns:
@@ -225,7 +229,7 @@ def misfit(truth: Truth, settings: Settings) -> float:
         indexing="ij",
     )
     # axes: conditions of the matrix, slips, quadrature nodes
-    pressure, speed, temperature = (levels.reshape(-1, 1, 1) for levels in grid)
+    pressure, speed, temperature = (axis_values.reshape(-1, 1, 1) for axis_values in grid)
     slip = np.linspace(0, slip_max, _COMPARED_SLIPS).reshape(1, -1, 1)
     shape = np.broadcast_shapes(pressure.shape, slip.shape)
     conditions = Conditions(
@@ -237,8 +241,8 @@ def misfit(truth: Truth, settings: Settings) -> float:
         reduced_modulus_pa=rig.reduced_modulus_pa,
     )
     rule = gauss_rule(*_COMPARED_NODES)
-    local_law = truth.local_law(rule, np.asarray(rig.radius_m))
+    local_law = true_traction.local_law(rule, np.asarray(rig.radius_m))
     mean_mu = (local_law(conditions, slip) * rule.share).sum(axis=-1)
-    rig_mu = truth(pressure, speed, temperature, slip)[..., 0]
+    rig_mu = true_traction(pressure, speed, temperature, slip)[..., 0]
     relative_rms = float(np.sqrt(np.mean((mean_mu - rig_mu) ** 2) / np.mean(rig_mu**2)))
     return round(relative_rms, _MISFIT_DECIMALS)

@@ -106,7 +106,7 @@ class View:
 
     def at(self, **levels: Sequence[float] | FloatArray) -> "View":
         """The same with other levels on some axes of the grid."""
-        return replace(self, grid=self.grid.at(**levels))
+        return replace(self, grid=self.grid.with_levels(**levels))
 
     def rows(self, table: str, *, reason: str) -> pd.DataFrame:
         """A table of the basis.
@@ -140,7 +140,7 @@ class View:
         """
         if oils is None:
             oils = list(self.laws)
-        grid = self.grid.at(**levels)
+        grid = self.grid.with_levels(**levels)
         if not oils or not set(oils) <= set(self.laws):
             raise NotCheckableError("no law")
         return np.stack([traction(self.laws[oil], grid) for oil in oils])

@@ -22,9 +22,9 @@ from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
 from oilfilm.report.figures import style
-from oilfilm.report.figures.fits import starts_of, symbol_of
+from oilfilm.report.figures.fits import mu_at_zero_slip, symbol_of
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
-from oilfilm.report.words import law_name
+from oilfilm.report.names import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -401,7 +401,7 @@ def _draw_zero_slip(
 ) -> Iterator[Any]:
     """Of one oil: the curve at which a fit has the most traction without slip."""
     starts = [
-        starts_of(results, fit["oil"], law, settings).assign(law=law)
+        mu_at_zero_slip(results, fit["oil"], law, settings).assign(law=law)
         for law, fit in fits.items()
         if law.startswith(_WANG_DENG)
     ]

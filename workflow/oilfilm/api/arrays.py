@@ -22,14 +22,14 @@ from oilfilm.api.fit_keys import FitKeys
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
 from oilfilm.base.labels import aligned
-from oilfilm.fits.certificate_words import certificate
-from oilfilm.fits.conditions import levels_of
+from oilfilm.fits.certificate_sentences import certificate
+from oilfilm.fits.conditions import condition_level_numbers
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
 from oilfilm.fits.soundness import verdict_of_fit
-from oilfilm.fits.soundness_words import what_is_wrong
+from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_search import with_surface
-from oilfilm.fits.surface_words import of_surface
+from oilfilm.fits.surface_sentences import surface_sentences
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.messages import check
 from oilfilm.settings.resolve import read_config
@@ -77,8 +77,8 @@ class ArrayFit:
     @cached_property
     def law(self) -> FittedLaw:
         """The fitted law, with its intervals, its tested box and the reasons if it is not sound."""
-        fit = FittedLaw.of_configured(self.tables, _UNNAMED_OIL)
-        return replace(fit, wrong=tuple(what_is_wrong(self.soundness)))
+        fit = FittedLaw.from_results(self.tables, _UNNAMED_OIL)
+        return replace(fit, warnings=tuple(soundness_warnings(self.soundness)))
 
     @property
     def table(self) -> pd.DataFrame:
@@ -129,7 +129,7 @@ class ArrayFit:
         names of the runs: run 2 comes before run 10.
         """
         (quality,) = tables.rows(self.tables.fit_quality)
-        fit = FittedLaw.of_configured(self.tables, _UNNAMED_OIL)
+        fit = FittedLaw.from_results(self.tables, _UNNAMED_OIL)
         config = read_config(CONFIG).model_copy(update={"fit": self.settings})
         return verdict_of_fit(quality, fit, self.table, config)
 
@@ -148,14 +148,14 @@ class ArrayFit:
             lines = [f"{name}: sound: optimum confirmed, law adequate, runs steady"]
         else:
             lines = [f"{name}: NOT sound"]
-            lines.extend(fitted.wrong)
+            lines.extend(fitted.warnings)
             if not quality["certified"]:
                 lines.append(certificate(quality))
         # conditions that give no exponent, because they did not vary, or not alone
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
         if fitted.surface is None:
-            lines.append(f"There is no interval: {fitted.no_interval}.")
-        lines.extend(of_surface(self.tables, _UNNAMED_OIL, self.soundness))
+            lines.append(f"There is no interval: {fitted.why_no_interval}.")
+        lines.extend(surface_sentences(self.tables, _UNNAMED_OIL, self.soundness))
         facts = curve_facts(self.tables.fit_quality, self.tables.curve_residuals)
         lines.extend(fact.text for fact in facts)
         lines.extend(self.notes)
@@ -447,7 +447,8 @@ def fit_points(
     if curve is None:
         tolerances = config.same_condition
         levels_of_points = [
-            levels_of(name, points[name].to_numpy(float), tolerances) for name in conditions
+            condition_level_numbers(name, points[name].to_numpy(float), tolerances)
+            for name in conditions
         ]
         curve = points.groupby(levels_of_points, sort=False).ngroup()
     if np.size(curve) != len(points):

@@ -24,7 +24,7 @@ from oilfilm.torque.answers import (
     Answers,
     answers,
     operating_points,
-    range_words,
+    range_text,
     three_digits,
     what_to_measure,
 )
@@ -200,7 +200,7 @@ def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
     for _, row in shown.iterrows():
         meaning = CAUSES[row["variance_cause"]].meaning
         torque, slip = row["torque_share"], row["slip_share"]
-        yield f"  {meaning:<42}{torque:>8.0%}{slip:>8.0%}  {range_words(row)}"
+        yield f"  {meaning:<42}{torque:>8.0%}{slip:>8.0%}  {range_text(row)}"
     sum_of_shares = shares[["torque_share", "slip_share"]].sum()
     if sum_of_shares.max() > _SURELY_TOGETHER:
         yield "  The shares add up to more than 100 %: causes act together, near a jump of the cage"

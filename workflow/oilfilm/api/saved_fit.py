@@ -89,7 +89,7 @@ def save_fit(fit: FitAlone, folder: Path) -> None:
             shown_sections,
             results,
             pngs=[],
-            refused=temporary,
+            refused_folder=temporary,
             settings=settings,
             provenance=provenance,
         )

@@ -137,8 +137,9 @@ def trace(
     state_scale = np.column_stack([scale, np.ones(count)])
     end_state = np.column_stack([start / scale, parameter])
 
-    def residuals(state: FloatArray, which: IndexArray) -> FloatArray:
-        return equations(state[..., :-1] * scale[which], state[..., -1], which)
+    def residuals(crossing_state: FloatArray, which: IndexArray) -> FloatArray:
+        """The equations at states: the scaled unknowns, then the parameter."""
+        return equations(crossing_state[..., :-1] * scale[which], crossing_state[..., -1], which)
 
     rising_parameter = np.zeros_like(end_state)
     rising_parameter[:, -1] = 1.0
@@ -163,12 +164,12 @@ def trace(
         old_tangent = curves.tangent.copy()
         accepted = _advance(residuals, curves, kink, tolerance)
         length = np.linalg.norm(curves.state - old_state, axis=1)
-        row, state = _crossings(
+        crossing_row, crossing_state = _crossings(
             old_state, curves.state, old_tangent, curves.tangent, length, wanted
         )
-        is_accepted = accepted[row]
-        crossing_points.append(curves.point[row[is_accepted]])
-        crossing_states.append(state[is_accepted])
+        is_accepted = accepted[crossing_row]
+        crossing_points.append(curves.point[crossing_row[is_accepted]])
+        crossing_states.append(crossing_state[is_accepted])
         new_parameter = curves.state[:, -1]
         ends = accepted & (new_parameter >= last)
         returns = accepted & (new_parameter < first)
@@ -241,24 +242,24 @@ def _corrected(
     state = predicted.copy()
     corrections = np.full(len(state), _MAX_CORRECTIONS + 1)
     inverse = np.linalg.inv(_bordered(curves.slopes, curves.tangent))
-    going = np.arange(len(state))
+    unfinished = np.arange(len(state))
     residual = _with_zero(residuals(state, curves.point))
     for number in range(_MAX_CORRECTIONS + 1):
         largest_residual = np.abs(residual).max(axis=1)
         reached = largest_residual <= tolerance
-        corrections[going[reached]] = number
+        corrections[unfinished[reached]] = number
         continues = ~reached & np.isfinite(largest_residual)
-        going = going[continues]
+        unfinished = unfinished[continues]
         residual = residual[continues]
         inverse = inverse[continues]
-        if len(going) == 0 or number == _MAX_CORRECTIONS:
+        if len(unfinished) == 0 or number == _MAX_CORRECTIONS:
             break
         change = -np.einsum("pij,pj->pi", inverse, residual)
         # a longer correction could end on another part of the curve
         length = np.linalg.norm(change, axis=1)
         change *= (_LONGEST_STEP / np.maximum(length, _LONGEST_STEP))[:, np.newaxis]
-        state[going] += change
-        new_residual = _with_zero(residuals(state[going], curves.point[going]))
+        state[unfinished] += change
+        new_residual = _with_zero(residuals(state[unfinished], curves.point[unfinished]))
         inverse = broyden_update(inverse, change, new_residual - residual)
         residual = new_residual
     return state, corrections

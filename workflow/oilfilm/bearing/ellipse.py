@@ -244,14 +244,14 @@ class Traction:
 
 
 def contact_conditions(
-    bearing: Bearing, contacts: Contacts, slip: Sliding, inlet_temperature_c: FloatArray
+    bearing: Bearing, contacts: Contacts, sliding_state: Sliding, inlet_temperature_c: FloatArray
 ) -> Conditions:
     """Conditions of each contact, with one more axis for the nodes.
 
     Args:
         bearing: The bearing.
         contacts: Contacts of the balls.
-        slip: Sliding in these contacts.
+        sliding_state: Sliding in these contacts.
         inlet_temperature_c: Temperature of the oil, which broadcasts against (..., 2 contacts).
     """
     radius_x = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
@@ -264,7 +264,7 @@ def contact_conditions(
     return Conditions(
         load_n=contacts.load_n[..., np.newaxis],
         max_hertz_pressure_gpa=pressure[..., np.newaxis],
-        entrainment_speed_m_s=slip.entrainment_speed_m_s[..., np.newaxis],
+        entrainment_speed_m_s=sliding_state.entrainment_speed_m_s[..., np.newaxis],
         inlet_temperature_c=temperature[..., np.newaxis],
         radius_x_m=radius_x[..., np.newaxis],
         reduced_modulus_pa=bearing.reduced_modulus_pa,
@@ -274,7 +274,7 @@ def contact_conditions(
 
 def traction(
     contacts: Contacts,
-    slip: Sliding,
+    sliding_state: Sliding,
     conditions: Conditions,
     law: TractionLaw,
     rule: QuadratureRule,
@@ -288,14 +288,14 @@ def traction(
 
     Args:
         contacts: Contacts of the balls.
-        slip: Sliding in these contacts.
+        sliding_state: Sliding in these contacts.
         conditions: Conditions of these contacts (`contact_conditions`).
         law: The traction law.
         rule: Quadrature nodes of the ellipse.
         factor: Factor on all traction, one number or shape (points,).
     """
-    speed = np.sqrt(slip.across_m_s**2 + slip.along_m_s**2)
-    entrainment_speed = np.maximum(slip.entrainment_speed_m_s, np.finfo(float).tiny)
+    speed = np.sqrt(sliding_state.across_m_s**2 + sliding_state.along_m_s**2)
+    entrainment_speed = np.maximum(sliding_state.entrainment_speed_m_s, np.finfo(float).tiny)
     ratio = speed / entrainment_speed[..., np.newaxis]
     mu = law(conditions, ratio)
     mu *= np.reshape(factor, (-1, 1, 1))
@@ -307,18 +307,18 @@ def traction(
     # no division by 0 where nothing slides
     force_over_speed /= np.maximum(speed, 1e-300, out=speed)
     force_over_speed *= contacts.load_n[..., np.newaxis]
-    node_across = force_over_speed * slip.across_m_s
-    node_along = force_over_speed * slip.along_m_s
+    node_across = force_over_speed * sliding_state.across_m_s
+    node_along = force_over_speed * sliding_state.along_m_s
     # last axis: sum of the forces, of forces times x, of forces times y (x, y in semi-axes)
     across_sums = np.tensordot(node_across, rule.moments, 1)
     along_sums = np.tensordot(node_along, rule.moments, 1)
-    semi_axis_x, semi_axis_y = slip.semi_axes_m
+    semi_axis_x, semi_axis_y = sliding_state.semi_axes_m
     across = across_sums[..., 0]
     across_x = across_sums[..., 1] * semi_axis_x
     along = along_sums[..., 0]
     along_y = along_sums[..., 2] * semi_axis_y
-    across_z = np.einsum("...k,...k->...", node_across, slip.height_m)
-    along_z = np.einsum("...k,...k->...", node_along, slip.height_m)
+    across_z = np.einsum("...k,...k->...", node_across, sliding_state.height_m)
+    along_z = np.einsum("...k,...k->...", node_along, sliding_state.height_m)
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
     # moment about the bearing's axis: distance of each node from that axis, times the force along t
     along_moment = along * contacts.orbit_radius_m[..., np.newaxis] + n_r * along_z + n_x * along_y

@@ -116,7 +116,7 @@ class Neighbour:
     inverse: FloatArray
 
     @classmethod
-    def of(cls, problem: FrictionProblem, unknowns: FloatArray) -> "Neighbour":
+    def from_unknowns(cls, problem: FrictionProblem, unknowns: FloatArray) -> "Neighbour":
         """Equilibria of a problem, by their unknowns."""
         return cls(unknowns, inverse_jacobian(problem.residuals, unknowns, problem.scale()))
 
@@ -162,14 +162,14 @@ def friction_equilibrium(
     """
     problem = replace(problem, bands=NO_BANDS)
     if neighbour is None:
-        return _equilibria(problem, every=False).fastest
+        return _equilibria(problem, all_motions=False).fastest
     solution = solve_near(problem.residuals, neighbour.unknowns, problem.scale(), neighbour.inverse)
     bands = np.zeros((len(solution.unknowns), len(NO_BANDS[0])))
-    lost = np.flatnonzero(~solution.converged)
-    if len(lost):
-        searched = _equilibria(problem.at_points(lost), every=False).fastest
-        solution.replace_points(lost, searched.solution)
-        bands[lost] = searched.problem.bands
+    unsolved = np.flatnonzero(~solution.converged)
+    if len(unsolved):
+        searched = _equilibria(problem.at_points(unsolved), all_motions=False).fastest
+        solution.replace_points(unsolved, searched.solution)
+        bands[unsolved] = searched.problem.bands
     return _motion(problem, solution.unknowns, bands)
 
 
@@ -179,7 +179,7 @@ def equilibria(problem: FrictionProblem) -> Equilibria:
     Args:
         problem: As of `friction_equilibrium`.
     """
-    return _equilibria(replace(problem, bands=NO_BANDS), every=True)
+    return _equilibria(replace(problem, bands=NO_BANDS), all_motions=True)
 
 
 @dataclass(frozen=True)
@@ -214,28 +214,28 @@ class _Motions:
         )
 
 
-def _equilibria(problem: FrictionProblem, every: bool) -> Equilibria:
-    """All steady motions, or without `every` only the fastest cage where it is certified."""
+def _equilibria(problem: FrictionProblem, all_motions: bool) -> Equilibria:
+    """All steady motions, or without `all_motions` only the fastest cage where it is certified."""
     # a problem with other nodes than the usual ones keeps them: its law may be made for these nodes
     rule = gauss_rule(*COARSE) if problem.rule.counts == QUADRATURE else problem.rule
-    motions, stalled = _searched(problem, rule, every)
+    motions, stalled = _searched(problem, rule, all_motions)
     # a crossing with the coarse nodes may have no counterpart with all nodes
     missed = np.setdiff1d(np.arange(len(stalled)), motions.point)
     if len(missed) and problem.rule is not rule:
-        added, stalled[missed] = _searched(problem.at_points(missed), problem.rule, every)
+        added, stalled[missed] = _searched(problem.at_points(missed), problem.rule, all_motions)
         motions = motions.joined(replace(added, point=missed[added.point]))
     return _chosen(problem, motions, ~stalled)
 
 
 def _searched(
-    problem: FrictionProblem, rule: QuadratureRule, every: bool
+    problem: FrictionProblem, rule: QuadratureRule, all_motions: bool
 ) -> tuple[_Motions, BoolArray]:
     """Steady motions by a search with other nodes, and whether each point's curve stalled."""
     coarse = replace(problem, rule=rule, bands=FULL_BANDS)
     start, share = _starts(coarse)
     rolls = share == 1
-    followed = np.flatnonzero(np.isfinite(share) & (every | ~rolls))
-    last = _LAST if every else _LAST_FOR_FASTEST
+    followed = np.flatnonzero(np.isfinite(share) & (all_motions | ~rolls))
+    last = _LAST if all_motions else _LAST_FOR_FASTEST
     crossings, ended = _followed(coarse.at_points(followed), start[followed], share[followed], last)
     stalled = np.isnan(share)
     stalled[followed[~ended]] = True
@@ -255,27 +255,32 @@ def _starts(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
     scale = problem.scale()
     unknowns = rolling.copy()
     share = np.full(len(rolling), np.nan)
-    for level in (*_SHARES, 0.0):
-        left = np.flatnonzero(np.isnan(share))
-        if len(left) == 0:
+    for tried_share in (*_SHARES, 0.0):
+        unstarted = np.flatnonzero(np.isnan(share))
+        if len(unstarted) == 0:
             break
-        remaining = problem.at_points(left)
-        max_iterations = _NEWTON_ITERATIONS if level else _MAX_ITERATIONS
+        remaining = problem.at_points(unstarted)
+        max_iterations = _NEWTON_ITERATIONS if tried_share else _MAX_ITERATIONS
         solution = solve(
-            _equations_with_share(remaining, level), rolling[left], scale[left], max_iterations
+            _equations_with_share(remaining, tried_share),
+            rolling[unstarted],
+            scale[unstarted],
+            max_iterations,
         )
-        good = solution.converged.copy()
-        if level and good.any():
-            converged = remaining.at_points(np.flatnonzero(good))
-            good[good] = _is_certified(converged, solution.unknowns[good])
-        unknowns[left[good]] = solution.unknowns[good]
-        share[left[good]] = level
-    lost = np.flatnonzero(np.isnan(share))
-    if len(lost):
-        solution = _hardened(problem.at_points(lost), rolling[lost], _SOFTENING_SLIPS)
+        has_start = solution.converged.copy()
+        if tried_share and has_start.any():
+            converged = remaining.at_points(np.flatnonzero(has_start))
+            has_start[has_start] = _is_certified(converged, solution.unknowns[has_start])
+        unknowns[unstarted[has_start]] = solution.unknowns[has_start]
+        share[unstarted[has_start]] = tried_share
+    still_unstarted = np.flatnonzero(np.isnan(share))
+    if len(still_unstarted):
+        solution = _hardened(
+            problem.at_points(still_unstarted), rolling[still_unstarted], _SOFTENING_SLIPS
+        )
         solved = solution.converged
-        unknowns[lost[solved]] = solution.unknowns[solved]
-        share[lost[solved]] = 0.0
+        unknowns[still_unstarted[solved]] = solution.unknowns[solved]
+        share[still_unstarted[solved]] = 0.0
     return unknowns, share
 
 
@@ -302,8 +307,8 @@ def _is_certified(problem: FrictionProblem, unknowns: FloatArray) -> BoolArray:
     """Whether the inner contact of each motion slips less than at the law's peak."""
     balance = problem.balance(unknowns)
     # a law of certain nodes is evaluated at all of them, any other at one
-    of_nodes = problem.rule.counts not in (COARSE, QUADRATURE)
-    weight = problem.rule.share if of_nodes else np.ones(1)
+    law_needs_its_nodes = problem.rule.counts not in (COARSE, QUADRATURE)
+    weight = problem.rule.share if law_needs_its_nodes else np.ones(1)
     contacts = balance.conditions.load_n.shape[:-1]
     shape = (len(_PEAK_SLIPS), *contacts, len(weight))
     slips = np.broadcast_to(_PEAK_SLIPS[:, np.newaxis, np.newaxis, np.newaxis], shape)
@@ -371,6 +376,7 @@ def _traced(
     """Crossings of the bearing's share, s = 1, by the curves of equilibria."""
 
     def residuals(unknowns: FloatArray, level: FloatArray, which: IndexArray) -> FloatArray:
+        """Balance residuals, with the traced parameter s / (1 + s) as `level`."""
         limited = np.minimum(level, _HIGHEST)
         return problem.residuals(unknowns, which, limited / (1 - limited))
 
@@ -395,32 +401,34 @@ def _exact(problem: FrictionProblem, motions: _Motions) -> _Motions:
     does its partner. Where rolling resistance jumps at the motion itself, the motion is between
     the two sides of the jump (a solution in the sense of Filippov), and the narrowest band is kept.
     """
-    smooth, solved = _solved(problem, motions)
-    smooth = smooth.select(solved)
-    numbers = np.arange(len(smooth.point))
-    residuals = problem.at_points(smooth.point).residuals(smooth.unknowns, numbers)
-    exact = np.abs(residuals).max(axis=1) <= TOLERANCE
-    smooth.bands[exact] = NO_BANDS
-    inside = smooth.select(~exact)
-    if len(inside.point) == 0:
-        return smooth
-    narrowed = _narrowed(problem, inside)
+    banded, solved = _solved(problem, motions)
+    banded = banded.select(solved)
+    numbers = np.arange(len(banded.point))
+    residuals = problem.at_points(banded.point).residuals(banded.unknowns, numbers)
+    is_exact = np.abs(residuals).max(axis=1) <= TOLERANCE
+    banded.bands[is_exact] = NO_BANDS
+    within_bands = banded.select(~is_exact)
+    if len(within_bands.point) == 0:
+        return banded
+    narrowed = _narrowed(problem, within_bands)
     # each point keeps at least one motion
-    kept_points = np.concatenate([smooth.point[exact], narrowed.point])
-    last_of_point = ~np.isin(inside.point, kept_points)
-    return smooth.select(exact).joined(narrowed).joined(inside.select(last_of_point))
+    kept_points = np.concatenate([banded.point[is_exact], narrowed.point])
+    last_of_point = ~np.isin(within_bands.point, kept_points)
+    return banded.select(is_exact).joined(narrowed).joined(within_bands.select(last_of_point))
 
 
 def _solved(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
     """Motions near others, with the bands of these, and whether each one was found."""
     banded = replace(problem.at_points(motions.point), bands=motions.bands)
     scale = banded.scale()
-    neighbour = Neighbour.of(banded, motions.unknowns)
+    neighbour = Neighbour.from_unknowns(banded, motions.unknowns)
     solution = solve_near(banded.residuals, motions.unknowns, scale, neighbour.inverse)
-    lost = np.flatnonzero(~solution.converged)
-    lost_equations = banded.at_points(lost).residuals
-    newton = solve(lost_equations, motions.unknowns[lost], scale[lost], _NEWTON_ITERATIONS)
-    solution.replace_points(lost, newton)
+    unsolved = np.flatnonzero(~solution.converged)
+    unsolved_equations = banded.at_points(unsolved).residuals
+    newton = solve(
+        unsolved_equations, motions.unknowns[unsolved], scale[unsolved], _NEWTON_ITERATIONS
+    )
+    solution.replace_points(unsolved, newton)
     return replace(motions, unknowns=solution.unknowns), solution.converged
 
 
@@ -505,6 +513,7 @@ def _chosen(problem: FrictionProblem, motions: _Motions, complete: BoolArray) ->
     unsolved = np.flatnonzero(count == 0)
 
     def equilibrium_of_rows(row: IndexArray) -> FrictionEquilibrium:
+        """The motion in a row of `distinct` for each solved point, and the start for others."""
         unknowns = np.empty_like(scale)
         bands = np.zeros((len(scale), len(NO_BANDS[0])))
         unknowns[solved] = distinct.unknowns[row[solved]]

@@ -165,47 +165,51 @@ class FrictionProblem:
         contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 6], self.points.growth)
         motion = Motion(unknowns[..., 5], unknowns[..., 2:5])
         ring_speed = self.points.ring_speed_rad_s
-        slip = sliding(bearing, contacts, motion, ring_speed, self.rule, self.bands[..., 2:])
+        sliding_state = sliding(
+            bearing, contacts, motion, ring_speed, self.rule, self.bands[..., 2:]
+        )
         inlet_temperature = lubrication.inlet_temperature_c[:, np.newaxis]
-        conditions = contact_conditions(bearing, contacts, slip, inlet_temperature)
-        film = traction(
-            contacts, slip, conditions, self.law, self.rule, lubrication.traction_factor
+        conditions = contact_conditions(bearing, contacts, sliding_state, inlet_temperature)
+        film_traction = traction(
+            contacts, sliding_state, conditions, self.law, self.rule, lubrication.traction_factor
         )
         orbit_radius = contacts.orbit_radius_m
         n_r = contacts.normal[..., 1, :]
         race_radius = orbit_radius[..., np.newaxis] + n_r * (bearing.ball_diameter_m / 2)
-        rolling = self._rolling_resistance(contacts, slip, race_radius, share)
+        rolling = self._rolling_resistance(contacts, sliding_state, race_radius, share)
         orbit_speed = orbit_radius * motion.orbit_speed_rad_s
         drag = self._drag_n(orbit_speed, share)
         # The rolling force shears the surface of the ball. Its pressure pushes the ball's centre.
         push = rolling.force_n * (2 * race_radius / orbit_radius[..., np.newaxis] - 1)
-        pocket_force = drag - _sum_of_contacts(film.along_n + push)
+        pocket_force = drag - _sum_of_contacts(film_traction.along_n + push)
         pocket = self._pocket_friction(pocket_force, motion, share)
         cage_lag = ring_speed[:, self._guiding_ring()] - motion.orbit_speed_rad_s
         land_moment = self._land_moment_n_m(cage_lag, share)
-        imbalance = self._imbalance_n(contacts, motion, film, rolling, pocket, land_moment, share)
+        imbalance = self._imbalance_n(
+            contacts, motion, film_traction, rolling, pocket, land_moment, share
+        )
         ring_moment = (
-            film.race_moment_n_m + rolling.moment_n_m * n_r - rolling.force_n * race_radius
+            film_traction.race_moment_n_m + rolling.moment_n_m * n_r - rolling.force_n * race_radius
         )
         ring_moment[..., self._guiding_ring()] -= land_moment
-        momentum = self.momentum_n_m() / bearing.ball_count
-        ring_moment[..., 0] -= momentum
-        momentum_heat = np.broadcast_to(momentum * ring_speed[:, 0], orbit_speed.shape)
+        feed_torque = self.momentum_n_m() / bearing.ball_count
+        ring_moment[..., 0] -= feed_torque
+        feed_heat = np.broadcast_to(feed_torque * ring_speed[:, 0], orbit_speed.shape)
         heats = (
-            _sum_of_contacts(film.heat_w),
+            _sum_of_contacts(film_traction.heat_w),
             rolling.force_heat_w,
             rolling.moment_heat_w,
             drag * orbit_speed,
             pocket.heat_w,
             land_moment * cage_lag,
-            momentum_heat,
+            feed_heat,
         )
         return Balance(
             contacts=contacts,
             motion=motion,
             conditions=conditions,
-            sliding=slip,
-            traction=film,
+            sliding=sliding_state,
+            traction=film_traction,
             drag_n=drag,
             heats_w=heats,
             imbalance_n=imbalance,
@@ -304,7 +308,7 @@ class FrictionProblem:
         self,
         contacts: Contacts,
         motion: Motion,
-        film: Traction,
+        film_traction: Traction,
         rolling: "_RollingResistance",
         pocket: "_PocketFriction",
         land_moment_n_m: FloatArray,
@@ -314,10 +318,12 @@ class FrictionProblem:
         bearing = self.bearing
         ball_radius = bearing.ball_diameter_m / 2
         n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-        contact_x = -(film.across_n * n_r + contacts.load_n * n_x)
-        contact_r = film.across_n * n_x - contacts.load_n * n_r
-        about_normal = film.about_normal_n_m
-        about_across = film.about_across_n_m + ball_radius * rolling.force_n + rolling.moment_n_m
+        contact_x = -(film_traction.across_n * n_r + contacts.load_n * n_x)
+        contact_r = film_traction.across_n * n_x - contacts.load_n * n_r
+        about_normal = film_traction.about_normal_n_m
+        about_across = (
+            film_traction.about_across_n_m + ball_radius * rolling.force_n + rolling.moment_n_m
+        )
         contact_moment_x = about_normal * n_x - about_across * n_r
         contact_moment_r = about_normal * n_r + about_across * n_x
         # gyroscopic moment over the spin
@@ -330,7 +336,7 @@ class FrictionProblem:
         force_r = _sum_of_contacts(contact_r) + outward
         moment_x = _sum_of_contacts(contact_moment_x) - pocket.moment_x_n_m
         moment_r = _sum_of_contacts(contact_moment_r) - pocket.moment_r_n_m + gyroscopic_r
-        moment_t = _sum_of_contacts(film.about_tangent_n_m) - gyroscopic_t
+        moment_t = _sum_of_contacts(film_traction.about_tangent_n_m) - gyroscopic_t
         pocket_force = pocket.pocket_force_n
         cage_moment = (
             land_moment_n_m
@@ -350,7 +356,7 @@ class FrictionProblem:
         return np.stack(imbalance, axis=-1)
 
     def _rolling_resistance(
-        self, contacts: Contacts, slip: Sliding, race_radius_m: FloatArray, share: Floats
+        self, contacts: Contacts, sliding_state: Sliding, race_radius_m: FloatArray, share: Floats
     ) -> "_RollingResistance":
         """Rolling resistance in each contact by the oil and by hysteresis.
 
@@ -359,10 +365,10 @@ class FrictionProblem:
         about the bearing's axis. It pushes the ball along its orbit, with the force
         2 FR (race radius)/(orbit radius).
         """
-        bearing, oil = self.bearing, self.lubrication.of_contacts
+        bearing, oil = self.bearing, self.lubrication.oil_in_contacts
         load = contacts.load_n
-        speed_sum = slip.race_rad_s * race_radius_m
-        speed_sum -= slip.axis_rad_s * (bearing.ball_diameter_m / 2)
+        speed_sum = sliding_state.race_rad_s * race_radius_m
+        speed_sum -= sliding_state.axis_rad_s * (bearing.ball_diameter_m / 2)
         mean_speed = np.abs(speed_sum / 2)
         radius_x = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
         radius_y = bearing.radius_y_m
@@ -383,7 +389,7 @@ class FrictionProblem:
             force_n=force,
             moment_n_m=moment,
             force_heat_w=_sum_of_contacts(force * speed_sum),
-            moment_heat_w=-_sum_of_contacts(moment * slip.roll_rad_s),
+            moment_heat_w=-_sum_of_contacts(moment * sliding_state.roll_rad_s),
         )
 
     def residuals(self, unknowns: FloatArray, which: IndexArray, share: Floats = 1.0) -> FloatArray:

@@ -194,15 +194,19 @@ class Bearing:
         polynomials = self._hertz_polynomials
         # one axis for each leading axis of the argument
         leading_axes = (1,) * (argument.ndim - 1)
-        powers = polynomials.reshape(*polynomials.shape[:2], *leading_axes, 2)
-        value = powers[-1]
-        for coefficient in powers[-2::-1]:
-            value = value * argument + coefficient
-        return value
+        coefficients = polynomials.reshape(*polynomials.shape[:2], *leading_axes, 2)
+        # Horner's rule, from the highest power
+        values = coefficients[-1]
+        for coefficient in coefficients[-2::-1]:
+            values = values * argument + coefficient
+        return values
 
     @cached_property
     def _hertz_polynomials(self) -> FloatArray:
-        """Coefficients of the polynomials in 2 cos(alpha) - 1, shape (degree + 1, 3, 2)."""
+        """Coefficients of the polynomials in 2 cos(alpha) - 1, shape (degree + 1, 3, 2).
+
+        The axes are the powers, the three quantities of `under_unit_load`, and inner and outer.
+        """
         nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
         cosine = np.repeat((nodes[:, np.newaxis] + 1) / 2, 2, axis=1)
         contact = elliptical_contact(
@@ -211,5 +215,6 @@ class Bearing:
         values = np.stack(
             [contact.approach_m**-1.5, contact.semi_axis_x_m, contact.semi_axis_y_m], axis=1
         )
-        powers = np.linalg.solve(np.vander(nodes, increasing=True), values.reshape(len(nodes), -1))
-        return powers.reshape(values.shape)
+        powers_of_nodes = np.vander(nodes, increasing=True)
+        coefficients = np.linalg.solve(powers_of_nodes, values.reshape(len(nodes), -1))
+        return coefficients.reshape(values.shape)

@@ -63,14 +63,16 @@ def centrifugal_growth_m(
         >>> print(f"{growth * 1e6:.3f} um")
         14.577 um
     """
-    shape = (1 - poisson_ratio) * np.square(radius_m) + (3 + poisson_ratio) * np.square(
+    radius_term = (1 - poisson_ratio) * np.square(radius_m) + (3 + poisson_ratio) * np.square(
         bore_radius_m
     )
-    tension = density_kg_m3 * np.square(speed_rad_s) * radius_m / (4 * youngs_modulus_pa)
-    return np.asarray(tension * shape)
+    speed_factor = density_kg_m3 * np.square(speed_rad_s) * radius_m / (4 * youngs_modulus_pa)
+    return np.asarray(speed_factor * radius_term)
 
 
-def fit_share(groove_radius_m: Floats, fit_radius_m: Floats, other_radius_m: Floats) -> FloatArray:
+def fit_share(
+    groove_radius_m: Floats, fit_radius_m: Floats, free_surface_radius_m: Floats
+) -> FloatArray:
     """Radial displacement of a groove over the radial interference of its ring's fit.
 
         share = 2 a b/|b^2 - a^2| / [(b^2 + a^2)/|b^2 - a^2| + (a^2 + c^2)/|a^2 - c^2|]
@@ -89,20 +91,25 @@ def fit_share(groove_radius_m: Floats, fit_radius_m: Floats, other_radius_m: Flo
         >>> print(f"{fit_share(1.0, 0.8, 0.0):.3f}")
         0.800
     """
-    groove, fit, other = (
+    groove_squared, fit_squared, free_squared = (
         np.square(groove_radius_m),
         np.square(fit_radius_m),
-        np.square(other_radius_m),
+        np.square(free_surface_radius_m),
     )
-    ring = np.abs(groove - fit)
-    compliance = (groove + fit) / ring + (fit + other) / np.abs(fit - other)
-    return np.asarray(2 * np.multiply(groove_radius_m, fit_radius_m) / ring / compliance)
+    ring_difference = np.abs(groove_squared - fit_squared)
+    compliance = (groove_squared + fit_squared) / ring_difference + (
+        fit_squared + free_squared
+    ) / np.abs(fit_squared - free_squared)
+    return np.asarray(2 * np.multiply(groove_radius_m, fit_radius_m) / ring_difference / compliance)
 
 
 def inner_ring_growth_m(
-    bearing: Bearing, speed_rad_s: FloatArray, bore_ratio: FloatArray, interference_m: FloatArray
+    bearing: Bearing,
+    speed_rad_s: FloatArray,
+    shaft_bore_ratio: FloatArray,
+    interference_m: FloatArray,
 ) -> FloatArray:
-    """Growth of the inner groove by rotation and by the fit on the shaft, shape (points,).
+    """Radial growth of the inner groove by rotation and by the fit on the shaft, shape (points,).
 
     A tight ring and its shaft grow as one body with the bore of the shaft. The fit adds its share,
     calculated with both bodies. A ring that has lost its fit grows alone. The growth is the larger
@@ -111,17 +118,17 @@ def inner_ring_growth_m(
     Args:
         bearing: The bearing.
         speed_rad_s: Speed of the inner ring.
-        bore_ratio: Bore of the shaft over the diameter of the groove.
+        shaft_bore_ratio: Bore of the shaft over the diameter of the groove.
         interference_m: Interference on the radius.
     """
     rings = bearing.rings
     groove = bearing.groove_bottom_m[0]
     fit = rings.bore_ratio * groove
-    steel = (rings.density_kg_m3, rings.youngs_modulus_pa, rings.poisson_ratio)
-    shaft_bore = bore_ratio * groove
-    one_body = centrifugal_growth_m(speed_rad_s, groove, shaft_bore, *steel)
-    tight = one_body + fit_share(groove, fit, shaft_bore) * interference_m
-    alone = centrifugal_growth_m(speed_rad_s, groove, fit, *steel)
+    material = (rings.density_kg_m3, rings.youngs_modulus_pa, rings.poisson_ratio)
+    shaft_bore = shaft_bore_ratio * groove
+    as_one_body = centrifugal_growth_m(speed_rad_s, groove, shaft_bore, *material)
+    tight = as_one_body + fit_share(groove, fit, shaft_bore) * interference_m
+    alone = centrifugal_growth_m(speed_rad_s, groove, fit, *material)
     return np.maximum(tight, alone)
 
 

@@ -33,16 +33,17 @@ class Uncertain(NamedTuple):
         """The quantity times a factor."""
         return Uncertain(factor * self.value, factor * self.low, factor * self.high)
 
-    def at(self, probability: FloatArray) -> FloatArray:
+    def quantiles(self, probability: FloatArray) -> FloatArray:
         """Values of the quantity with a cumulative probability of 0 to 1.
 
         The value is the median, and both parts of the range are uniform. If the value is an end of
         the range, the whole range is uniform.
 
         Examples:
-            >>> Uncertain(value=1.0, low=0.0, high=5.0).at(np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
+            >>> quarters = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+            >>> Uncertain(value=1.0, low=0.0, high=5.0).quantiles(quarters)
             array([0. , 0.5, 1. , 3. , 5. ])
-            >>> Uncertain(value=5.0, low=1.0, high=5.0).at(np.array([0.0, 0.5]))
+            >>> Uncertain(value=5.0, low=1.0, high=5.0).quantiles(np.array([0.0, 0.5]))
             array([1., 3.])
         """
         if self.low < self.value < self.high:
@@ -79,7 +80,7 @@ class Inputs:
     ball_temperature_difference_k: FloatArray
 
     @classmethod
-    def of(cls, uncertain: Mapping[str, Uncertain], points: int) -> "Inputs":
+    def without_draws(cls, uncertain: Mapping[str, Uncertain], points: int) -> "Inputs":
         """The value of each quantity, the same at all points.
 
         Args:
@@ -98,7 +99,7 @@ class Inputs:
             uncertain: Every quantity by its name.
             probability: Probabilities of 0 to 1 of every quantity, shapes (points,).
         """
-        return cls(**{name: uncertain[name].at(probability[name]) for name in INPUTS})
+        return cls(**{name: uncertain[name].quantiles(probability[name]) for name in INPUTS})
 
     @classmethod
     def joined(cls, groups: Sequence["Inputs"]) -> "Inputs":

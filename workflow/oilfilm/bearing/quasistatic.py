@@ -17,6 +17,7 @@ components x and r, their axis comes before that of the contacts.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -74,7 +75,7 @@ class OperatingPoints:
 
 @dataclass(frozen=True)
 class Contacts:
-    """Normal contacts of a ball; shapes (..., 2 contacts) unless stated otherwise.
+    """Normal contacts of a ball with both races; shapes (..., 2 contacts) unless stated otherwise.
 
     Attributes:
         normal: Unit vector from the ball into the race, shape (..., 2 components, 2 contacts).
@@ -150,41 +151,53 @@ def contacts_at(
     """
     unloaded = bearing.groove_centre_distance_m
     axial = unloaded * np.sin(bearing.contact_angle_rad) + displacement_m
-    radial, offset, outer_radius = _grooves(bearing, growth)
-    inner_groove = np.stack([axial, radial + 0 * displacement_m], axis=-1)
+    grooves = _grooves(bearing, growth)
+    inner_groove = np.stack([axial, grooves.centre_distance + 0 * displacement_m], axis=-1)
     # from the centre of each groove to that of the ball; the last axis holds the contacts
     arm = np.stack([ball_m - inner_groove, ball_m], axis=-1)
     length = np.sqrt((arm**2).sum(axis=-2))
     normal = arm / length[..., np.newaxis, :]
-    approach = np.maximum(length - offset, 0.0)
+    approach = np.maximum(length - grooves.offset, 0.0)
     stiffness, unit_semi_axis_x, unit_semi_axis_y = bearing.under_unit_load(
         np.abs(normal[..., 1, :])
     )
     load = stiffness * approach**1.5
-    size = np.cbrt(load)
+    cube_root_of_load = np.cbrt(load)
     return Contacts(
         normal=normal,
         load_n=load,
-        semi_axis_x_m=unit_semi_axis_x * size,
-        semi_axis_y_m=unit_semi_axis_y * size,
-        orbit_radius_m=outer_radius + ball_m[..., 1],
+        semi_axis_x_m=unit_semi_axis_x * cube_root_of_load,
+        semi_axis_y_m=unit_semi_axis_y * cube_root_of_load,
+        orbit_radius_m=grooves.outer_radius + ball_m[..., 1],
     )
 
 
-def _grooves(bearing: Bearing, growth: Growth | None) -> tuple[Floats, FloatArray, Floats]:
-    """Where the grooves are, for a bearing of the drawing or one value per point.
+class _Grooves(NamedTuple):
+    """Where the grooves are, for a bearing of the drawing or one value per point; in m.
 
-    Returns:
-        Radial distance of the groove centres; distance from each groove centre to the ball's centre
-        in an unloaded contact, shape (2,) or (points, 2); distance of the outer groove's centre
-        from the bearing's axis.
+    Attributes:
+        centre_distance: Radial distance of the two groove centres.
+        offset: Distance from each groove centre to the ball's centre in an unloaded contact, shape
+            (2,) or (points, 2).
+        outer_radius: Distance of the outer groove's centre from the bearing's axis.
     """
-    radial = bearing.groove_centre_distance_m * np.cos(bearing.contact_angle_rad)
+
+    centre_distance: Floats
+    offset: FloatArray
+    outer_radius: Floats
+
+
+def _grooves(bearing: Bearing, growth: Growth | None) -> _Grooves:
+    """The grooves of a bearing, with the growth of its rings and balls if there is one."""
+    radial_distance = bearing.groove_centre_distance_m * np.cos(bearing.contact_angle_rad)
     if growth is None:
-        return radial, bearing.groove_offset_m, bearing.outer_groove_radius_m
+        return _Grooves(radial_distance, bearing.groove_offset_m, bearing.outer_groove_radius_m)
     inner, outer = growth.centre_m[:, 0], growth.centre_m[:, 1]
-    offset = bearing.groove_offset_m + growth.offset_m
-    return radial + inner - outer, offset, bearing.outer_groove_radius_m + outer
+    return _Grooves(
+        centre_distance=radial_distance + inner - outer,
+        offset=bearing.groove_offset_m + growth.offset_m,
+        outer_radius=bearing.outer_groove_radius_m + outer,
+    )
 
 
 def rolling_motion(bearing: Bearing, contacts: Contacts, ring_speed_rad_s: FloatArray) -> Motion:
@@ -262,24 +275,30 @@ def raceway_control(
     force = ball_force_n(bearing, points)
 
     def ball_state(unknowns: FloatArray, which: IndexArray) -> tuple[Contacts, Motion]:
-        some = points.at_points(which)
-        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2], some.growth)
-        return contacts, rolling_motion(bearing, contacts, some.ring_speed_rad_s)
+        """Contacts and motion of the balls of the points `which`."""
+        some_points = points.at_points(which)
+        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2], some_points.growth)
+        return contacts, rolling_motion(bearing, contacts, some_points.ring_speed_rad_s)
 
     def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
+        """Residuals of the forces on ball and ring, relative to the ball's load."""
         contacts, motion = ball_state(unknowns, which)
         normal = contacts.normal
         # tangential force of the outer race, which supplies the moment about t
         moment = gyroscopic_moment_n_m(bearing, motion)[..., 2]
-        tangential = gyroscopic_sign * 2 / bearing.ball_diameter_m * moment
-        on_ball = -contacts.load_n[..., np.newaxis, :] * normal
-        on_ball[..., 0, 1] -= tangential * normal[..., 1, 1]
-        on_ball[..., 1, 1] += tangential * normal[..., 0, 1]
-        from_races = on_ball.sum(axis=-1)
-        axial = from_races[..., 0]
-        radial = from_races[..., 1] + centrifugal_force_n(bearing, contacts, motion)
-        on_ring = points.axial_load_n[which] / bearing.ball_count - on_ball[..., 0, 0]
-        return np.stack([axial, radial, on_ring], axis=-1) / force[which, np.newaxis]
+        tangential_force = gyroscopic_sign * 2 / bearing.ball_diameter_m * moment
+        force_on_ball = -contacts.load_n[..., np.newaxis, :] * normal
+        force_on_ball[..., 0, 1] -= tangential_force * normal[..., 1, 1]
+        force_on_ball[..., 1, 1] += tangential_force * normal[..., 0, 1]
+        force_of_races = force_on_ball.sum(axis=-1)
+        axial_sum = force_of_races[..., 0]
+        radial_sum = force_of_races[..., 1] + centrifugal_force_n(bearing, contacts, motion)
+        axial_sum_on_ring = (
+            points.axial_load_n[which] / bearing.ball_count - force_on_ball[..., 0, 0]
+        )
+        return (
+            np.stack([axial_sum, radial_sum, axial_sum_on_ring], axis=-1) / force[which, np.newaxis]
+        )
 
     start = _frictionless_state(bearing, points)
     scale = np.full(start.shape, bearing.groove_offset_m.min())
@@ -303,14 +322,15 @@ def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray
     orbit_speed = points.ring_speed_rad_s @ [(1 - gamma) / 2, (1 + gamma) / 2]
     centrifugal = bearing.ball_mass_kg * bearing.pitch_diameter_m / 2 * orbit_speed**2
     relative_centrifugal = centrifugal / load_per_ball
-    radial_distance, offset, _ = _grooves(bearing, points.growth)
+    grooves = _grooves(bearing, points.growth)
     # with one axis for the angles that are tried
-    offset = np.broadcast_to(offset, (count, 2))[:, np.newaxis, :]
-    radial_distance = np.broadcast_to(radial_distance, count)[:, np.newaxis]
+    offset = np.broadcast_to(grooves.offset, (count, 2))[:, np.newaxis, :]
+    radial_distance = np.broadcast_to(grooves.centre_distance, count)[:, np.newaxis]
     # delta/Q^(2/3) of each contact
-    compliance = bearing.under_unit_load(np.full(2, cosine))[0] ** (-2 / 3)
+    stiffness, _, _ = bearing.under_unit_load(np.full(2, cosine))
+    compliance = stiffness ** (-2 / 3)
 
-    def arms(inner_angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def angles_and_lengths(inner_angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Contact angles and distances from groove centre to ball centre, (..., 2)."""
         outer_cotangent = 1 / np.tan(inner_angle) + relative_centrifugal[:, np.newaxis]
         outer_angle = np.arctan2(1.0, outer_cotangent)
@@ -322,11 +342,11 @@ def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray
     width = np.pi
     for _ in range(_NARROWINGS):
         width /= _PARTS
-        angle, length = arms(lowest_angle + width * np.arange(1, _PARTS))
+        angle, length = angles_and_lengths(lowest_angle + width * np.arange(1, _PARTS))
         radial = (length * np.cos(angle)).sum(axis=-1)
         too_small = radial > radial_distance
         lowest_angle = lowest_angle + width * too_small.sum(axis=-1, keepdims=True)
-    angle, length = arms(lowest_angle + width / 2)
+    angle, length = angles_and_lengths(lowest_angle + width / 2)
     angle = angle[:, 0]
     length = length[:, 0]
     direction = np.where(points.axial_load_n < 0, -1.0, 1.0)

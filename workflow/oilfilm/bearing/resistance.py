@@ -57,7 +57,7 @@ class Lubrication:
     factors: FloatArray
 
     @classmethod
-    def of(
+    def flooded(
         cls,
         oil: Oil,
         inlet_temperature_c: FloatArray,
@@ -75,7 +75,7 @@ class Lubrication:
         count = len(inlet_temperature_c)
         return cls(
             inlet_temperature_c=inlet_temperature_c,
-            oil=InletOil.of(oil, inlet_temperature_c),
+            oil=InletOil.from_oil(oil, inlet_temperature_c),
             oil_density_kg_m3=oil.density_kg_m3(inlet_temperature_c),
             oil_volume_fraction=np.full(count, oil_volume_fraction),
             drag_coefficient=np.full(count, drag_coefficient),
@@ -124,7 +124,7 @@ class Lubrication:
         return replace(self, factors=factors)
 
     @property
-    def of_contacts(self) -> InletOil:
+    def oil_in_contacts(self) -> InletOil:
         """The oil of each point, shape (points, 1): it broadcasts over both contacts of a ball."""
         return self.oil[:, np.newaxis]
 

@@ -59,11 +59,11 @@ class Solution:
     residual: FloatArray
     converged: BoolArray
 
-    def replace_points(self, which: IndexArray, other: "Solution") -> None:
+    def replace_points(self, which: IndexArray, replacement: "Solution") -> None:
         """Write the solution of some points into this one, in place."""
-        self.unknowns[which] = other.unknowns
-        self.residual[which] = other.residual
-        self.converged[which] = other.converged
+        self.unknowns[which] = replacement.unknowns
+        self.residual[which] = replacement.residual
+        self.converged[which] = replacement.converged
 
 
 @dataclass
@@ -72,12 +72,12 @@ class _Iterates:
 
     Attributes:
         unknowns: Shape (points, unknowns).
-        size: Largest residual of each point.
+        largest_residual: Largest residual of each point.
         damping: Damping of each point's next step.
     """
 
     unknowns: FloatArray
-    size: FloatArray
+    largest_residual: FloatArray
     damping: FloatArray
 
 
@@ -112,10 +112,12 @@ def solve(
             iterates.unknowns[active] = start[active]
         damped = iteration >= _NEWTON_ITERATIONS
         _chord_steps(equations, iterates, scale, active, damped)
-        active = active[iterates.size[active] > TOLERANCE]
+        active = active[iterates.largest_residual[active] > TOLERANCE]
         if len(active) == 0:
             break
-    return Solution(iterates.unknowns, iterates.size, iterates.size <= TOLERANCE)
+    return Solution(
+        iterates.unknowns, iterates.largest_residual, iterates.largest_residual <= TOLERANCE
+    )
 
 
 def _chord_steps(
@@ -125,7 +127,7 @@ def _chord_steps(
     remaining = active
     unknowns = iterates.unknowns[remaining]
     residual, jacobian = _linearised(equations, unknowns, scale[remaining], remaining)
-    iterates.size[remaining] = _size(residual)
+    iterates.largest_residual[remaining] = _largest_residual(residual)
     stiffness = (iterates.damping[remaining] + _SMALLEST_STIFFNESS)[:, np.newaxis, np.newaxis]
     inverse = np.linalg.inv(stiffness * np.eye(unknowns.shape[1]) - jacobian)
     for chord in range(_CHORD_STEPS):
@@ -133,18 +135,18 @@ def _chord_steps(
         length = np.abs(step).max(axis=1)
         trial = unknowns + _shortening(length)[:, np.newaxis] * step * scale[remaining]
         residual = equations(trial, remaining)
-        size = _size(residual)
+        largest_residual = _largest_residual(residual)
         if chord > 0:
             largest_ratio = _CHORD_GAIN
         else:
             largest_ratio = np.inf if damped else _LARGEST_GROWTH
-        accepted = size < iterates.size[remaining] * largest_ratio
+        accepted = largest_residual < iterates.largest_residual[remaining] * largest_ratio
         if chord == 0 and damped:
             damping = iterates.damping[remaining]
             iterates.damping[remaining] = _next_damping(damping, accepted, length)
         iterates.unknowns[remaining[accepted]] = trial[accepted]
-        iterates.size[remaining[accepted]] = size[accepted]
-        continues = accepted & (size > TOLERANCE)
+        iterates.largest_residual[remaining[accepted]] = largest_residual[accepted]
+        continues = accepted & (largest_residual > TOLERANCE)
         if not continues.any():
             break
         remaining = remaining[continues]
@@ -170,19 +172,21 @@ def solve_near(
         Math. Comput. 19 (1965) 577.
     """
     unknowns = start.copy()
-    size = np.full(len(start), np.inf)
+    largest_residual = np.full(len(start), np.inf)
     remaining = np.arange(len(start))
     current = start
     residual = equations(current, remaining)
     for _ in range(_BROYDEN_STEPS):
-        size[remaining] = _size(residual)
+        largest_residual[remaining] = _largest_residual(residual)
         step = np.einsum("pij,pj->pi", inverse, residual)
         step *= _shortening(np.abs(step).max(axis=1))[:, np.newaxis]
         current = current + step * scale[remaining]
         # The step from a root is not checked: its residuals would be rounding, and an updated
         # inverse would turn rounding into a direction.
         unknowns[remaining] = current
-        continues = (size[remaining] > _BROYDEN_TOLERANCE) & np.isfinite(size[remaining])
+        continues = (largest_residual[remaining] > _BROYDEN_TOLERANCE) & np.isfinite(
+            largest_residual[remaining]
+        )
         remaining = remaining[continues]
         current = current[continues]
         if len(remaining) == 0:
@@ -193,8 +197,8 @@ def solve_near(
         residual = new_residual
     # a point that is not at a root after all steps is judged where its last step ended
     if len(remaining):
-        size[remaining] = _size(residual)
-    return Solution(unknowns, size, size <= TOLERANCE)
+        largest_residual[remaining] = _largest_residual(residual)
+    return Solution(unknowns, largest_residual, largest_residual <= TOLERANCE)
 
 
 def broyden_update(inverse: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
@@ -235,7 +239,7 @@ def _linearised(
     return residuals[0], np.moveaxis(slopes, 0, -1)
 
 
-def _size(residuals: FloatArray) -> FloatArray:
+def _largest_residual(residuals: FloatArray) -> FloatArray:
     """Largest residual of each point; infinite where a residual is not finite."""
     size = np.abs(residuals).max(axis=-1)
     return np.where(np.isfinite(size), size, np.inf)

@@ -91,12 +91,12 @@ def _film_columns(
     """Columns of `torque_terms` that describe the films, and how far they are beyond the tests."""
     balance = equilibrium.balance
     film_traction = balance.traction
-    share = equilibrium.problem.rule.share
+    load_share = equilibrium.problem.rule.share
     load = balance.contacts.load_n
     conditions = _conditions_of_contacts(equilibrium)
     pressure_gpa = conditions.max_hertz_pressure_gpa
     speed = conditions.entrainment_speed_m_s
-    node_heat = film_traction.coefficient * film_traction.slide_roll_ratio * share
+    node_heat = film_traction.coefficient * film_traction.slide_roll_ratio * load_share
     node_heat = node_heat * (load * speed)[..., np.newaxis]
     # every law is 0 at S = 0, so that slips below the lowest tested one are interpolated
     tested_slip = (0.0, tested["slide_roll_ratio"][1])
@@ -104,8 +104,8 @@ def _film_columns(
     beyond_pressure = _is_beyond(pressure_gpa, tested["max_hertz_pressure_gpa"])
     beyond_speed = _is_beyond(speed, tested["entrainment_speed_m_s"])
     # mu is the mean shear stress of a contact over its mean pressure
-    over_limit = film_traction.coefficient @ share > np.reshape(limiting_stress_ratio, (-1, 1))
-    node_load = share * load[..., np.newaxis]
+    over_limit = film_traction.coefficient @ load_share > np.reshape(limiting_stress_ratio, (-1, 1))
+    node_load = load_share * load[..., np.newaxis]
     return {
         "entrainment_speed_m_s": speed.mean(axis=1),
         "largest_slide_roll_ratio": film_traction.slide_roll_ratio.max(axis=(1, 2)),
@@ -129,10 +129,16 @@ def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     problem, balance = equilibrium.problem, equilibrium.balance
     ring_speed = problem.points.ring_speed_rad_s
     finer_rule = problem.rule.finer()
-    slip = sliding(problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule)
+    sliding_state = sliding(
+        problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule
+    )
     factor = problem.lubrication.traction_factor
-    finer = traction(balance.contacts, slip, balance.conditions, problem.law, finer_rule, factor)
-    return _relative_difference(finer.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1))
+    finer_traction = traction(
+        balance.contacts, sliding_state, balance.conditions, problem.law, finer_rule, factor
+    )
+    return _relative_difference(
+        finer_traction.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1)
+    )
 
 
 def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
@@ -147,7 +153,7 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
         contacts are within that range. Both have the shape (points,).
     """
     problem, balance = equilibrium.problem, equilibrium.balance
-    oil = problem.lubrication.of_contacts
+    oil = problem.lubrication.oil_in_contacts
     conditions = _conditions_of_contacts(equilibrium)
     # the formula needs a load above 0
     load = np.maximum(conditions.load_n, np.finfo(float).tiny)
@@ -155,8 +161,8 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.share
     film_m = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
     loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
-    within = within_thermal_reduction(conditions.relative_pressure, loading)
-    in_range = np.asarray(within.all(axis=1))
+    within_range = within_thermal_reduction(conditions.relative_pressure, loading)
+    in_range = np.asarray(within_range.all(axis=1))
     thinnest = film_m.min(axis=1) * problem.replenishment()
     ratio = thinnest / problem.bearing.roughness_rq_m
     return np.where(in_range, ratio, np.nan), in_range
@@ -165,6 +171,8 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
 def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     """Heat of traction by the kind of sliding, shape (points,) each. They add up to all of it.
 
+    t is the rolling direction, as in `ellipse`.
+
     - Gross: force along t times the sliding speed in the middle of the contact.
     - Differential: what the force along t heats more or less than that, because the distance from
       the ball's centre changes across the groove.
@@ -172,15 +180,15 @@ def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     - Gyroscopic: moment about t times the spin of the ball about t.
     """
     balance = equilibrium.balance
-    forces, slip = balance.traction, balance.sliding
-    orbital_speed = slip.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
-    roll_heat_in_middle = slip.roll_rad_s * slip.middle_m * forces.along_n
+    forces, sliding_state = balance.traction, balance.sliding
+    orbital_speed = sliding_state.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
+    roll_heat_in_middle = sliding_state.roll_rad_s * sliding_state.middle_m * forces.along_n
     # spin of the ball about t; the slice keeps the axis of the contacts
     tangent_spin = balance.motion.spin_rad_s[:, 2:]
     heats = {
         "gross": forces.along_n * orbital_speed + roll_heat_in_middle,
-        "spin": -slip.spin_rad_s * forces.about_normal_n_m,
-        "differential": -slip.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle,
+        "spin": -sliding_state.spin_rad_s * forces.about_normal_n_m,
+        "differential": -sliding_state.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle,
         "gyroscopic": -tangent_spin * forces.about_tangent_n_m,
     }
     return {name: heat.sum(axis=1) for name, heat in heats.items()}

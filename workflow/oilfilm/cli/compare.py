@@ -22,7 +22,7 @@ from oilfilm.cli.plot_file import refuse_plot, write_plot
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
-from oilfilm.fits.support_words import why_no_support
+from oilfilm.fits.support_sentences import why_no_support
 from oilfilm.report.figures import style
 from oilfilm.surface.reduction import box_of
 from oilfilm.surface.support import Support
@@ -120,7 +120,7 @@ def _lines_of_origins(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
     """The origin of each fit, and the reasons why it is not sound."""
     for name, named in named_fits.items():
         yield f"{name}: {named.source}"
-        for reason in named.oil.fit.wrong:
+        for reason in named.oil.fit.warnings:
             yield f"{name} is NOT SOUND: {reason}"
 
 
@@ -176,9 +176,9 @@ def _basis_of_ratio(pair: OilPair) -> str:
         f"ratio by the runs at {pair.paired} conditions of both oils; they allow an interval of "
         f"{level:.0%}."
     ]
-    if pair.alone:
+    if pair.unpaired:
         sentences.append(
-            f"{pair.alone} conditions of one oil alone count with what both oils have in common."
+            f"{pair.unpaired} conditions of one oil alone count with what both oils have in common."
         )
     two_levels = box_of(pair.ratio.runs.stacked).has_two_levels
     for name in np.array(CONDITIONS)[two_levels]:

@@ -18,7 +18,7 @@ from oilfilm.settings.resolve import named_file, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import CAUSES, Budget
-from oilfilm.torque.feasible_tests import counted
+from oilfilm.torque.feasible_tests import limits_with_counts
 from oilfilm.torque.next_tests import NextTests, Request, plan_oil, request_of
 from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs
 from oilfilm.torque.wanted_quantities import BEARING_TARGETS
@@ -100,7 +100,7 @@ def _texts_of_runs(
         return texts, reasons
     for oil in _chosen_oils(options, list(settings.oils), f"{folder}: no oil"):
         try:
-            plan = plan_runs(MeasuredRuns.of_oil(results, settings, oil), settings, oil)
+            plan = plan_runs(MeasuredRuns.from_results(results, settings, oil), settings, oil)
             texts.append("\n".join(_lines_of_runs(plan)))
         except OilfilmError as reason:
             reasons.append(str(reason))
@@ -220,7 +220,7 @@ def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
                 yield f"{reason}: {sentence}."
     else:
         yield f"{plan.oil}: the campaign lacks no run that {plan.rig} can make."
-    not_planned = counted(plan.left_out)
+    not_planned = limits_with_counts(plan.left_out)
     if not_planned:
         yield f"Lacking runs that are not planned, because they are beyond {not_planned}."
     if not plan.film_is_judged:
@@ -250,7 +250,7 @@ def _lines_of_budget(oil: str, target: str, budget: Budget, irreducible: float) 
         f"{_with_unit(target, budget.uncertainty)}. Traction has a share of {budget.law_share:.0%} "
         f"in its variance. With exact traction it would be {_with_unit(target, irreducible)}."
     )
-    if budget.is_of_law:
+    if budget.is_by_traction:
         return
     cause = CAUSES[budget.cause]
     yield (
@@ -275,7 +275,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
     target = plan.wanted.target
     if plan.budget is not None and plan.budget.cause:
         yield from _lines_of_budget(plan.oil, target, plan.budget, plan.irreducible)
-        if target == "torque" and not plan.budget.is_of_law:
+        if target == "torque" and not plan.budget.is_by_traction:
             return
     name, _, _ = _PRINTED_TARGETS[target]
     information = plan.information
@@ -297,7 +297,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         yield "The calibration of the rig's sensors is not stated, so it is not included."
     for reason in plan.wanted.left_out:
         yield f"left out: {reason}"
-    not_possible = counted(plan.candidates.left_out)
+    not_possible = limits_with_counts(plan.candidates.left_out)
     note_on_beyond = f"; the others are beyond {not_possible}" if not_possible else ""
     yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{note_on_beyond}."
     tests = plan.table().query("test_order > 0").sort_values("test_order")
@@ -311,7 +311,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
                 for whole_uncertainty in tests["uncertainty_with_plan"]
             ]
         yield _as_text(tests[["test_order", *_RUN_COLUMNS]].assign(**columns))
-        largest_part = _largest_with_point(plan, plan.design.end)
+        largest_part = _largest_with_point(plan, plan.design.final_precision)
         yield f"Largest part by the law after the plan: {largest_part}."
     if len(tests) < count:
         more = "more " if len(tests) else ""

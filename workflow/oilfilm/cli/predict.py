@@ -15,8 +15,8 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.arguments import campaign_folder, json_line, quantity, typed_conditions
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
-from oilfilm.fits.support_words import why_no_support
-from oilfilm.fits.surface_words import next_rig
+from oilfilm.fits.support_sentences import why_no_support
+from oilfilm.fits.surface_sentences import next_rig_sentences
 
 _PRESSURE, _LOAD = "max_hertz_pressure_gpa", "load_n"
 
@@ -64,14 +64,16 @@ def prediction(
     slip = np.array([operating_point[SLIP]])
     conditions = np.array([[operating_point.get(name, np.nan) for name in fit.law.conditions]])
     if rig is not None and fit.surface is None:
-        raise OilfilmError(f"{oil}: --rig {rig} needs the interval of a run; {fit.no_interval}.")
+        raise OilfilmError(
+            f"{oil}: --rig {rig} needs the interval of a run; {fit.why_no_interval}."
+        )
     try:
         predicted = fit.predict(conditions, slip, rig=rig)
     except ValueError as error:
         raise OilfilmError(f"{oil}: {error}.") from None
     if np.isnan(fit.coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    conditions_off_tested = fit.away_from(conditions)
+    conditions_off_tested = fit.off_tested_levels(conditions)
     if conditions_off_tested:
         advice = "Give a tested value. Without the option the tested value is used."
         if any(condition.level is None for condition in conditions_off_tested):
@@ -84,7 +86,7 @@ def prediction(
     (row,) = tables.rows(predicted.to_frame())
     if not np.isfinite(row["traction_coefficient"]):
         raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
-    evaluated_conditions = fit.on_line(conditions)
+    evaluated_conditions = fit.at_tested_levels(conditions)
     sentences = [*_lines_of_intervals(fit, oil, row), *pressure_of_load]
     if fit.surface is not None and not fit.surface.sizes.converged:
         sentences.append(
@@ -92,9 +94,9 @@ def prediction(
             "its last step"
         )
     if fit.surface is not None:
-        sentences += next_rig(fit.surface, rig)
+        sentences += next_rig_sentences(fit.surface, rig)
     sentences += fit.remarks(evaluated_conditions, slip)
-    sentences += [f"NOT SOUND: {reason}" for reason in fit.wrong]
+    sentences += [f"NOT SOUND: {reason}" for reason in fit.warnings]
     for condition in fit.coefficients.fixed:
         sentences.append(
             f"mu and its interval are those where it was tested: {condition.sentence()}"
@@ -140,7 +142,7 @@ def _lines_of_intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Ite
     if row["from_surface"]:
         yield f"no law fits (misfit {fit.misfit:.1%}): mu is that of the measurements"
     if np.isnan(row["obs_ci_lower"]):
-        reason = fit.no_interval
+        reason = fit.why_no_interval
         if fit.surface is not None:
             reason = why_no_support(row["support"], fit.surface.limits) or "mu is 0 at pure rolling"
         yield f"{mu}, no interval, because {reason}"
@@ -156,7 +158,7 @@ def _lines_of_warnings(
 ) -> Iterator[str]:
     """Warnings about mu outside the tested conditions, or above what any film carries."""
     names = (*fit.law.conditions, SLIP)
-    for name, value, (low, high) in zip(names, values, fit.reach.tolist(), strict=True):
+    for name, value, (low, high) in zip(names, values, fit.widened_box.tolist(), strict=True):
         # a condition without tested levels has no range
         if np.isfinite([low, value]).all() and not low <= abs(value) <= high:
             tested = f"{name} {value:g}, tested {low:.4g} to {high:.4g}"

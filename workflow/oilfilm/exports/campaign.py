@@ -47,7 +47,7 @@ from oilfilm.exports.description import (
     plain,
 )
 from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, TEMPLATES, C
-from oilfilm.fits.certificate_words import certificate
+from oilfilm.fits.certificate_sentences import certificate
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -128,7 +128,7 @@ def _fill(sheet: Any, description: Description) -> None:
     _add(sheet, None)
     _add(sheet, "Steps", font=_BOLD)
     spreadsheet = Language(_SPREADSHEET_FORMS, identifier=lambda name: cell_of_name[name])
-    for name, value in description.steps(named=True):
+    for name, value in description.steps(constants_by_name=True):
         row = _add(sheet, name, f"={spreadsheet.write(value)}")
         cell_of_name[name] = f"$B${row}"
     size = cell_of_name["mu"]
@@ -323,7 +323,7 @@ def json_text(
         ],
         "limiting_stress_over_pressure": description.limit,
         "constants": list(description.constants),
-        "not_sound": list(description.fitted.wrong),
+        "not_sound": list(description.fitted.warnings),
         "fit": _fit_as_json(description),
         "files": files,
         "not_written": not_written,
@@ -341,7 +341,7 @@ def _fit_as_json(description: Description) -> dict[str, Any] | None:
     return {
         "certified": description.certified,
         "verdict": certificate(quality),
-        "not_sound_because": list(description.fitted.wrong),
+        "not_sound_because": list(description.fitted.warnings),
         "points": int(quality["n_points"]),
         "runs": int(quality["n_curves"]),
         "rms_error_of_mu": number_or_none(quality["rmse"]),
@@ -410,11 +410,13 @@ def _adore_row(description: Description, requested: Mapping[str, float]) -> dict
     """
     law = description.law
     fixed_names = {fixed.condition for fixed in description.fitted.coefficients.fixed}
-    # NaN: `on_line` sets the tested level
-    free_levels = [np.nan if name in fixed_names else requested[name] for name in law.conditions]
-    conditions = description.fitted.on_line(np.array([free_levels]))
-    levels = [number_or_none(level) for level in conditions[0]]
-    point = dict(zip(law.conditions, levels, strict=True))
+    # NaN: `at_tested_levels` sets the tested level
+    argument_values = [
+        np.nan if name in fixed_names else requested[name] for name in law.conditions
+    ]
+    conditions = description.fitted.at_tested_levels(np.array([argument_values]))
+    values = [number_or_none(level) for level in conditions[0]]
+    point = dict(zip(law.conditions, values, strict=True))
     speed = point["entrainment_speed_m_s"]
     if speed is None:
         raise ValueError("the point has no entrainment speed")
@@ -517,58 +519,58 @@ def export_campaign(
 
 
 def in_folders(
-    descriptions: Sequence[Description], provenance: Mapping[str, Any], below: str = ""
+    descriptions: Sequence[Description], provenance: Mapping[str, Any], text_below: str = ""
 ) -> dict[str, bytes]:
     """Several oils in every form, and the page that lists them.
 
     Args:
         descriptions: One per oil; a folder of its identifier has its files.
         provenance: Digests of what they were made from.
-        below: Text below the list.
+        text_below: Text below the list.
 
     Returns:
         Content of each file, by path.
     """
-    files = {"README.md": _index(descriptions, below).encode()}
+    files = {"README.md": _index(descriptions, text_below).encode()}
     for description in descriptions:
         for file, content in export(description, provenance).items():
             files[f"{description.identifier}/{file}"] = content
     return files
 
 
-def export(fit: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
+def export(description: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
     """One oil's constants in every form.
 
     Args:
-        fit: The oil's fit.
+        description: The oil's fit.
         provenance: Digests of what it was made from.
 
     Returns:
         Content of each file, by name.
     """
-    csv_file = f"traction_{fit.identifier}.csv"
+    csv_file = f"traction_{description.identifier}.csv"
     file_of_form = {"CSV": csv_file}
     not_written = {}
-    contents: dict[str, str | bytes] = {csv_file: csv_table(fit)}
+    contents: dict[str, str | bytes] = {csv_file: csv_table(description)}
     for form_name, form in FORMS.items():
-        obstacle = fit.obstacle
+        obstacle = description.obstacle
         if not obstacle and form_name == "ADORE":
-            obstacle = adore_obstacle(fit)
+            obstacle = adore_obstacle(description)
         if obstacle:
             not_written[form_name] = obstacle
             continue
-        file = form.file.replace("*", fit.identifier)
+        file = form.file.replace("*", description.identifier)
         file_of_form[form_name] = file
-        contents[file] = form.write(fit)
-    json_file = f"traction_{fit.identifier}.json"
-    contents[json_file] = json_text(fit, file_of_form, not_written, provenance)
+        contents[file] = form.write(description)
+    json_file = f"traction_{description.identifier}.json"
+    contents[json_file] = json_text(description, file_of_form, not_written, provenance)
     files = {}
     for file, content in contents.items():
         files[file] = content.encode() if isinstance(content, str) else content
     return files
 
 
-def _index(fits: Sequence[Description], below: str) -> str:
+def _index(fits: Sequence[Description], text_below: str) -> str:
     """A page in Markdown: the oils, and the programs that read each file."""
     oils = []
     for fit in fits:
@@ -577,18 +579,18 @@ def _index(fits: Sequence[Description], below: str) -> str:
                 "name": plain(fit.oil),
                 "folder": fit.identifier,
                 "certificate": fit.certificate,
-                "depends": _depends(fit),
+                "depends": _variables_of_mu(fit),
             }
         )
     return TEMPLATES.get_template("README.md.jinja").render(
         origins=dict.fromkeys(fit.origin for fit in fits),
         oils=oils,
         forms=FORMS.values(),
-        below=below,
+        below=text_below,
     )
 
 
-def _depends(fit: Description) -> str:
+def _variables_of_mu(fit: Description) -> str:
     """The variables of mu, and the levels of the other conditions."""
     if fit.obstacle:
         return "unknown"

@@ -20,10 +20,10 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.certificate_words import certificate
+from oilfilm.fits.certificate_sentences import certificate
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.fits.surface_words import misfit_beside_scatter
+from oilfilm.fits.soundness_sentences import soundness_warnings
+from oilfilm.fits.surface_sentences import misfit_beside_scatter
 from oilfilm.report.captions import credit
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Campaign
@@ -188,7 +188,7 @@ class Description:
             "campaign": "" if self.campaign is None else self.campaign.name,
             "data": self.data,
             "certified": self.certified,
-            "not_sound": "; ".join(self.fitted.wrong),
+            "not_sound": "; ".join(self.fitted.warnings),
         }
 
     @property
@@ -257,15 +257,17 @@ class Description:
         names = [constant.name for constant in self.law.constants]
         return dict(zip(names, self.fitted.coefficients.constants.tolist(), strict=True))
 
-    def steps(self, *, named: bool = False) -> list[tuple[str, Node]]:
+    def steps(self, *, constants_by_name: bool = False) -> list[tuple[str, Node]]:
         """mu in straight-line form: name and value of each step from the arguments to "mu".
 
         mu is that of |S|; the exported functions give it the sign of S.
 
         Args:
-            named: Whether a constant appears by its name; by its value otherwise.
+            constants_by_name: Whether a constant appears by its name; by its value otherwise.
         """
-        constants = {name: name if named else repr(value) for name, value in self.values.items()}
+        constants = {
+            name: name if constants_by_name else repr(value) for name, value in self.values.items()
+        }
         steps = []
         for condition in self.arguments:
             steps.append((condition.relative, f"{condition.name}/{condition.reference!r}"))
@@ -291,8 +293,8 @@ class Description:
             groups: One row of the law's groups, shape (groups,).
         """
         law = self.law
-        known = self.fitted.coefficients.followed
-        terms = np.where(known, law.terms(groups), 0.0)
+        is_followed = self.fitted.coefficients.followed
+        terms = np.where(is_followed, law.terms(groups), 0.0)
         design = np.concatenate([[1.0], terms])[np.newaxis]
         sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
         signs = [coefficient.sign for coefficient in law.coefficients]
@@ -307,12 +309,12 @@ class Description:
 
     # ------------------------------------------------------------ sentences
 
-    def header(self, sentences: Iterable[str], mark: str, *results: str) -> str:
-        """The head of a source file, as a comment whose lines begin with `mark`.
+    def header(self, sentences: Iterable[str], line_start: str, *results: str) -> str:
+        """The head of a source file, as a comment whose lines begin with `line_start`.
 
         Args:
             sentences: One sentence for each argument: name, meaning, unit, range tested.
-            mark: What makes a line a comment.
+            line_start: What makes a line a comment.
             results: Sentences on what the functions return.
         """
         texts = [
@@ -335,7 +337,7 @@ class Description:
         for text in texts:
             # the wrapper gives no line for an empty text
             lines += wrapper.wrap(text) or [""]
-        return "\n".join(f"{mark}{line}".rstrip() for line in lines)
+        return "\n".join(f"{line_start}{line}".rstrip() for line in lines)
 
     @property
     def origin(self) -> str:
@@ -362,7 +364,7 @@ class Description:
             misfit = misfit_beside_scatter(*self.misfit_and_scatter)
             if misfit:
                 sentences.append(plain(misfit))
-        return sentences + [plain(f"NOT SOUND: {sentence}") for sentence in self.fitted.wrong]
+        return sentences + [plain(f"NOT SOUND: {sentence}") for sentence in self.fitted.warnings]
 
     @property
     def certificate(self) -> str:
@@ -416,11 +418,11 @@ def describe(
     accepted = points[points["accepted"]]
     coefficients = results.coefficients[results.coefficients["oil"] == oil]
     quality = results.fit_quality[results.fit_quality["oil"] == oil]
-    wrong: list[str] = []
-    sizes = (float("nan"), float("nan"))
+    warnings: list[str] = []
+    misfit_and_scatter = (float("nan"), float("nan"))
     for row in tables.rows(results.soundness[results.soundness["oil"] == oil]):
-        wrong += what_is_wrong(row)
-        sizes = (row["misfit"], row["run_scatter"])
+        warnings += soundness_warnings(row)
+        misfit_and_scatter = (row["misfit"], row["run_scatter"])
     fitted = FittedLaw.from_tables(coefficients, oil, quality=quality, law=law)
     meanings = constant_meanings(law)
     constants = [
@@ -433,12 +435,12 @@ def describe(
         oil=oil,
         identifier=identifier,
         campaign=settings.campaign,
-        fitted=replace(fitted, wrong=tuple(wrong)),
+        fitted=replace(fitted, warnings=tuple(warnings)),
         conditions=tuple(_conditions(fitted, accepted)),
         constants=tuple(constants),
         quality=quality_of_law,
         adore_points=_with_load(requested_points, accepted),
-        misfit_and_scatter=sizes,
+        misfit_and_scatter=misfit_and_scatter,
     )
 
 
@@ -454,9 +456,9 @@ def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition
     groups = law.group_values(accepted[list(law.conditions)].to_numpy(dtype=float))
     tested = pd.DataFrame(groups, columns=list(law.groups), index=accepted.index)
     # every run counts once; unknown where a run lacks the condition
-    levels = tested.groupby(accepted["run_id"]).mean().mean(skipna=False)
-    known = fitted.coefficients.followed
-    for name, reference, is_argument in zip(law.groups, law.reference, known, strict=True):
+    run_means = tested.groupby(accepted["run_id"]).mean().mean(skipna=False)
+    is_followed = fitted.coefficients.followed
+    for name, reference, is_argument in zip(law.groups, law.reference, is_followed, strict=True):
         quantity = QUANTITIES[name]
         has_level = not is_argument and name not in in_step
         yield Condition(
@@ -465,7 +467,7 @@ def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition
             meaning=quantity.meaning,
             unit=quantity.unit,
             role="argument" if is_argument else "fixed",
-            level=number_or_none(levels[name]) if has_level else None,
+            level=number_or_none(run_means[name]) if has_level else None,
             reference=reference,
             tested=(number_or_none(tested[name].min()), number_or_none(tested[name].max())),
         )

@@ -62,6 +62,7 @@ class _SiInput(NamedTuple):
         return f"{self.name}: {condition.symbol}, {condition.meaning}, {self.unit}; {tested}"
 
     def _in_si(self, value: float | None) -> float | None:
+        """A value in the unit of the tables, in SI units; None where it is unknown."""
         return None if value is None else self.factor * value + self.offset
 
 
@@ -79,6 +80,7 @@ _SI_INPUTS = {
 
 
 def _modelica_name(name: str) -> str:
+    """A name of an expression in Modelica, whose arguments are in SI units."""
     return _SI_INPUTS[name].in_table_units if name in _SI_INPUTS else name
 
 
@@ -89,17 +91,17 @@ def _fortran_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class Target:
-    """A language.
+    """A language in which the functions of a law are written.
 
     Attributes:
         template: File of its template, without `.jinja`.
         language: Forms of expressions.
-        continued: Text between two lines of one expression.
+        line_break: Text between two lines of one expression.
     """
 
     template: str
     language: Language
-    continued: str = "\n        "
+    line_break: str = "\n        "
 
     def source(self, description: Description) -> str:
         """The functions of a law: mu, and whether it is extrapolated."""
@@ -109,15 +111,15 @@ class Target:
         return TEMPLATES.get_template(f"{self.template}.jinja").render(
             name=description.identifier,
             oil=plain(description.oil),
-            label=_LABEL_OF_DATA[description.data],
-            given=arguments,
-            names=description.argument_names,
+            data_label=_LABEL_OF_DATA[description.data],
+            arguments=arguments,
+            argument_names=description.argument_names,
             powers=description.powers,
             power_meanings=description.power_meanings,
             slip=SLIP,
             slip_end=description.slip.tested[1],
             limit=repr(description.limit),
-            marked="mu is extrapolated or its size is above "
+            marked_where="mu is extrapolated or its size is above "
             f"{description.limit:g}, the oil's limiting shear stress over the pressure",
             steps=[
                 (self.language.identifier(name), self._wrapped(self.language.write(value)))
@@ -126,7 +128,7 @@ class Target:
             needs=lambda *names: not functions.isdisjoint(names),
             head=partial(description.header, description.argument_sentences),
             head_si=partial(description.header, _si_sentences(description)),
-            result=partial(_result, description),
+            result=partial(_result_sentence, description),
             box=partial(self._box, description),
             si=lambda condition: _SI_INPUTS[condition.name],
         )
@@ -134,15 +136,17 @@ class Target:
     def _wrapped(self, expression: str) -> str:
         """An expression on several lines, broken at blanks, which all languages allow."""
         lines = textwrap.wrap(expression, _EXPRESSION_WIDTH, break_on_hyphens=False)
-        return self.continued.join(lines)
+        return self.line_break.join(lines)
 
-    def _box(self, description: Description, and_operator: str, size: str) -> list[str]:
+    def _box(
+        self, description: Description, and_operator: str, absolute_function: str
+    ) -> list[str]:
         """The comparisons of the tested box, one text per argument.
 
         Args:
             description: The fit.
             and_operator: The language's "and".
-            size: The language's function of the absolute value.
+            absolute_function: The language's function of the absolute value.
         """
         comparisons = []
         for condition in description.arguments:
@@ -152,14 +156,15 @@ class Target:
                 f"{condition.name} <= {self._number(upper)}"
             )
         largest_slip = self._number(description.slip.tested[1])
-        comparisons.append(f"{size}({SLIP}) <= {largest_slip}")
+        comparisons.append(f"{absolute_function}({SLIP}) <= {largest_slip}")
         return comparisons
 
     def _number(self, value: float | None) -> str:
+        """A number as the language writes it; `None` where it is unknown."""
         return repr(value) if value is None else self.language.numeral(value)
 
 
-def _result(description: Description, no_value: str) -> str:
+def _result_sentence(description: Description, no_value: str) -> str:
     """A sentence on the result of the function; `no_value` is its result without a mu."""
     if not description.powers:
         return "mu, of the sign of S"

@@ -61,72 +61,72 @@ def best_laws(
         bic_difference_min: Laws tie where their BIC differ by less.
     """
     measured = points[["run_id", "first_row", "traction_coefficient"]]
-    compared = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
+    mu_of_laws = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
     rows = []
     for fit in tables.rows(quality[quality["configured"]]):
         quality_of_oil = quality[quality["oil"] == fit["oil"]]
-        compared_of_oil = compared[compared["oil"] == fit["oil"]]
-        verdict = _verdict(fit["law"], quality_of_oil, compared_of_oil, bic_difference_min)
+        mu_of_laws_of_oil = mu_of_laws[mu_of_laws["oil"] == fit["oil"]]
+        verdict = _verdict(fit["law"], quality_of_oil, mu_of_laws_of_oil, bic_difference_min)
         rows.append({"oil": fit["oil"], "law": fit["law"], **verdict})
     return tables.filled(pd.DataFrame(rows), "law_verdicts")
 
 
 def _verdict(
-    law: str, quality: pd.DataFrame, compared: pd.DataFrame, bic_difference_min: float
+    configured_law: str, quality: pd.DataFrame, mu_of_laws: pd.DataFrame, bic_difference_min: float
 ) -> dict[str, Any]:
     """The columns of `law_verdicts` of one oil.
 
     Args:
-        law: The configured law.
+        configured_law: The configured law.
         quality: Rows of `fit_quality` of the oil.
-        compared: mu of every law beside the measured mu at the oil's points.
+        mu_of_laws: mu of every law beside the measured mu at the oil's points.
         bic_difference_min: As in `best_laws`.
     """
     laws = quality.set_index("law")
     fitted_laws = laws.index[laws["bic"].notna()]
     if len(laws) == 1:
         return {"verdict": "no other law"}
-    if law not in fitted_laws:
+    if configured_law not in fitted_laws:
         return {"verdict": "no fit"}
     if len(fitted_laws) == 1:
         return {"verdict": "no other fit"}
     # laws that were fitted to other points have other sums, and are not comparable
-    has_same_points = laws["n_points"] == laws.loc[law, "n_points"]
+    has_same_points = laws["n_points"] == laws.loc[configured_law, "n_points"]
     comparable = laws[has_same_points & laws["bic"].notna()]
     # of laws that are equally good: the configured law, a certified fit, the fewest constants
-    in_order = comparable.assign(other=comparable.index != law).sort_values(
+    in_order = comparable.assign(other=comparable.index != configured_law).sort_values(
         ["other", "certified", "n_constants"], ascending=[True, False, True], kind="stable"
     )
-    same_laws = _same_laws(compared, list(in_order.index))
+    same_laws = _same_laws(mu_of_laws, list(in_order.index))
     preferred = list(same_laws)
     in_order = in_order.loc[preferred]
     comparable = comparable.loc[preferred]
-    left_out_sse = _sse_of_curves(compared, comparable.index, "left_out_traction_coefficient")
-    if law not in left_out_sse:
+    left_out_sse = _sse_of_curves(mu_of_laws, comparable.index, "left_out_traction_coefficient")
+    if configured_law not in left_out_sse:
         return {"verdict": "constants left open"}
     if len(left_out_sse) < FEWEST_CURVES:
         return {"verdict": "too few curves"}
-    points_of_law = compared[compared["law"] == law]
+    points_of_law = mu_of_laws[mu_of_laws["law"] == configured_law]
     points_per_curve = points_of_law.groupby("run_id").size().to_numpy()[:, np.newaxis]
     points = points_per_curve.sum()
     total_sse = left_out_sse.sum()
     rmse = np.sqrt(total_sse / points)
     rmse_without_curve = np.sqrt((total_sse - left_out_sse) / (points - points_per_curve))
     left_out = _ranking(preferred, rmse, rmse_without_curve)
-    fitted_sse = _sse_of_curves(compared, comparable.index, "traction_coefficient")
+    fitted_sse = _sse_of_curves(mu_of_laws, comparable.index, "traction_coefficient")
     # the differences have the error of Vuong's statistic (Econometrica 57 (1989) 307, section 5)
     bic_without_curve = points * np.log(fitted_sse.sum() - fitted_sse)
     by_bic = _ranking(preferred, comparable["bic"], bic_without_curve, bic_difference_min)
     rms_mu = float(np.sqrt(np.mean(points_of_law[_MEASURED] ** 2)))
-    verdict, better_law = _judgement(law, left_out, by_bic, comparable)
+    verdict, better_law = _judgement(configured_law, left_out, by_bic, comparable)
     return {
         "verdict": verdict,
-        "same_laws": same_laws[law],
+        "same_laws": same_laws[configured_law],
         "better_law": better_law,
         "same_as_better_law": same_laws.get(better_law, ()),
         "left_out_law": left_out.best,
         "left_out_ties": tuple(left_out.ties),
-        "left_out_relative_rms": laws["left_out_rmse"][law] / rms_mu,
+        "left_out_relative_rms": laws["left_out_rmse"][configured_law] / rms_mu,
         "best_left_out_relative_rms": laws["left_out_rmse"][left_out.best] / rms_mu,
         "left_out_difference": left_out.difference / rms_mu,
         "left_out_difference_error": left_out.error / rms_mu,
@@ -138,22 +138,23 @@ def _verdict(
     }
 
 
-def _same_laws(compared: pd.DataFrame, in_order: Sequence[str]) -> dict[str, tuple[str, ...]]:
+def _same_laws(mu_of_laws: pd.DataFrame, in_order: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """The laws that differ on the points, each with the laws that are the same law there.
 
     Args:
-        compared: mu of every law beside the measured mu.
+        mu_of_laws: mu of every law beside the measured mu.
         in_order: The laws in the order in which they are preferred.
     """
-    point_and_law = compared.set_index(["run_id", "first_row", "law"])
+    point_and_law = mu_of_laws.set_index(["run_id", "first_row", "law"])
     fitted = point_and_law["traction_coefficient"].unstack()
-    errors = _errors_of_fits(compared)
-    size = float(np.sqrt(np.mean(compared[_MEASURED] ** 2)))
+    errors = _errors_of_fits(mu_of_laws)
+    rms_measured_mu = float(np.sqrt(np.mean(mu_of_laws[_MEASURED] ** 2)))
 
     def are_same(first: str, second: str) -> bool:
+        """Whether the mu of two laws differ by less than their errors explain."""
         difference = float(np.sqrt(np.mean((fitted[first] - fitted[second]) ** 2)))
         limit = _SAME_WITHIN * min(errors[first], errors[second])
-        return bool(reaches(limit, difference, size=size))
+        return bool(reaches(limit, difference, size=rms_measured_mu))
 
     same_laws: dict[str, tuple[str, ...]] = {}
     for law in in_order:
@@ -165,7 +166,7 @@ def _same_laws(compared: pd.DataFrame, in_order: Sequence[str]) -> dict[str, tup
     return same_laws
 
 
-def _errors_of_fits(compared: pd.DataFrame) -> "pd.Series[float]":
+def _errors_of_fits(mu_of_laws: pd.DataFrame) -> "pd.Series[float]":
     """Standard error of each law's fitted mu, root-mean-square over the points.
 
     With the errors e of curve i in a fit without it, and the leverage H_i of the curve, the mean
@@ -175,27 +176,27 @@ def _errors_of_fits(compared: pd.DataFrame) -> "pd.Series[float]":
 
     Reference: R. M. Bell, D. F. McCaffrey, Surv. Methodol. 28 (2002) 169 (CR3).
     """
-    left_out = compared["left_out_traction_coefficient"]
-    change = left_out - compared["traction_coefficient"]
-    error = left_out - compared[_MEASURED]
-    by_law = (change * error).groupby(compared["law"])
+    left_out = mu_of_laws["left_out_traction_coefficient"]
+    change = left_out - mu_of_laws["traction_coefficient"]
+    error = left_out - mu_of_laws[_MEASURED]
+    by_law = (change * error).groupby(mu_of_laws["law"])
     # the identity holds for small changes; a fit that jumps may give less than 0
     variance = by_law.apply(lambda products: products.mean(skipna=False)).fillna(0.0)
     return np.sqrt(variance.clip(lower=0.0))
 
 
-def _sse_of_curves(compared: pd.DataFrame, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
+def _sse_of_curves(mu_of_laws: pd.DataFrame, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
     """Sum of squared errors of each curve, one column per law.
 
     Laws without an error at some point are left out.
 
     Args:
-        compared: mu of every law beside the measured mu.
+        mu_of_laws: mu of every law beside the measured mu.
         laws: The laws that are compared.
         column: mu of the laws.
     """
-    squares = (compared[column] - compared[_MEASURED]) ** 2
-    by_curve_and_law = squares.groupby([compared["run_id"], compared["law"]])
+    squares = (mu_of_laws[column] - mu_of_laws[_MEASURED]) ** 2
+    by_curve_and_law = squares.groupby([mu_of_laws["run_id"], mu_of_laws["law"]])
     sums = by_curve_and_law.sum(skipna=False).unstack()
     return sums.reindex(columns=laws).dropna(axis=1)
 
@@ -263,21 +264,23 @@ def _best_at_ends(laws: pd.DataFrame) -> str:
     return str(errors.index[first_smallest(mean_squares)])
 
 
-def _judgement(law: str, left_out: Ranking, by_bic: Ranking, laws: pd.DataFrame) -> tuple[str, str]:
+def _judgement(
+    configured_law: str, left_out: Ranking, by_bic: Ranking, laws: pd.DataFrame
+) -> tuple[str, str]:
     """Verdict on the configured law, and the law to use instead.
 
     Args:
-        law: The configured law.
+        configured_law: The configured law.
         left_out: The laws by their error at curves left out.
         by_bic: The laws by their BIC.
         laws: Rows of `fit_quality` of the compared laws.
     """
     best_by_both = [name for name in left_out.ties if name in by_bic.ties]
-    if best_by_both == [law]:
+    if best_by_both == [configured_law]:
         return "best", ""
-    if law in best_by_both:
+    if configured_law in best_by_both:
         return "tie", ""
-    if law in left_out.ties or law in by_bic.ties:
+    if configured_law in left_out.ties or configured_law in by_bic.ties:
         return "criteria disagree", ""
     # both criteria refuse the configured law; where they name different laws, the curves left out
     # decide. A certified fit comes first, then the fewest constants.

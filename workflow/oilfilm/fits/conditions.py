@@ -26,7 +26,7 @@ from oilfilm.traction.law import QUANTITIES
 
 # Magnitude of a condition at least, where a range is a share of it. Near 0 degC a share of the
 # temperature would mean nothing: 10 % are 2 K at least.
-LEAST_SIZE = {"inlet_temperature_c": 20.0}
+LEAST_MAGNITUDE = {"inlet_temperature_c": 20.0}
 
 
 @dataclass(frozen=True)
@@ -61,16 +61,16 @@ class FixedCondition:
     within: float
     in_step: tuple[InStep, ...] = ()
 
-    def on_line(self, levels: Mapping[str, FloatArray]) -> FloatArray:
+    def tested_value(self, values_by_condition: Mapping[str, FloatArray]) -> FloatArray:
         """Its tested value at levels of the other conditions; NaN where it is not known.
 
         Args:
-            levels: Values of each condition by column, all of one shape.
+            values_by_condition: Values of each condition by column, all of one shape.
         """
         level = np.nan if self.level is None else self.level
-        value = np.full_like(levels[self.condition], level)
-        for other in self.in_step:
-            value *= (levels[other.condition] / other.centre) ** other.exponent
+        value = np.full_like(values_by_condition[self.condition], level)
+        for partner in self.in_step:
+            value *= (values_by_condition[partner.condition] / partner.centre) ** partner.exponent
         return value
 
     def sentence(self) -> str:
@@ -82,30 +82,30 @@ class FixedCondition:
         within = f"(within {self.within:.1%})"
         if not self.in_step:
             return f"{name} was tested at {level} only {within}"
-        other_names = []
+        partner_names = []
         powers = ""
-        for other in self.in_step:
-            other_name = QUANTITIES[other.condition].short_meaning
-            other_names.append(other_name)
-            centre = f"{other.centre:.4g} {tables.unit_of(other.condition)}"
-            powers += f" ({other_name} / {centre})^{other.exponent:.3g}"
-        others = " and ".join(other_names)
-        return f"{name} was tested in step with {others} only: {level}{powers} {within}"
+        for partner in self.in_step:
+            partner_name = QUANTITIES[partner.condition].short_meaning
+            partner_names.append(partner_name)
+            centre = f"{partner.centre:.4g} {tables.unit_of(partner.condition)}"
+            powers += f" ({partner_name} / {centre})^{partner.exponent:.3g}"
+        partners = " and ".join(partner_names)
+        return f"{name} was tested in step with {partners} only: {level}{powers} {within}"
 
 
 _FIXED = TypeAdapter(tuple[FixedCondition, ...])
 
 
-def to_text(fixed: Sequence[FixedCondition]) -> str:
+def fixed_to_text(fixed: Sequence[FixedCondition]) -> str:
     """Fixed conditions as JSON, for the table `fit_quality`; empty where there are none."""
     return json.dumps(_FIXED.dump_python(tuple(fixed))) if fixed else ""
 
 
-def from_text(text: str) -> tuple[FixedCondition, ...]:
+def fixed_from_text(text: str) -> tuple[FixedCondition, ...]:
     """Fixed conditions of a row of the table `fit_quality`.
 
     Raises:
-        OilfilmError: The text is not one that `to_text` wrote.
+        OilfilmError: The text is not one that `fixed_to_text` wrote.
     """
     if not text:
         return ()
@@ -142,8 +142,8 @@ def followed_conditions(
     followed = np.zeros_like(varied_enough)
     for index in np.flatnonzero(varied_enough):
         followed[index] = True
-        of_followed = terms[:, followed]
-        standardised = (of_followed - of_followed.mean(axis=0)) / of_followed.std(axis=0)
+        followed_terms = terms[:, followed]
+        standardised = (followed_terms - followed_terms.mean(axis=0)) / followed_terms.std(axis=0)
         singular_values = np.linalg.svd(standardised, compute_uv=False)
         # too few curves are one case of conditions in step
         too_few_curves = len(singular_values) < followed.sum()
@@ -169,7 +169,7 @@ def varied(
         return np.zeros(conditions.shape[1], dtype=bool)
     low = conditions.min(axis=0)
     high = conditions.max(axis=0)
-    least_magnitude = [LEAST_SIZE.get(name, 0.0) for name in names]
+    least_magnitude = [LEAST_MAGNITUDE.get(name, 0.0) for name in names]
     magnitude = np.maximum(np.maximum(np.abs(low), np.abs(high)), least_magnitude)
     is_wide = reaches(high - low, settings.min_relative_range * magnitude)
     return np.asarray((high > low) & is_wide)
@@ -207,43 +207,44 @@ def fixed_conditions(
         settings: As in `followed_conditions`, and `level_tolerance`.
     """
     is_varied = varied(names, conditions, settings)
-    followed_levels = {}
-    for name, levels, is_followed in zip(names, conditions.T, followed, strict=True):
+    values_of_followed = {}
+    for name, values, is_followed in zip(names, conditions.T, followed, strict=True):
         if is_followed:
-            followed_levels[name] = levels
+            values_of_followed[name] = values
     fixed = []
     for index in np.flatnonzero(~followed).tolist():
         # a condition that did not vary has a level; one that varied has a line
-        others = followed_levels if is_varied[index] else {}
-        fixed.append(_fixed(names[index], conditions[:, index], others, settings))
+        followed_values = values_of_followed if is_varied[index] else {}
+        fixed.append(_fixed(names[index], conditions[:, index], followed_values, settings))
     return tuple(fixed)
 
 
 def _fixed(
-    name: str, values: FloatArray, others: Mapping[str, FloatArray], settings: FitSettings
+    name: str, values: FloatArray, followed_values: Mapping[str, FloatArray], settings: FitSettings
 ) -> FixedCondition:
     """The level or line of one condition.
 
     Args:
         name: Column of the condition.
         values: Its value in each curve.
-        others: Values of the followed conditions with which it may be in step; empty for a level.
+        followed_values: Values of the followed conditions with which it may be in step, by column;
+            empty for a level.
         settings: `level_tolerance`.
     """
     if not len(values) or np.isnan(values).any():
         return FixedCondition(name, None, 0.0)
-    if others and np.min([values, *others.values()]) <= 0:
+    if followed_values and np.min([values, *followed_values.values()]) <= 0:
         # a line is a power law, which has no value there
         return FixedCondition(name, None, 0.0)
-    if others:
+    if followed_values:
         # a condition that moves the line by less than the tolerance is no part of it
-        others = {
-            power.condition: others[power.condition]
-            for power in _nearest_line(values, others).in_step
-            if _share_of_line(power, others) > settings.level_tolerance
+        followed_values = {
+            partner.condition: followed_values[partner.condition]
+            for partner in _nearest_line(values, followed_values).in_step
+            if _share_of_line(partner, followed_values) > settings.level_tolerance
         }
-    if others:
-        line = _nearest_line(values, others)
+    if followed_values:
+        line = _nearest_line(values, followed_values)
     else:
         line = _Line(float(values.mean()), np.full(len(values), values.mean()), ())
     farthest = float(np.max(_relative_distance(name, values, line.values)))
@@ -265,48 +266,55 @@ class _Line:
     in_step: tuple[InStep, ...]
 
 
-def _nearest_line(values: FloatArray, others: Mapping[str, FloatArray]) -> _Line:
+def _nearest_line(values: FloatArray, followed_values: Mapping[str, FloatArray]) -> _Line:
     """The power law of other conditions that is nearest to the values of a condition.
 
     Args:
         values: Value of the condition in each curve, shape (curves,).
-        others: Values of the other conditions by column.
+        followed_values: Values of the other conditions by column.
     """
-    logs = np.log(list(others.values()))
+    logs = np.log(list(followed_values.values()))
     centres = logs.mean(axis=1, keepdims=True)
     design = np.vstack([np.ones(len(values)), logs - centres]).T
     solution, *_ = np.linalg.lstsq(design, np.log(values))
     in_step = tuple(
-        InStep(other, float(np.exp(centre)), float(exponent))
-        for other, centre, exponent in zip(others, centres[:, 0], solution[1:], strict=True)
+        InStep(followed, float(np.exp(centre)), float(exponent))
+        for followed, centre, exponent in zip(
+            followed_values, centres[:, 0], solution[1:], strict=True
+        )
     )
     return _Line(float(np.exp(solution[0])), np.exp(design @ solution), in_step)
 
 
-def _share_of_line(power: InStep, others: Mapping[str, FloatArray]) -> float:
+def _share_of_line(partner: InStep, followed_values: Mapping[str, FloatArray]) -> float:
     """Range of the logarithm of a line that one of its conditions makes."""
-    return float(abs(power.exponent) * np.ptp(np.log(others[power.condition])))
+    return float(abs(partner.exponent) * np.ptp(np.log(followed_values[partner.condition])))
 
 
-def away(fixed: FixedCondition, levels: Mapping[str, FloatArray]) -> npt.NDArray[np.bool_]:
+def is_off_tested_level(
+    fixed: FixedCondition, values_by_condition: Mapping[str, FloatArray]
+) -> npt.NDArray[np.bool_]:
     """True where a condition is away from its tested level or line; NaN means on the line.
 
     Args:
         fixed: The condition.
-        levels: Values of each condition by column, all of one shape.
+        values_by_condition: Values of each condition by column, all of one shape.
     """
-    values = levels[fixed.condition]
-    distance = _relative_distance(fixed.condition, values, fixed.on_line(levels))
+    values = values_by_condition[fixed.condition]
+    distance = _relative_distance(fixed.condition, values, fixed.tested_value(values_by_condition))
     return np.asarray(~np.isnan(values) & ~reaches(fixed.within, distance))
 
 
 def _relative_distance(name: str, values: FloatArray, line: FloatArray) -> FloatArray:
-    magnitude = np.maximum(np.abs(line), LEAST_SIZE.get(name, 0.0))
+    """Distance of a condition's values from its tested values, over the magnitude of the latter."""
+    magnitude = np.maximum(np.abs(line), LEAST_MAGNITUDE.get(name, 0.0))
     return np.asarray(np.abs(values - line) / magnitude)
 
 
-def levels_of(name: str, values: FloatArray, same: SameConditionSettings) -> IndexArray:
-    """Level of each measured value of a condition.
+def condition_level_numbers(
+    name: str, values: FloatArray, same: SameConditionSettings
+) -> IndexArray:
+    """Number of the level of each measured value of a condition, shape of the values.
 
     Args:
         name: Column of the condition.
@@ -323,7 +331,7 @@ def levels_of(name: str, values: FloatArray, same: SameConditionSettings) -> Ind
     return clusters(values, same.inlet_temperature_c)
 
 
-def levels_by_gap(values: FloatArray, gap: float) -> IndexArray:
+def level_numbers_by_gap(values: FloatArray, gap: float) -> IndexArray:
     """Levels among measured values, counted from 0 for the lowest.
 
     Args:
@@ -334,13 +342,13 @@ def levels_by_gap(values: FloatArray, gap: float) -> IndexArray:
         Level of each value; all 0 where a value is unknown.
 
     Examples:
-        >>> levels_by_gap(np.array([25.1, 119.8, 24.9, 70.0, 120.2]), gap=0.05)
+        >>> level_numbers_by_gap(np.array([25.1, 119.8, 24.9, 70.0, 120.2]), gap=0.05)
         array([0, 2, 0, 1, 2])
     """
     if not np.isfinite(values).all():
         return np.zeros(len(values), dtype=np.int64)
     order = np.argsort(values)
     steps = np.diff(values[order], prepend=values.min())
-    levels = np.empty(len(values), dtype=np.int64)
-    levels[order] = np.cumsum(exceeds(steps, gap * np.ptp(values)))
-    return levels
+    numbers = np.empty(len(values), dtype=np.int64)
+    numbers[order] = np.cumsum(exceeds(steps, gap * np.ptp(values)))
+    return numbers

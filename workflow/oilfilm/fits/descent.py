@@ -78,7 +78,7 @@ def descend(
     weights: FloatArray | None = None,
     held: BoolArray | None = None,
     tolerance: float = 1e-9,
-    near: bool = False,
+    starts_near_ends: bool = False,
     most_steps: int = 300,
 ) -> tuple[FloatArray, FloatArray]:
     """The local optima next to each start, within the law's bounds.
@@ -93,7 +93,7 @@ def descend(
         held: True where a constant stays at its start, shape (descents, free).
         tolerance: A descent ends where the relative decrease of the SSE is below this, both the
             expected and the achieved one.
-        near: The starts are near their ends; Newton's method is used.
+        starts_near_ends: The starts are near their ends; Newton's method is used.
         most_steps: A descent ends where it is after this many steps.
 
     Returns:
@@ -108,7 +108,7 @@ def descend(
         weights = np.ones((len(starts), problem.curves))
     if held is None:
         held = np.zeros(starts.shape, dtype=bool)
-    descents = _Descents(problem, weights, held, tolerance, near, most_steps)
+    descents = _Descents(problem, weights, held, tolerance, starts_near_ends, most_steps)
     ends, sse = _descend(descents, starts.copy())
     low, high = problem.limits.T
     while True:
@@ -119,8 +119,8 @@ def descend(
         farthest = outside == outside.max(axis=1, keepdims=True)
         held = held | ((outside > 0) & farthest)
         inside = np.where(outside > 0, np.clip(ends, low, high), ends)
-        again = replace(descents, held=held).subset(rows)
-        ends[rows], sse[rows] = _descend(again, inside[rows])
+        held_descents = replace(descents, held=held).subset(rows)
+        ends[rows], sse[rows] = _descend(held_descents, inside[rows])
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class _Descents:
         weights: Weight of each curve's squared errors in each descent, shape (descents, curves).
         held: True where a constant stays at its start, shape (descents, free).
         tolerance: As in `descend`.
-        near: The starts are near their ends, where second derivatives of the law help.
+        starts_near_ends: The starts are near their ends, where second derivatives of the law help.
         most_steps: As in `descend`.
     """
 
@@ -140,7 +140,7 @@ class _Descents:
     weights: FloatArray
     held: BoolArray
     tolerance: float
-    near: bool
+    starts_near_ends: bool
     most_steps: int
 
     def subset(self, rows: IndexArray) -> "_Descents":
@@ -163,22 +163,22 @@ class _Descents:
 
 def _descend(descents: _Descents, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Ends of the descents and the SSE there, without regard to bounds; overwrites `values`."""
-    near = descents.near
-    first_damping = _FIRST_DAMPING_NEAR if near else _FIRST_DAMPING
-    least_growth = _GROWTH_NEAR if near else _GROWTH
+    starts_near_ends = descents.starts_near_ends
+    first_damping = _FIRST_DAMPING_NEAR if starts_near_ends else _FIRST_DAMPING
+    least_growth = _GROWTH_NEAR if starts_near_ends else _GROWTH
     current = _normal_equations(descents, values)
     damping: FloatArray = np.full(len(values), first_damping)
     growth: FloatArray = np.full(len(values), least_growth)
     active = np.arange(len(values))
     outside = descents.outside(active, values)
     steps_farther = np.zeros(len(values), dtype=int)
-    linear = descents.problem.linear & near
+    linear = descents.problem.linear & starts_near_ends
     for _ in range(descents.most_steps):
         step, expected = _steps(current, damping, active, linear)
         # a strongly damped step promises little and proves nothing, nor does one towards a saddle
-        small = (expected >= 0) & (expected <= descents.tolerance * current.sse[active])
-        ended: BoolArray = small & (damping[active] <= 1)
-        if near:
+        is_small = (expected >= 0) & (expected <= descents.tolerance * current.sse[active])
+        ended: BoolArray = is_small & (damping[active] <= 1)
+        if starts_near_ends:
             # Newton's last step is not tested: its error is the square of the step
             values[active[ended]] += step[ended]
             current.sse[active[ended]] -= expected[ended]
@@ -188,20 +188,20 @@ def _descend(descents: _Descents, values: FloatArray) -> tuple[FloatArray, Float
                 break
         trial_values = values[active] + step
         trial = _normal_equations(descents.subset(active), trial_values)
-        better = trial.sse < current.sse[active]
+        is_better = trial.sse < current.sse[active]
         factor = _damping_factor(current.sse[active], trial.sse, expected, growth[active])
         damping[active] *= factor
         np.maximum(damping, _LEAST_DAMPING, out=damping)
-        growth[active] = np.where(better, least_growth, 2 * growth[active])
-        accepted = active[better]
-        values[accepted] = trial_values[better]
-        current.update(accepted, trial, better)
+        growth[active] = np.where(is_better, least_growth, 2 * growth[active])
+        accepted = active[is_better]
+        values[accepted] = trial_values[is_better]
+        current.update(accepted, trial, is_better)
         now_outside = descents.outside(accepted, values[accepted])
         is_farther = now_outside > outside[accepted]
         steps_farther[accepted] = np.where(is_farther, steps_farther[accepted] + 1, 0)
         outside[accepted] = now_outside
         # a refit that runs away goes on for many steps; it ends at a bound
-        ended |= (steps_farther[active] >= _STEPS_OUTSIDE) & near
+        ended |= (steps_farther[active] >= _STEPS_OUTSIDE) & starts_near_ends
         active = active[~ended & (damping[active] < _STUCK_DAMPING)]
         if not len(active):
             break
@@ -272,7 +272,9 @@ def _normal_equations(descents: _Descents, values: FloatArray) -> _Normal:
     problem = descents.problem
     if (values == values[0]).all():
         # all descents at one start: sums over points are the same for all
-        sse, gradient, matrix = _sums(problem, values[:1], descents.weights, descents.near)
+        sse, gradient, matrix = _sums(
+            problem, values[:1], descents.weights, descents.starts_near_ends
+        )
     else:
         rows_per_chunk = max(_POINTS_PER_CHUNK // max(len(problem.mu), 1), 1)
         sse_of_chunks = []
@@ -280,10 +282,12 @@ def _normal_equations(descents: _Descents, values: FloatArray) -> _Normal:
         matrices = []
         for first in range(0, len(values), rows_per_chunk):
             rows = slice(first, first + rows_per_chunk)
-            chunk = _sums(problem, values[rows], descents.weights[rows], descents.near)
-            sse_of_chunks.append(chunk[0])
-            gradients.append(chunk[1])
-            matrices.append(chunk[2])
+            chunk_sse, chunk_gradient, chunk_matrix = _sums(
+                problem, values[rows], descents.weights[rows], descents.starts_near_ends
+            )
+            sse_of_chunks.append(chunk_sse)
+            gradients.append(chunk_gradient)
+            matrices.append(chunk_matrix)
         sse = np.concatenate(sse_of_chunks)
         gradient = np.concatenate(gradients)
         matrix = np.concatenate(matrices)
@@ -298,7 +302,7 @@ def _normal_equations(descents: _Descents, values: FloatArray) -> _Normal:
 
 
 def _sums(
-    problem: Problem, values: FloatArray, weights: FloatArray, curved: bool
+    problem: Problem, values: FloatArray, weights: FloatArray, with_hessian: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """SSE, half its gradient and J^T J, or half the Hessian, by all free constants.
 
@@ -309,7 +313,7 @@ def _sums(
         problem: What to fit.
         values: Free internal constants, shape (descents, free); one row if all have the same.
         weights: Weight of each curve's squared errors, shape (descents, curves).
-        curved: Whether second derivatives of the law are included: the Hessian.
+        with_hessian: Whether second derivatives of the law are included: the Hessian.
     """
     design = problem.observations.design
     terms = design.shape[1]
@@ -334,16 +338,18 @@ def _sums(
         for first in range(0, len(curve), curves_per_block):
             block = slice(first, first + curves_per_block)
             indices = tuple(followed.tolist())
-            sums.append(_sums_of_curves(problem, sizes[:, block], curve[block], indices, curved))
+            sums.append(
+                _sums_of_curves(problem, sizes[:, block], curve[block], indices, with_hessian)
+            )
         by_curve[is_evaluated] = np.concatenate(sums, axis=1).T
         totals = _weighted_totals(design, weights, by_curve)
     # the first column of a design is 1
     gradient = totals[:, 1 : 1 + coefficients, :terms].reshape(descents, len(free))[:, free]
-    of_pairs = totals[:, 1 + coefficients :].reshape(descents, -1, terms, terms)
+    pair_totals = totals[:, 1 + coefficients :].reshape(descents, -1, terms, terms)
     matrix = np.empty((descents, coefficients, terms, coefficients, terms))
     for pair, (i, j) in enumerate(_lower_triangle(coefficients)):
-        matrix[:, i, :, j, :] = of_pairs[:, pair]
-        matrix[:, j, :, i, :] = of_pairs[:, pair]
+        matrix[:, i, :, j, :] = pair_totals[:, pair]
+        matrix[:, j, :, i, :] = pair_totals[:, pair]
     matrix = matrix.reshape(descents, len(free), len(free))[:, free][:, :, free]
     return totals[:, 0, 0], gradient, matrix
 
@@ -366,14 +372,18 @@ def _weighted_totals(design: FloatArray, weights: FloatArray, by_curve: FloatArr
     products = (design[:, :, np.newaxis] * design[:, np.newaxis, :]).reshape(-1, terms**2)
     totals: FloatArray | float = 0.0
     for first in range(0, curves, _CURVES_PER_PRODUCT):
-        some = slice(first, first + _CURVES_PER_PRODUCT)
-        weighted = weights[:, some, np.newaxis] * by_curve[:, some]
-        totals = totals + weighted.swapaxes(1, 2) @ products[some]
+        chunk = slice(first, first + _CURVES_PER_PRODUCT)
+        weighted = weights[:, chunk, np.newaxis] * by_curve[:, chunk]
+        totals = totals + weighted.swapaxes(1, 2) @ products[chunk]
     return np.asarray(totals)
 
 
 def _sums_of_curves(
-    problem: Problem, sizes: FloatArray, curve: IndexArray, followed: tuple[int, ...], curved: bool
+    problem: Problem,
+    sizes: FloatArray,
+    curve: IndexArray,
+    followed: tuple[int, ...],
+    with_hessian: bool,
 ) -> FloatArray:
     """Sums over the points of curves, by ln|X| of the coefficients X that have a free constant.
 
@@ -382,7 +392,7 @@ def _sums_of_curves(
         sizes: |X| of each coefficient, shape (coefficients, sums).
         curve: Curve of each sum.
         followed: Indices of the coefficients that have a free constant.
-        curved: As in `_sums`.
+        with_hessian: As in `_sums`.
 
     Returns:
         SSE, half its gradient and the lower triangle of J^T J or half the Hessian, one row each;
@@ -395,7 +405,7 @@ def _sums_of_curves(
     sizes = np.repeat(sizes, length, axis=1)
     slip = problem.observations.slip[point]
     curvatures: tuple[FloatArray | float, ...] = ()
-    if curved:
+    if with_hessian:
         mu, slopes, curvatures = law.value_slopes_and_curvatures(sizes, slip, followed)
     else:
         mu, all_slopes = law.value_and_slopes(sizes, slip)
@@ -404,19 +414,19 @@ def _sums_of_curves(
     pairs = _lower_triangle(len(slopes))
     first_slope = 1
     first_pair = first_slope + len(slopes)
-    of_points = np.empty((first_pair + len(pairs), len(point)))
-    np.square(residual, out=of_points[0])
+    point_terms = np.empty((first_pair + len(pairs), len(point)))
+    np.square(residual, out=point_terms[0])
     for row, slope in enumerate(slopes, start=first_slope):
-        np.multiply(slope, residual, out=of_points[row])
+        np.multiply(slope, residual, out=point_terms[row])
     for row, (i, j) in enumerate(pairs, start=first_pair):
-        np.multiply(slopes[i], slopes[j], out=of_points[row])
+        np.multiply(slopes[i], slopes[j], out=point_terms[row])
     for row, curvature in enumerate(curvatures, start=first_pair):
         # many are zero everywhere
         if np.ndim(curvature):
-            of_points[row] += residual * curvature
+            point_terms[row] += residual * curvature
     if problem.weight is not None:
-        of_points *= problem.weight[point]
-    return np.asarray(np.add.reduceat(of_points, first_point, axis=1))
+        point_terms *= problem.weight[point]
+    return np.asarray(np.add.reduceat(point_terms, first_point, axis=1))
 
 
 def _lower_triangle(size: int) -> list[tuple[int, int]]:

@@ -94,12 +94,13 @@ def _evolved(problem: Problem, settings: FitSettings, random: np.random.Generato
     candidates = max(settings.population, _CANDIDATES_PER_CONSTANT * len(low))
 
     # SciPy's type hints have no vectorized function
-    def sse(members: FloatArray) -> Any:
+    def sse_of_members(members: FloatArray) -> Any:
+        """Sum of squares of each candidate; SciPy has one candidate per column."""
         return population_sse(problem, members.T)
 
     # SciPy imports `optimize` at its first use, so that only jobs that search wait for it
     result = scipy.optimize.differential_evolution(
-        sse,
+        sse_of_members,
         scipy.optimize.Bounds(low, high),
         strategy="rand1bin",
         popsize=math.ceil(candidates / len(low)),
@@ -137,13 +138,17 @@ def polish(problem: Problem, start: FloatArray) -> Optimum:
     ends = np.clip(start, low, high)[np.newaxis]
     # from a rough start Newton's method may run off along a valley without a floor
     ends, _ = descend(
-        problem, ends, held=at_bounds(problem, ends), tolerance=_NEWTON_TOLERANCE, near=False
+        problem,
+        ends,
+        held=at_bounds(problem, ends),
+        tolerance=_NEWTON_TOLERANCE,
+        starts_near_ends=False,
     )
     # Newton's last step is damped, and its remaining error depends on the start. A second descent
     # from its end leaves rounding only.
     for _ in range(2):
         held = at_bounds(problem, ends)
-        ends, sse = descend(problem, ends, held=held, tolerance=_LAST_DIGITS, near=True)
+        ends, sse = descend(problem, ends, held=held, tolerance=_LAST_DIGITS, starts_near_ends=True)
     return Optimum(ends[0], float(sse[0]))
 
 

@@ -13,10 +13,10 @@ from oilfilm.base.randomness import generator
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.conditions import (
     fixed_conditions,
+    fixed_to_text,
     followed_conditions,
     incomplete_curves,
-    levels_by_gap,
-    to_text,
+    level_numbers_by_gap,
     varied,
 )
 from oilfilm.fits.descent import descend
@@ -48,7 +48,7 @@ from oilfilm.traction.law import CONDITIONS, Law, NoValueError
 # errors of single points, which are reported, change more with the constants than the SSE does.
 _LEFT_OUT_TOLERANCE = 1e-8
 # Columns of the points that span the tested box.
-BOX = (*CONDITIONS, "load_n", "slide_roll_ratio")
+BOX_COLUMNS = (*CONDITIONS, "load_n", "slide_roll_ratio")
 
 
 def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
@@ -56,7 +56,7 @@ def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
     return laws_for(settings.properties_of(oil), settings.common_contact())
 
 
-def fit_law(points: pd.DataFrame, oil: str, name: str, settings: Settings) -> CampaignTables:
+def fit_law(points: pd.DataFrame, oil: str, law_name: str, settings: Settings) -> CampaignTables:
     """Fit one law to one oil's accepted points, and evaluate it at curves left out of the fit.
 
     Points, settings, seeds and the curves that are left out are the same for every law.
@@ -64,19 +64,19 @@ def fit_law(points: pd.DataFrame, oil: str, name: str, settings: Settings) -> Ca
     Args:
         points: Table of points.
         oil: Oil to fit.
-        name: Name of the law.
+        law_name: Name of the law.
         settings: `fit` and `seed`; for a law that needs properties of the oil and the
             contact, `oils` and `rigs` as well.
 
     Returns:
         As `fit_oil`. A law that needs unknown properties gives no values, with the reason.
     """
-    law = LAWS.get(name)
+    law = LAWS.get(law_name)
     if law is None:
         # a law that needs properties of the oil
-        law = laws_of(oil, settings).get(name)
+        law = laws_of(oil, settings).get(law_name)
     if law is None:
-        quality = {"oil": oil, "law": name, "configured": True, "no_fit": "properties unknown"}
+        quality = {"oil": oil, "law": law_name, "configured": True, "no_fit": "properties unknown"}
         return tables_without_fit([], quality)
     return fit_oil(points, oil, settings.fit, settings.seed, law)
 
@@ -115,12 +115,12 @@ def fit_oil(
         "n_points": len(data.mu),
         "n_curves": len(data.runs),
         "incomplete_curves": tuple(incomplete_runs),
-        "fixed_conditions": to_text(fixed),
+        "fixed_conditions": fixed_to_text(fixed),
     }
-    accepted = points.loc[points["accepted"], list(BOX)].abs()
+    accepted = points.loc[points["accepted"], list(BOX_COLUMNS)].abs()
     smallest = accepted.min()
     largest = accepted.max()
-    for name in BOX:
+    for name in BOX_COLUMNS:
         quality[f"tested_min_{name}"] = float(smallest[name])
         quality[f"tested_max_{name}"] = float(largest[name])
     obstacle = _obstacle(law, data, followed)
@@ -200,7 +200,7 @@ def _solve(
         best=best,
         certificate=certify(problem, optima, np.sqrt(np.diag(naive)), settings),
         estimates=estimates.reported(problem),
-        profile=profiles(problem, best, naive),
+        profiles=profiles(problem, best, naive),
         robust=robust_fit(problem, best),
         left_out=left_out,
         refits_at_bounds=len(all_refits) - len(refits),
@@ -263,8 +263,8 @@ def _errors_at_end_levels(
     conditions = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
     columns = {}
     for name, values in zip(("pressure", "speed", "temperature"), conditions.T, strict=True):
-        levels = levels_by_gap(values, settings.level_gap)
-        errors = leave_ends_out(problem, solution.best, levels, settings)
+        level_numbers = level_numbers_by_gap(values, settings.level_gap)
+        errors = leave_ends_out(problem, solution.best, level_numbers, settings)
         sum_of_mu_squared = np.sum(problem.mu[np.isfinite(errors)] ** 2)
         relative_rms = np.nan
         if sum_of_mu_squared:
@@ -307,7 +307,7 @@ def leave_curves_out(
 
 
 def leave_ends_out(
-    problem: Problem, optimum: Optimum, levels: IndexArray, settings: FitSettings
+    problem: Problem, optimum: Optimum, level_numbers: IndexArray, settings: FitSettings
 ) -> FloatArray:
     """Error of each point's mu at the lowest and highest level, by fits without that level.
 
@@ -316,16 +316,16 @@ def leave_ends_out(
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        levels: Level of each curve, counted from 0, as by `levels_by_gap`.
+        level_numbers: Level of each curve, counted from 0, as by `level_numbers_by_gap`.
         settings: Those of `followed_conditions`.
 
     Returns:
         Fitted minus measured mu, shape (points,). NaN at all levels between, and at all points
         where there are fewer than two levels or the other levels do not determine a constant.
     """
-    if levels.max(initial=0) == 0:
+    if level_numbers.max(initial=0) == 0:
         return np.full(len(problem.mu), np.nan)
-    ends = np.stack([levels == 0, levels == levels.max()])
+    ends = np.stack([level_numbers == 0, level_numbers == level_numbers.max()])
     return _errors_left_out(problem, optimum, ends, settings)
 
 
@@ -354,7 +354,9 @@ def _errors_left_out(
     left_out = left_out[is_possible]
     starts = np.tile(optimum.values, (len(left_out), 1))
     weights = (~left_out).astype(float)
-    ends, _ = descend(problem, starts, weights=weights, tolerance=_LEFT_OUT_TOLERANCE, near=True)
+    ends, _ = descend(
+        problem, starts, weights=weights, tolerance=_LEFT_OUT_TOLERANCE, starts_near_ends=True
+    )
     errors = np.full(len(problem.mu), np.nan)
     for end, row in zip(ends, left_out, strict=True):
         points = row[problem.observations.curve]

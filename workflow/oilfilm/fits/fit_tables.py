@@ -16,12 +16,12 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, first_largest, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import FixedCondition, from_text
+from oilfilm.fits.conditions import FixedCondition, fixed_from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import normal_quantile
-from oilfilm.fits.objectives import Robust, curve_agreement
+from oilfilm.fits.objectives import RobustFit, curve_agreement
 from oilfilm.fits.problem import Problem
-from oilfilm.fits.uncertainty import SENSORS, Estimates
+from oilfilm.fits.uncertainty import SENSORS, Estimates, Profiles
 from oilfilm.settings.config import FitSettings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import FIT_TABLES
@@ -45,7 +45,7 @@ class Solution:
         best: The optimum with the smallest SSE.
         certificate: Columns of `fit_quality`, as `certify` returns them.
         estimates: The free constants in the form of the law's equation, with their errors.
-        profile: As `profiles` returns it.
+        profiles: Profile of each free constant.
         robust: The fit with a robust loss; None for an exact fit.
         left_out: Fitted minus measured mu of each point by a fit without its curve, shape
             (points,); NaN where there is no such fit.
@@ -57,8 +57,8 @@ class Solution:
     best: Optimum
     certificate: Mapping[str, Any]
     estimates: Estimates
-    profile: tuple[FloatArray, FloatArray]
-    robust: Robust | None
+    profiles: Profiles
+    robust: RobustFit | None
     left_out: FloatArray
     refits_at_bounds: int
 
@@ -126,7 +126,7 @@ def _coefficients(solution: Solution, settings: FitSettings, fixed_conditions: s
     rows["verdict"] = rows["verdict"].fillna("not identifiable")
     for name, value in at_bounds.items():
         rows.loc[name, ["value", "verdict"]] = value, "at a bound"
-    in_step = _exponents_in_step(law, from_text(fixed_conditions))
+    in_step = _exponents_in_step(law, fixed_from_text(fixed_conditions))
     rows.loc[rows.index.isin(in_step) & rows["identifiable"], "verdict"] = "in step"
     return rows.rename_axis("constant").reset_index()
 
@@ -246,11 +246,11 @@ def _refits(solution: Solution) -> pd.DataFrame:
     values = np.vstack([resampled, shifted])
     causes = ["resampled curves"] * len(resampled)
     causes += [f"calibration of {sensor}" for sensor in SENSORS[: len(shifted)]]
-    numbers = list(range(len(resampled))) + [0] * len(shifted)
+    refit_numbers = list(range(len(resampled))) + [0] * len(shifted)
     return pd.DataFrame(
         {
             "cause": np.repeat(causes, len(names)),
-            "refit": np.repeat(numbers, len(names)),
+            "refit": np.repeat(refit_numbers, len(names)),
             "constant": names * len(values),
             "value": values.ravel(),
         }
@@ -268,13 +268,13 @@ def _correlations(solution: Solution) -> pd.DataFrame:
 def _profiles(solution: Solution) -> pd.DataFrame:
     """Profile of each constant: its values and the signed root of the SSE's rise there."""
     problem = solution.problem
-    levels, signed_root = solution.profile
+    values, signed_root = solution.profiles
     # a constant below zero falls where its logarithm rises
     direction = np.where(problem.signs < 0, -1, 1)[:, np.newaxis]
     return pd.DataFrame(
         {
-            "constant": np.repeat(problem.names, levels.shape[1]),
-            "value": problem.reported(levels.T).T.ravel(),
+            "constant": np.repeat(problem.names, values.shape[1]),
+            "value": problem.reported(values.T).T.ravel(),
             "signed_root": (direction * signed_root).ravel(),
         }
     )
@@ -286,11 +286,11 @@ def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
     # the order of `curve_data`, whose traction is that of positive slip
     accepted = points[points["accepted"]].sort_values(["run_id", "first_row"])
     accepted = accepted.reset_index(drop=True)
-    side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
+    slip_sign = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
     residual = solution.problem.residual(solution.best.values)
     return accepted[["run_id", "first_row", "slide_roll_ratio"]].assign(
-        traction_coefficient=side * (data.mu + residual),
-        left_out_traction_coefficient=side * (data.mu + solution.left_out),
+        traction_coefficient=slip_sign * (data.mu + residual),
+        left_out_traction_coefficient=slip_sign * (data.mu + solution.left_out),
     )
 
 
@@ -304,8 +304,8 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     rows = pd.DataFrame({"run_id": data.runs, "n_points": points_of_curve})
     for name in (*CONDITIONS, "load_n"):
         rows[f"mean_{name}"] = np.nan
-    for name, levels in zip(problem.law.conditions, data.conditions.T, strict=True):
-        rows[f"mean_{name}"] = levels
+    for name, values in zip(problem.law.conditions, data.conditions.T, strict=True):
+        rows[f"mean_{name}"] = values
     rows["rmse"] = np.sqrt(sse_of_curve / points_of_curve)
     return rows.assign(**curve_agreement(problem, solution.robust, settings))
 
@@ -404,8 +404,8 @@ def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
     scaled_values = np.linalg.svd(unit_columns, compute_uv=False)
     rounding = scaled_values[0] * max(jacobian.shape) * np.finfo(float).eps
     is_singular = scaled_values[-1] <= rounding
-    condition = float("nan") if is_singular else float(scaled_values[0] / scaled_values[-1])
-    return float(singular_values[-1] ** 2), float(singular_values[0] ** 2), condition
+    condition_number = float("nan") if is_singular else float(scaled_values[0] / scaled_values[-1])
+    return float(singular_values[-1] ** 2), float(singular_values[0] ** 2), condition_number
 
 
 def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:
@@ -413,8 +413,8 @@ def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:
     data = problem.data
     low = data.conditions.min(axis=0)
     high = data.conditions.max(axis=0)
-    levels = np.meshgrid(*np.linspace(low, high, _GRID_LEVELS, axis=1), indexing="ij")
-    conditions = np.stack(levels, axis=-1).reshape(-1, len(low))
+    mesh = np.meshgrid(*np.linspace(low, high, _GRID_LEVELS, axis=1), indexing="ij")
+    conditions = np.stack(mesh, axis=-1).reshape(-1, len(low))
     rows = np.unique(problem.law.design(conditions, problem.followed), axis=0)
     largest_slip = float(np.max(np.abs(data.slip)))
     return rows, np.linspace(0, largest_slip, _GRID_SLIPS)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,12 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.labels import aligned
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import LEAST_SIZE, FixedCondition, away, from_text
+from oilfilm.fits.conditions import (
+    LEAST_MAGNITUDE,
+    FixedCondition,
+    fixed_from_text,
+    is_off_tested_level,
+)
 from oilfilm.fits.interval import (
     CONFIDENCE,
     Band,
@@ -27,9 +32,9 @@ from oilfilm.fits.interval import (
     normal_quantile,
     student_quantile,
 )
-from oilfilm.fits.measured_surface import OilSurface, surface_from_tables
-from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.fits.whole_fit import of_one_fit, refuse_contradictions
+from oilfilm.fits.measured_surface import LawConstants, OilSurface, surface_from_tables
+from oilfilm.fits.soundness_sentences import soundness_warnings
+from oilfilm.fits.whole_fit import explaining_contradictions, refuse_contradictions
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.surface.support import Support
 from oilfilm.tables import refuse_unpacking
@@ -134,8 +139,8 @@ class Coefficients:
         calibration = (to_internal(law, self.shifted) - to_internal(law, self.constants)).T
         quantile = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
         normal = normal_quantile(level)
-        reach = np.hstack([quantile * self.root(law), normal * calibration])
-        return Band(reach, normal * misfit)
+        error_columns = np.hstack([quantile * self.root(law), normal * calibration])
+        return Band(error_columns, normal * misfit)
 
 
 @dataclass(frozen=True)
@@ -199,9 +204,24 @@ class Prediction:
         return pd.DataFrame(columns, index=index)
 
     def __repr__(self) -> str:
-        printed = self.to_frame()[_PRINTED_COLUMNS]
+        printed_columns = self.to_frame()[_PRINTED_COLUMNS]
         # an interval that the fit does not have is not printed
-        return printed.dropna(axis=1, how="all").to_string(max_rows=20)
+        return printed_columns.dropna(axis=1, how="all").to_string(max_rows=20)
+
+
+class Lattice(NamedTuple):
+    """Tested values of the followed conditions.
+
+    Pressure, speed and load are logarithms; the temperature is in degC.
+
+    Attributes:
+        tested: Values in each curve, shape (curves, followed).
+        steps: Largest step between neighbouring values of each condition, shape (followed,);
+            infinite where there is one value.
+    """
+
+    tested: FloatArray
+    steps: FloatArray
 
 
 def given_surface(surface: OilSurface | None) -> OilSurface | None:
@@ -216,14 +236,14 @@ class FittedLaw:
     Attributes:
         law: The law.
         coefficients: Its constants, their uncertainty and the tested range.
-        wrong: Reasons why the fit is not sound, in sentences; empty where it is sound or where
+        warnings: Reasons why the fit is not sound, in sentences; empty where it is sound or where
             that was not examined.
         read_surface: Reads the surface of the oil's measured mu; None for constants alone.
     """
 
     law: Law
     coefficients: Coefficients
-    wrong: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     read_surface: Callable[[], OilSurface | None] | None = None
 
     def __repr__(self) -> str:
@@ -233,7 +253,7 @@ class FittedLaw:
         return f"{self.law.name}: mu = {self.law.equation}; {', '.join(values)}"
 
     @property
-    def no_interval(self) -> str:
+    def why_no_interval(self) -> str:
         """Why the law has no interval anywhere, where it has none."""
         return (
             "there is no surface of measured mu: too few curves were tested "
@@ -259,10 +279,10 @@ class FittedLaw:
         if self.surface is None:
             return float("nan")
         measured = self.surface.measurements
-        of_surface = np.exp(self.surface.surface.log_mu(measured.point_conditions, measured.slip))
+        surface_mu = np.exp(self.surface.surface.log_mu(measured.point_conditions, measured.slip))
         conditions = self.surface.contact.to_law(self.law, measured.point_conditions)
-        of_law = self.without_interval().predict(conditions, measured.slip).traction_coefficient
-        return float(np.linalg.norm(of_law - of_surface) / np.linalg.norm(of_surface))
+        law_mu = self.without_interval().predict(conditions, measured.slip).traction_coefficient
+        return float(np.linalg.norm(law_mu - surface_mu) / np.linalg.norm(surface_mu))
 
     def interval_level(self, level: float = CONFIDENCE) -> float:
         """The level of the interval of the next run: the wanted one, or what the data allow.
@@ -271,7 +291,9 @@ class FittedLaw:
         """
         return self.surface.level(level) if self.surface is not None else float("nan")
 
-    def form_error(self, conditions: FloatArray, slip: FloatArray, beyond: float) -> FloatArray:
+    def form_error(
+        self, conditions: FloatArray, slip: FloatArray, error_without_interval: float
+    ) -> FloatArray:
         """Relative standard error of the law's form at each point, shape (points,).
 
         Where the surface of measured mu has an interval, it is the error of the surface without
@@ -280,26 +302,28 @@ class FittedLaw:
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions).
             slip: Slide-roll ratio of each point, shape (points,).
-            beyond: The error where there is no such interval.
+            error_without_interval: The error where there is no such interval.
         """
         if self.surface is None:
-            return np.full(len(slip), beyond)
+            return np.full(len(slip), error_without_interval)
         run_sd = np.nan_to_num(self.coefficients.run_sd)
         predicted = self.predict(conditions, np.maximum(np.abs(slip), _SMALLEST_SLIP))
         with np.errstate(invalid="ignore", divide="ignore"):
             log_lower = np.log(predicted.obs_ci_lower)
             log_upper = np.log(predicted.obs_ci_upper)
-            away = (log_lower + log_upper) / 2 - np.log(predicted.traction_coefficient)
+            distance_from_surface = (log_lower + log_upper) / 2 - np.log(
+                predicted.traction_coefficient
+            )
         run_and_form = (log_upper - log_lower) / 2 / normal_quantile(CONFIDENCE)
         form = np.sqrt(np.maximum(run_and_form**2 - run_sd**2, 0.0))
-        error = np.hypot(form, away)
-        return np.where(np.isfinite(error), error, beyond)
+        error = np.hypot(form, distance_from_surface)
+        return np.where(np.isfinite(error), error, error_without_interval)
 
-    def remarks(self, line: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
+    def remarks(self, conditions: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
         """Remarks on the traction at one operating point, in sentences; printed laws have some.
 
         Args:
-            line: Conditions, as `on_line` returns them, shape (1, conditions).
+            conditions: Conditions, as `at_tested_levels` returns them, shape (1, conditions).
             slide_roll_ratio: Shape (1,).
         """
         return []
@@ -331,19 +355,23 @@ class FittedLaw:
             (name,) = coefficients.loc[coefficients["oil"] == oil, "law"].unique()
             law = LAWS[name]
         fit_of_oil = cls._from_coefficients(law, _rows_of_fit(coefficients, oil, law))
-        fitted = fit_of_oil.coefficients
+        coefficients_of_fit = fit_of_oil.coefficients
         if refits is not None:
-            fitted = _with_refits(fitted, law, _rows_of_fit(refits, oil, law))
+            coefficients_of_fit = _with_refits(
+                coefficients_of_fit, law, _rows_of_fit(refits, oil, law)
+            )
         if quality is not None:
             (row,) = tables.rows(_rows_of_fit(quality, oil, law))
-            fitted = _with_quality(fitted, law, row)
+            coefficients_of_fit = _with_quality(coefficients_of_fit, law, row)
         if curves is not None:
             means = [f"mean_{name}" for name in law.conditions]
             tested = _rows_of_fit(curves, oil, law)[means].to_numpy(float)
-            fitted = replace(fitted, tested=tested)
+            coefficients_of_fit = replace(coefficients_of_fit, tested=tested)
         if surfaces is not None:
-            fitted = replace(fitted, run_sd=_error_of_next_run(surfaces, oil))
-        return replace(fit_of_oil, coefficients=fitted)
+            coefficients_of_fit = replace(
+                coefficients_of_fit, run_sd=_error_of_next_run(surfaces, oil)
+            )
+        return replace(fit_of_oil, coefficients=coefficients_of_fit)
 
     @classmethod
     def _from_coefficients(cls, law: Law, rows: pd.DataFrame) -> "FittedLaw":
@@ -356,7 +384,7 @@ class FittedLaw:
         return cls(law, replace(Coefficients.bare(law, constants), followed=followed))
 
     @classmethod
-    def of_configured(cls, results: CampaignTables, oil: str) -> "FittedLaw":
+    def from_results(cls, results: CampaignTables, oil: str) -> "FittedLaw":
         """The fit of the configured law to an oil, with its intervals and tested box.
 
         Args:
@@ -409,24 +437,24 @@ class FittedLaw:
             ValueError: Nothing is known of this rig.
         """
         is_away = np.zeros(len(conditions), dtype=bool)
-        for away_from_condition in self.away_from(conditions).values():
+        for away_from_condition in self.off_tested_levels(conditions).values():
             is_away |= away_from_condition
-        conditions = self.on_line(conditions)
+        conditions = self.at_tested_levels(conditions)
         is_unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.followed])
         has_no_mu = is_away | is_unknown.any(axis=1)
         mu, law_ends = self._mu_of_law(conditions, slip, has_no_mu, level)
         run_ends = np.full((2, len(slip)), np.nan)
         support = np.full(len(slip), "", dtype=_SUPPORT_TEXT)
         from_surface = np.zeros(len(slip), dtype=bool)
-        known = np.flatnonzero(np.isfinite(mu) & np.isfinite(slip))
-        if self.surface is not None and len(known):
-            at = (conditions[known], np.abs(slip[known]))
+        answerable = np.flatnonzero(np.isfinite(mu) & np.isfinite(slip))
+        if self.surface is not None and len(answerable):
+            at = (conditions[answerable], np.abs(slip[answerable]))
             answer = self.surface.answer(self.law, *at, level, whole_curve, rig)
-            run_ends[:, known] = answer.lower, answer.upper
-            support[known] = _SUPPORT_NAMES[answer.support]
+            run_ends[:, answerable] = answer.lower, answer.upper
+            support[answerable] = _SUPPORT_NAMES[answer.support]
             if self.surface.no_law_fits:
-                from_surface[known] = answer.support == Support.SUPPORTED
-                mu[known] = np.where(from_surface[known], answer.mu, mu[known])
+                from_surface[answerable] = answer.support == Support.SUPPORTED
+                mu[answerable] = np.where(from_surface[answerable], answer.mu, mu[answerable])
         sign = np.where(slip < 0, -1.0, 1.0)
         run_lower, run_upper = np.sort(sign * run_ends, axis=0)
         law_lower, law_upper = np.sort(sign * law_ends, axis=0)
@@ -446,7 +474,7 @@ class FittedLaw:
             support=support,
             from_surface=from_surface,
             over_limit=mu > self.coefficients.limiting_stress_ratio,
-            wrong=self.wrong,
+            wrong=self.warnings,
         )
 
     def _mu_of_law(
@@ -475,11 +503,11 @@ class FittedLaw:
         # a value at which the law can be evaluated; the result is not used
         evaluable = np.where(has_no_mu[:, np.newaxis], 1.0, conditions)
         misfit = np.nan_to_num(self.misfit_beside_surface)
-        of_law = self.coefficients.mean_band(self.law, level, misfit)
+        mean_band = self.coefficients.mean_band(self.law, level, misfit)
         for start in range(0, points, _POINTS_PER_CHUNK):
             chunk = slice(start, start + _POINTS_PER_CHUNK)
             mu[chunk], gradient = self._with_gradient(evaluable[chunk], slip[chunk])
-            law_ends[:, chunk] = of_law.ends(mu[chunk], gradient)
+            law_ends[:, chunk] = mean_band.ends(mu[chunk], gradient)
         mu[has_no_mu] = np.nan
         law_ends[:, has_no_mu] = np.nan
         return mu, law_ends
@@ -543,9 +571,9 @@ class FittedLaw:
         """
         if np.isnan(self.coefficients.constants).any():
             return "nothing could be fitted"
-        return "; ".join(condition.sentence() for condition in self.away_from(conditions))
+        return "; ".join(condition.sentence() for condition in self.off_tested_levels(conditions))
 
-    def on_line(self, conditions: FloatArray) -> FloatArray:
+    def at_tested_levels(self, conditions: FloatArray) -> FloatArray:
         """The conditions, with those that the fit does not follow at their tested level or line.
 
         Args:
@@ -554,27 +582,29 @@ class FittedLaw:
         Returns:
             Shape (points, conditions).
         """
-        levels = self._by_name(conditions)
-        on_line = dict(levels)
+        values_by_condition = self._by_name(conditions)
+        tested_values = dict(values_by_condition)
         for fixed in self.coefficients.fixed:
-            on_line[fixed.condition] = fixed.on_line(levels)
-        return np.column_stack(list(on_line.values()))
+            tested_values[fixed.condition] = fixed.tested_value(values_by_condition)
+        return np.column_stack(list(tested_values.values()))
 
     @property
-    def reach(self) -> FloatArray:
+    def widened_box(self) -> FloatArray:
         """The tested box, wider by `within` for conditions that the fit does not follow.
 
         Shape (conditions + 1, 2), as `Coefficients.box`.
         """
-        within_of = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
+        within_by_name = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
         names = (*self.law.conditions, SLIP)
-        within = np.array([[within_of.get(name, 0.0)] for name in names])
-        least_magnitude = np.array([[LEAST_SIZE.get(name, 0.0)] for name in names])
+        within = np.array([[within_by_name.get(name, 0.0)] for name in names])
+        least_magnitude = np.array([[LEAST_MAGNITUDE.get(name, 0.0)] for name in names])
         box = self.coefficients.box
         margin = within * np.maximum(np.abs(box), least_magnitude)
         return box + margin * [-1.0, 1.0]
 
-    def away_from(self, conditions: FloatArray) -> dict[FixedCondition, npt.NDArray[np.bool_]]:
+    def off_tested_levels(
+        self, conditions: FloatArray
+    ) -> dict[FixedCondition, npt.NDArray[np.bool_]]:
         """The fixed conditions from whose tested level or line some rows are away, and these rows.
 
         Args:
@@ -585,13 +615,13 @@ class FittedLaw:
         """
         if np.isnan(self.coefficients.constants).any():
             return {}
-        levels = self._by_name(conditions)
-        rows_away = {}
+        values_by_condition = self._by_name(conditions)
+        rows_off_level = {}
         for fixed in self.coefficients.fixed:
-            is_away = away(fixed, levels)
+            is_away = is_off_tested_level(fixed, values_by_condition)
             if is_away.any():
-                rows_away[fixed] = is_away
-        return rows_away
+                rows_off_level[fixed] = is_away
+        return rows_off_level
 
     def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
         """Columns of rows of conditions by the name of the condition."""
@@ -609,17 +639,11 @@ class FittedLaw:
         return mu, np.hstack([slope[:, np.newaxis] * design for slope in slopes])
 
     @cached_property
-    def lattice(self) -> tuple[FloatArray, FloatArray]:
-        """Tested values of the followed conditions, and the largest step of each condition.
-
-        Pressure, speed and load are logarithms; the temperature is in degC.
-
-        Returns:
-            Shapes (curves, followed) and (followed,).
-        """
+    def lattice(self) -> Lattice:
+        """The tested values of the followed conditions, and the largest steps between them."""
         tested = self._coordinates(self.coefficients.tested)
-        steps = np.array([np.diff(np.sort(levels)).max(initial=0.0) for levels in tested.T])
-        return tested, np.where(steps > 0, steps, np.inf)
+        steps = np.array([np.diff(np.sort(values)).max(initial=0.0) for values in tested.T])
+        return Lattice(tested, np.where(steps > 0, steps, np.inf))
 
     def _coordinates(self, conditions: FloatArray) -> FloatArray:
         """The followed conditions in the coordinates of `lattice`, shape (points, followed)."""
@@ -628,7 +652,7 @@ class FittedLaw:
         for name, values in self._by_name(conditions).items():
             if name in fixed:
                 continue
-            if name in LEAST_SIZE:
+            if name in LEAST_MAGNITUDE:
                 columns.append(values)
             else:
                 columns.append(np.log(np.maximum(values, np.finfo(float).tiny)))
@@ -657,7 +681,7 @@ class FittedLaw:
 
     def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """Distance from the tested box in tested ranges, as in `Prediction`, shape (points,)."""
-        low, high = self.reach.T
+        low, high = self.widened_box.T
         points = np.column_stack([conditions, np.abs(slip)])
         beyond = np.maximum(np.maximum(low - points, points - high), 0.0)
         beyond[reaches(points, low) & reaches(high, points)] = 0.0
@@ -691,7 +715,7 @@ def read_surface(results: CampaignTables, oil: str) -> OilSurface | None:
         row,
         sizes[sizes["oil"] == oil],
         points[points["oil"] == oil],
-        (fit.law, fit.coefficients.constants, fit.coefficients.followed),
+        LawConstants(fit.law, fit.coefficients.constants, fit.coefficients.followed),
     )
 
 
@@ -744,7 +768,7 @@ def _with_quality(fitted: Coefficients, law: Law, row: Mapping[str, Any]) -> Coe
     return replace(
         fitted,
         box=box,
-        fixed=from_text(row["fixed_conditions"]),
+        fixed=fixed_from_text(row["fixed_conditions"]),
         degrees=degrees_of_spread(row["n_curves"], 1 + fitted.followed.sum()),
         limiting_stress_ratio=float(limiting_stress_ratio),
     )
@@ -813,12 +837,12 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
             f"{folder}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
         )
     refuse_contradictions(results, str(folder), oil)
-    with of_one_fit(str(folder), oil):
+    with explaining_contradictions(str(folder), oil):
         (verdict,) = tables.rows(results.soundness[results.soundness["oil"] == oil])
-        fit = FittedLaw.of_configured(results, oil)
+        fit = FittedLaw.from_results(results, oil)
         # the folder may be gone when the first interval is asked for
         surface = partial(given_surface, fit.surface)
-        fit = replace(fit, wrong=tuple(what_is_wrong(verdict)), read_surface=surface)
+        fit = replace(fit, warnings=tuple(soundness_warnings(verdict)), read_surface=surface)
         _compute_where_tested(fit)
     return fit
 

@@ -57,11 +57,12 @@ class Band:
     misfit of the law.
 
     Attributes:
-        reach: Multiplies the gradient of mu by the internal constants, shape (constants, m).
+        error_columns: One column per error of the internal constants, times its quantile. The
+            gradient of mu by the constants is multiplied by it. Shape (constants, m).
         misfit: Half width that the misfit of the law adds, relative to mu.
     """
 
-    reach: FloatArray
+    error_columns: FloatArray
     misfit: float = 0.0
 
     def ends(self, mu: FloatArray, gradient: FloatArray) -> FloatArray:
@@ -71,7 +72,7 @@ class Band:
             mu: Traction coefficient for positive slip, shape (points,).
             gradient: Its derivatives by the internal constants, shape (points, constants).
         """
-        from_constants = np.linalg.norm(gradient @ self.reach, axis=1)
+        from_constants = np.linalg.norm(gradient @ self.error_columns, axis=1)
         half_width = np.hypot(from_constants, self.misfit * mu)
         is_positive = mu > 0
         positive_mu = np.where(is_positive, mu, 1.0)

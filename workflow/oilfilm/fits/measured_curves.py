@@ -36,15 +36,15 @@ from oilfilm.fits.uncertainty import SENSORS
 from oilfilm.settings.rig import Calibration
 from oilfilm.traction.law import Law, to_internal
 
-# Errors of a whole curve: relative errors of load, force and speed, the error of the temperature in
-# kelvins, and of the zero of the force in newtons.
-EFFECTS = (*SENSORS, "zero of the force")
-# Indices of the effects whose size is estimated, one error per run. An error of force or speed
+# Errors that all points of a curve share: relative errors of load, force and speed, the error of
+# the temperature in kelvins, and of the zero of the force in newtons.
+CURVE_ERRORS = (*SENSORS, "zero of the force")
+# Indices of the errors whose size is estimated, one error per run. An error of force or speed
 # changes mu nearly as an error of the load does: their sizes could not be estimated separately.
-_ESTIMATED_EFFECTS = [
-    EFFECTS.index("load"),
-    EFFECTS.index("inlet temperature"),
-    EFFECTS.index("zero of the force"),
+_ESTIMATED_ERRORS = [
+    CURVE_ERRORS.index("load"),
+    CURVE_ERRORS.index("inlet temperature"),
+    CURVE_ERRORS.index("zero of the force"),
 ]
 # Range of the logarithm of a variance, over the mean square of its column.
 _LOG_VARIANCE_RANGE = (-14.0, 4.0)
@@ -59,8 +59,8 @@ _LOG_STEP = 1e-4
 _EXACT = 1e-9
 
 
-def effects(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
-    """Change of (measured mu - law at the measured conditions) per unit of each of `EFFECTS`.
+def curve_error_slopes(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
+    """Change of (measured mu - law at the measured conditions) per unit of each of `CURVE_ERRORS`.
 
     A load sensor that reads (1 + e) W makes mu = F/W smaller. It also makes the pressure higher,
     which goes with the cube root of the load.
@@ -71,7 +71,7 @@ def effects(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
         curves: The points.
 
     Returns:
-        Shape (points, effects).
+        Shape (points, errors).
     """
 
     def traction(sign: int, exponents: dict[str, float]) -> FloatArray:
@@ -90,14 +90,14 @@ def effects(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
     by_load = slope({"load_n": 1.0, "max_hertz_pressure_gpa": 1 / 3})
     by_speed = slope({"entrainment_speed_m_s": 1.0})
     by_temperature = slope({"inlet_temperature_c": 1.0})
-    by_effect = {
+    slopes_by_error = {
         "load": -mu - by_load,
         "traction force": mu,
         "entrainment speed": -by_speed,
         "inlet temperature": -by_temperature / temperature,
         "zero of the force": 1 / curves.load_n[curves.curve],
     }
-    return np.column_stack([by_effect[name] for name in EFFECTS])
+    return np.column_stack([slopes_by_error[name] for name in CURVE_ERRORS])
 
 
 @dataclass(frozen=True)
@@ -105,17 +105,17 @@ class ErrorSizes:
     """Variances of the errors of a curve and of its points.
 
     Attributes:
-        of_curve: Variance of each of `EFFECTS`, in its unit squared, shape (effects,). A curve has
-            one error of each.
-        of_point: Variance of mu. A point has one error.
+        curve_variances: Variance of each of `CURVE_ERRORS`, in its unit squared, shape (errors,). A
+            curve has one error of each.
+        point_variance: Variance of mu. A point has one error.
     """
 
-    of_curve: FloatArray
-    of_point: float
+    curve_variances: FloatArray
+    point_variance: float
 
 
 def error_sizes(
-    jacobian: FloatArray, effect: FloatArray, residual: FloatArray, curve: IndexArray
+    jacobian: FloatArray, error_slopes: FloatArray, residual: FloatArray, curve: IndexArray
 ) -> ErrorSizes:
     """Variances of the errors by restricted maximum likelihood.
 
@@ -132,16 +132,16 @@ def error_sizes(
 
     Args:
         jacobian: J, slopes of mu by the free constants, shape (points, n).
-        effect: D, as `effects` returns it, shape (points, effects).
+        error_slopes: D, as `curve_error_slopes` returns it, shape (points, errors).
         residual: r, measured minus fitted mu, shape (points,).
         curve: Curve of each point, rising from 0, shape (points,).
     """
     if not residual.any():
-        return ErrorSizes(np.zeros(len(EFFECTS)), 0.0)
-    estimated = len(_ESTIMATED_EFFECTS)
-    columns = np.column_stack([effect[:, _ESTIMATED_EFFECTS], jacobian, residual])
-    size = np.sqrt(np.mean(columns**2, axis=0))
-    columns = columns / size
+        return ErrorSizes(np.zeros(len(CURVE_ERRORS)), 0.0)
+    estimated_count = len(_ESTIMATED_ERRORS)
+    columns = np.column_stack([error_slopes[:, _ESTIMATED_ERRORS], jacobian, residual])
+    column_rms = np.sqrt(np.mean(columns**2, axis=0))
+    columns = columns / column_rms
     # the likelihood needs only the products of the columns of each curve
     products = []
     points_per_curve = []
@@ -152,46 +152,47 @@ def error_sizes(
     counts = np.array(points_per_curve)
 
     def deviance(log_variances: FloatArray) -> float:
+        """`_deviance` of the variances whose logarithms are searched."""
         return _deviance(np.exp(log_variances), stacked_products, counts)
 
     best = scipy.optimize.minimize(
         deviance,
-        np.log([_FIRST_VARIANCE] * (estimated + 1)),
+        np.log([_FIRST_VARIANCE] * (estimated_count + 1)),
         method="L-BFGS-B",
         jac="3-point",
         bounds=scipy.optimize.Bounds(*_LOG_VARIANCE_RANGE),
         options={"ftol": _DEVIANCE_TOLERANCE},
     )
-    variances = np.exp(best.x) * size[-1] ** 2
-    of_curve = np.zeros(len(EFFECTS))
-    of_curve[_ESTIMATED_EFFECTS] = variances[:-1] / size[:estimated] ** 2
-    return ErrorSizes(of_curve, float(variances[-1]))
+    variances = np.exp(best.x) * column_rms[-1] ** 2
+    curve_variances = np.zeros(len(CURVE_ERRORS))
+    curve_variances[_ESTIMATED_ERRORS] = variances[:-1] / column_rms[:estimated_count] ** 2
+    return ErrorSizes(curve_variances, float(variances[-1]))
 
 
 def _deviance(variances: FloatArray, products: FloatArray, points: IndexArray) -> float:
     """-2 ln of the restricted likelihood, without a constant.
 
     Args:
-        variances: v and s^2 as in `error_sizes`, shape (estimated effects + 1,).
+        variances: v and s^2 as in `error_sizes`, shape (estimated errors + 1,).
         products: Products of the columns D, J, r of each curve, shape (curves, columns, columns).
         points: Number of points of each curve, shape (curves,).
     """
-    of_run = variances[:-1]
-    of_point = variances[-1]
-    count = len(of_run)
+    run_variances = variances[:-1]
+    point_variance = variances[-1]
+    count = len(run_variances)
     # V^-1 = (I - D inner^-1 D^T) / s^2
-    inner = products[:, :count, :count] + np.diag(of_point / of_run)
+    inner = products[:, :count, :count] + np.diag(point_variance / run_variances)
     d_by_others = products[:, :count, count:]
     others_by_d = np.swapaxes(d_by_others, 1, 2)
     projected = others_by_d @ np.linalg.solve(inner, d_by_others)
-    total = (products[:, count:, count:] - projected).sum(axis=0) / of_point
+    total = (products[:, count:, count:] - projected).sum(axis=0) / point_variance
     # blocks of J and r
     j_by_j = total[:-1, :-1]
     j_by_r = total[:-1, -1]
     r_by_r = total[-1, -1]
     logarithms = (
-        np.sum((points - count) * np.log(of_point))
-        + len(points) * np.sum(np.log(of_run))
+        np.sum((points - count) * np.log(point_variance))
+        + len(points) * np.sum(np.log(run_variances))
         + np.linalg.slogdet(inner)[1].sum()
         + np.linalg.slogdet(j_by_j)[1]
     )
@@ -203,32 +204,32 @@ def points_of_curves(curve: IndexArray) -> list[IndexArray]:
     return np.split(np.arange(len(curve)), np.flatnonzero(np.diff(curve)) + 1)
 
 
-def precision(
-    rows: FloatArray, effect: FloatArray, sizes: ErrorSizes, curve: IndexArray
+def precision_by_curve(
+    rows: FloatArray, error_slopes: FloatArray, sizes: ErrorSizes, curve: IndexArray
 ) -> FloatArray:
     """Precision that each curve adds about parameters: A^T V^-1 A, V = s^2 I + D diag(v) D^T.
 
     Args:
         rows: A, slopes of mu by the parameters, shape (points, n).
-        effect: D, as `effects` returns it, shape (points, effects).
+        error_slopes: D, as `curve_error_slopes` returns it, shape (points, errors).
         sizes: v and s^2, as `error_sizes` returns them.
         curve: Curve of each point, rising from 0, shape (points,).
 
     Returns:
         Shape (curves, n, n).
     """
-    has_error = np.flatnonzero(sizes.of_curve > 0)
+    has_error = np.flatnonzero(sizes.curve_variances > 0)
     # a point without any error would have infinite precision
-    of_point = max(sizes.of_point, _EXACT**2)
-    ratio = np.diag(of_point / sizes.of_curve[has_error])
+    point_variance = max(sizes.point_variance, _EXACT**2)
+    ratio = np.diag(point_variance / sizes.curve_variances[has_error])
     precisions = []
     for points in points_of_curves(curve):
         a = rows[points]
-        d = effect[points][:, has_error]
+        d = error_slopes[points][:, has_error]
         d_by_a = d.T @ a
         inner = ratio + d.T @ d
         precisions.append(a.T @ a - d_by_a.T @ np.linalg.solve(inner, d_by_a))
-    return np.stack(precisions) / of_point
+    return np.stack(precisions) / point_variance
 
 
 # Standard uncertainties of a rig's calibration, in the order of `SENSORS`.
@@ -340,7 +341,7 @@ class Information:
         slip: Slide-roll ratios of the curve with the most points.
         form_error: Gives the relative standard error of the law's form that the measured curves
             leave. Its arguments are rows of the law's conditions, and the slip of each row.
-        form: Error of the law's form, over its size.
+        form_process: Error of the law's form, over its size.
     """
 
     law: Law
@@ -351,24 +352,24 @@ class Information:
     calibration: FloatArray
     slip: FloatArray
     form_error: Callable[[FloatArray, FloatArray], FloatArray]
-    form: FormError = NO_FORM_ERROR
+    form_process: FormError = NO_FORM_ERROR
 
-    def of_curves(self, curves: Curves, form_error: FloatArray) -> FloatArray:
+    def precision_of_curves(self, curves: Curves, form_error: FloatArray) -> FloatArray:
         """Precision that each of some curves would add, shape (curves, parameters, parameters).
 
         Args:
             curves: The curves.
             form_error: Relative standard error of the law's form at each point, shape (points,).
         """
-        effect = effects(self.law, self.internal, curves)
+        error_slopes = curve_error_slopes(self.law, self.internal, curves)
         observations = curves.observations(self.law)
         mu = self.law.traction(self.internal, observations)
-        weights_of_curve = self.form.weights(self.form_coordinates(curves))
+        weights_of_curve = self.form_process.weights(self.form_coordinates(curves))
         by_constants = self.law.jacobian(self.internal, observations)[:, self.free]
-        by_calibration = effect[:, : len(SENSORS)] * self.calibration
+        by_calibration = error_slopes[:, : len(SENSORS)] * self.calibration
         by_form = (mu * form_error)[:, np.newaxis] * weights_of_curve[curves.curve]
         rows = np.hstack([by_constants, by_calibration, by_form])
-        return precision(rows, effect, self.sizes, curves.curve)
+        return precision_by_curve(rows, error_slopes, self.sizes, curves.curve)
 
     @property
     def precision(self) -> FloatArray:
@@ -378,11 +379,11 @@ class Information:
         form are standard normal, and nothing is known of the constants.
         """
         constants = int(self.free.sum())
-        prior = np.ones(constants + len(SENSORS) + len(self.form.centres))
+        prior = np.ones(constants + len(SENSORS) + len(self.form_process.centres))
         prior[:constants] = 0.0
         no_form_error = np.zeros(len(self.curves.slip))
-        of_measured = self.of_curves(self.curves, no_form_error)
-        return np.asarray(np.diag(prior) + of_measured.sum(axis=0))
+        measured_precision = self.precision_of_curves(self.curves, no_form_error)
+        return np.asarray(np.diag(prior) + measured_precision.sum(axis=0))
 
     def without_calibration(
         self, precision: FloatArray, gradients: FloatArray
@@ -411,7 +412,7 @@ class Information:
             coordinates: Operating points whose mu a quantity depends on, as `form_coordinates`
                 gives them, shape (quantities, operating points, 3).
         """
-        mean_weights = self.form.weights(coordinates).mean(axis=1)
+        mean_weights = self.form_process.weights(coordinates).mean(axis=1)
         by_form = by_form_error[:, np.newaxis] * mean_weights
         by_calibration = np.zeros((len(by_form_error), len(SENSORS)))
         return np.hstack([by_constants, by_calibration, by_form])
@@ -475,17 +476,17 @@ def measured_information(
             "more levels of each condition, or fit again if points and fit are of different runs."
         )
     residual = curves.mu - law.traction(internal, observations)
-    effect = effects(law, internal, curves)
+    error_slopes = curve_error_slopes(law, internal, curves)
     longest = np.argmax(np.bincount(curves.curve))
     return Information(
         law=law,
         internal=internal,
         free=free,
         curves=curves,
-        sizes=error_sizes(jacobian, effect, residual, curves.curve),
+        sizes=error_sizes(jacobian, error_slopes, residual, curves.curve),
         calibration=np.array([getattr(calibration, key, 0.0) for key in _CALIBRATION_KEYS]),
         slip=np.sort(curves.slip[curves.curve == longest]),
-        form_error=partial(fitted.form_error, beyond=law_error_beyond),
+        form_error=partial(fitted.form_error, error_without_interval=law_error_beyond),
     )
 
 
@@ -522,16 +523,16 @@ class Design:
     Attributes:
         chosen: Indices of the candidates in the order of the plan.
         before: Uncertainty with the measured curves alone.
-        alone: Uncertainty with one candidate added, shape (candidates,).
+        with_one_candidate: Uncertainty with one candidate added, shape (candidates,).
         after: Uncertainty after each chosen curve, shape (chosen,).
-        end: Precision of the measured and the chosen curves, shape (n, n).
+        final_precision: Precision of the measured and the chosen curves, shape (n, n).
     """
 
     chosen: list[int]
     before: float
-    alone: FloatArray
+    with_one_candidate: FloatArray
     after: FloatArray
-    end: FloatArray
+    final_precision: FloatArray
 
 
 def choose(
@@ -563,22 +564,22 @@ def choose(
         >>> print(f"{x[best.chosen[0]]:.1f} {best.after[0] ** 2:.3f}")
         2.5 0.200
     """
-    alone = uncertainty(measured + candidates, gradients)
+    with_one_candidate = uncertainty(measured + candidates, gradients)
     before = float(uncertainty(measured, gradients))
-    is_available = np.ones(len(alone), dtype=bool)
+    is_available = np.ones(len(with_one_candidate), dtype=bool)
     chosen: list[int] = []
     after: list[float] = []
-    current = before
-    total = measured
-    for _ in range(min(count, len(alone))):
-        with_candidate = uncertainty(total + candidates, gradients)
+    current_uncertainty = before
+    total_precision = measured
+    for _ in range(min(count, len(with_one_candidate))):
+        with_candidate = uncertainty(total_precision + candidates, gradients)
         with_candidate = np.where(is_available, with_candidate, np.inf)
         best = int(first_smallest(with_candidate))
-        if exceeds(with_candidate[best], (1 - smallest_gain) * current):
+        if exceeds(with_candidate[best], (1 - smallest_gain) * current_uncertainty):
             break
-        current = float(with_candidate[best])
+        current_uncertainty = float(with_candidate[best])
         chosen.append(best)
-        after.append(current)
+        after.append(current_uncertainty)
         is_available[best] = False
-        total = total + candidates[best]
-    return Design(chosen, before, alone, np.array(after), total)
+        total_precision = total_precision + candidates[best]
+    return Design(chosen, before, with_one_candidate, np.array(after), total_precision)

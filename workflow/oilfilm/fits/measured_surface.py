@@ -9,7 +9,7 @@ Decides: which points a surface takes.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -70,7 +70,7 @@ class Contact:
     load_at_1_gpa: float
 
     @classmethod
-    def of_points(cls, points: pd.DataFrame) -> "Contact":
+    def from_points(cls, points: pd.DataFrame) -> "Contact":
         """The contact of the accepted points of an oil."""
         pressure_gpa = points[_PRESSURE].to_numpy(dtype=float)
         load_n = points[_LOAD].to_numpy(dtype=float)
@@ -251,11 +251,22 @@ class OilSurface:
 # ---------------------------------------------------------------- back from the tables
 
 
+class LawConstants(NamedTuple):
+    """A law with its fitted constants.
+
+    Attributes:
+        law: The law.
+        constants: Its constants, shape (constants,).
+        followed: Which of its groups the fit follows, shape (groups,).
+    """
+
+    law: Law
+    constants: FloatArray
+    followed: BoolArray
+
+
 def surface_from_tables(
-    row: Mapping[str, Any],
-    sizes: pd.DataFrame,
-    points: pd.DataFrame,
-    fit: tuple[Law, FloatArray, BoolArray],
+    row: Mapping[str, Any], sizes: pd.DataFrame, points: pd.DataFrame, fit: LawConstants
 ) -> OilSurface:
     """The surface of one oil.
 
@@ -263,18 +274,18 @@ def surface_from_tables(
         row: The oil's row of the table `surfaces`.
         sizes: Its rows of the table `surface_sizes`.
         points: Its rows of the table of points.
-        fit: Law, constants and followed groups of the law of the surface.
+        fit: The fitted law of the surface.
     """
-    contact = Contact.of_points(points[points["accepted"]])
+    contact = Contact.from_points(points[points["accepted"]])
     law = free_law(*fit, contact)
-    assumptions = RunAssumptions.of_tables(row, sizes)
-    runs, measurements = measured(points, law, contact, assumptions)
+    assumptions = RunAssumptions.from_tables(row, sizes)
+    runs, measurements = usable_measurements(points, law, contact, assumptions)
     logarithms = {}
-    for search, of_search in sizes.groupby("search"):
-        by_size = of_search.set_index("size")["logarithm"]
-        names = size_names(rigs="rig_gain" in by_size.index)
+    for search, rows_of_search in sizes.groupby("search"):
+        by_size = rows_of_search.set_index("size")["logarithm"]
+        names = size_names(tells_rigs_apart="rig_gain" in by_size.index)
         logarithms[search] = by_size.reindex(list(names)).to_numpy(dtype=float)
-    found = SurfaceSizes(
+    searched_sizes = SurfaceSizes(
         **{search: logarithms[search] for search in SEARCHES}, converged=row["search_converged"]
     )
     factors = IntervalFactors(row["interval_level"], row["point_factor"], row["curve_factor"])
@@ -284,7 +295,7 @@ def surface_from_tables(
         contact=contact,
         runs=runs,
         measurements=measurements,
-        sizes=found,
+        sizes=searched_sizes,
         factors=factors,
         limits=SurfaceLimits(**{name: row[name] for name in LIMITS}),
         next_run_sd=row["next_run_sd"],
@@ -320,8 +331,8 @@ def free_law(law: Law, constants: FloatArray, followed: BoolArray, contact: Cont
     )
 
 
-def measured(
-    points: pd.DataFrame, law: FreeLaw, contact: Contact, assumptions: RunAssumptions
+def usable_measurements(
+    points: pd.DataFrame, surface_law: FreeLaw, contact: Contact, assumptions: RunAssumptions
 ) -> tuple[tuple[str, ...], Measurements]:
     """The points of an oil that carry traction, and the run of each of their curves.
 
@@ -330,19 +341,19 @@ def measured(
 
     Args:
         points: The oil's rows of the table of points.
-        law: The law, which says where a point carries traction.
+        surface_law: The law, which says where a point carries traction.
         contact: What turns the conditions of the law into P, U and T.
         assumptions: What is known of the runs.
     """
-    data = curve_data(points, law.law.conditions)
+    data = curve_data(points, surface_law.law.conditions)
     unknown = np.isnan(data.conditions)
-    some_know = ~unknown.all(axis=0)
+    is_known_of_some = ~unknown.all(axis=0)
     rig = _rig_numbers(data.runs, assumptions)
-    is_complete: BoolArray = ~np.any(unknown & some_know, axis=1)
-    conditions = contact.to_surface(law.law, data.conditions)
+    is_complete: BoolArray = ~np.any(unknown & is_known_of_some, axis=1)
+    conditions = contact.to_surface(surface_law.law, data.conditions)
     slides = is_complete[data.curve] & (data.slip > 0)
     point_conditions = conditions[data.curve[slides]]
-    mu_of_law = np.exp(law.log_mu(point_conditions, data.slip[slides]))
+    mu_of_law = np.exp(surface_law.log_mu(point_conditions, data.slip[slides]))
     carries = mu_of_law > _smallest_traction(data.mu[slides], assumptions.errors)
     points_used = np.flatnonzero(slides)[carries]
     rows, curve = np.unique(data.curve[points_used], return_inverse=True)
@@ -367,12 +378,12 @@ def _rig_numbers(runs: Sequence[str], assumptions: RunAssumptions) -> IndexArray
     Raises:
         ValueError: The runs are not those whose rigs are known.
     """
-    of_runs = assumptions.rig_of_runs
-    if of_runs is None or len(assumptions.rigs) < 2:
+    rig_of_runs = assumptions.rig_of_runs
+    if rig_of_runs is None or len(assumptions.rigs) < 2:
         return None
-    if len(of_runs) != len(runs):
-        raise ValueError(f"{len(runs)} runs are accepted; the rigs of {len(of_runs)} are known")
-    return np.array([assumptions.rigs.index(rig) for rig in of_runs], dtype=np.int64)
+    if len(rig_of_runs) != len(runs):
+        raise ValueError(f"{len(runs)} runs are accepted; the rigs of {len(rig_of_runs)} are known")
+    return np.array([assumptions.rigs.index(rig) for rig in rig_of_runs], dtype=np.int64)
 
 
 def _smallest_traction(mu: FloatArray, errors: RunErrorSizes) -> float:

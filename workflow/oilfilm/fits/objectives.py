@@ -7,6 +7,7 @@ Decides: the robust fit, and which curves are odd.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,11 +29,20 @@ _LEAST_TRACTION = 0.2
 # A gain is not smaller than this, so that its logarithm exists.
 _SMALLEST_GAIN = 1e-9
 
-# Free internal constants, and the weight of each point (at most 1).
-Robust = tuple[FloatArray, FloatArray]
+
+class RobustFit(NamedTuple):
+    """The fit with a robust loss.
+
+    Attributes:
+        values: Free internal constants, shape (free,).
+        weight: Weight of each point, at most 1, shape (points,).
+    """
+
+    values: FloatArray
+    weight: FloatArray
 
 
-def robust_fit(problem: Problem, plain: Optimum) -> Robust | None:
+def robust_fit(problem: Problem, plain: Optimum) -> RobustFit | None:
     """The fit with a Cauchy loss; its scale is the median size of the residuals.
 
         minimise sum of ln(1 + (r/c)^2),  c = 2.3849 * 1.4826 median |r|
@@ -45,7 +55,7 @@ def robust_fit(problem: Problem, plain: Optimum) -> Robust | None:
         plain: The optimum of the plain sum of squares.
 
     Returns:
-        The constants and the weights; None for an exact fit.
+        The fit; None for an exact fit.
 
     Reference: P. J. Huber, E. M. Ronchetti, Robust Statistics, 2nd ed. (2009), chapters 4 and 7.
     """
@@ -56,21 +66,24 @@ def robust_fit(problem: Problem, plain: Optimum) -> Robust | None:
         if scale == 0 or not np.isfinite(scale):
             return None
         weighted = replace(problem, weight=_cauchy_weight(residual, scale))
-        ends, _ = descend(weighted, values[np.newaxis], tolerance=_SSE_TOLERANCE, near=True)
+        ends, _ = descend(
+            weighted, values[np.newaxis], tolerance=_SSE_TOLERANCE, starts_near_ends=True
+        )
         values = ends[0]
         previous_residual = residual
         residual = problem.residual(values)
         if np.abs(residual - previous_residual).max() <= _MU_TOLERANCE * scale:
             break
-    return values, _cauchy_weight(residual, scale)
+    return RobustFit(values, _cauchy_weight(residual, scale))
 
 
 def _cauchy_weight(residual: FloatArray, scale: float) -> FloatArray:
+    """Weight of each point by the Cauchy loss: 1/(1 + (r/c)^2), with the scale c."""
     return np.asarray(1 / (1 + (residual / scale) ** 2))
 
 
 def curve_agreement(
-    problem: Problem, robust: Robust | None, settings: FitSettings
+    problem: Problem, robust: RobustFit | None, settings: FitSettings
 ) -> dict[str, FloatArray | BoolArray]:
     """How each curve agrees with the robust fit of all curves; perfectly where that fit is exact.
 
@@ -93,21 +106,21 @@ def curve_agreement(
     curve = problem.observations.curve
     fitted = problem.residual(values) + problem.mu
     largest_traction = np.maximum.reduceat(fitted, problem.starts)
-    counts = fitted >= _LEAST_TRACTION * largest_traction[curve]
+    is_counted = fitted >= _LEAST_TRACTION * largest_traction[curve]
 
-    def total(of_points: FloatArray) -> FloatArray:
+    def total(point_values: FloatArray) -> FloatArray:
         """Sum over the points of each curve that count."""
-        kept = np.where(counts, of_points, 0.0)
-        return np.bincount(curve, kept, minlength=problem.curves).astype(np.float64)
+        counted_values = np.where(is_counted, point_values, 0.0)
+        return np.bincount(curve, counted_values, minlength=problem.curves).astype(np.float64)
 
-    number = total(np.ones(len(curve)))
+    point_count = total(np.ones(len(curve)))
     power = total(fitted**2)
     # a curve without traction agrees with every law
     gain = np.divide(total(problem.mu * fitted), power, out=ones.copy(), where=power > 0)
     power = np.where(power > 0, power, 1.0)
     remaining_sse = total((problem.mu - gain[curve] * fitted) ** 2)
     scatter = np.sqrt(remaining_sse / power) / gain
-    mean_weight = total(weight) / number
+    mean_weight = total(weight) / point_count
     odd = _odd(gain, mean_weight, scatter, settings)
     return {"gain": gain, "robust_weight": mean_weight, "odd": odd}
 

@@ -12,7 +12,7 @@ import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw, read_fit
-from oilfilm.fits.measured_surface import Contact, free_law, measured
+from oilfilm.fits.measured_surface import Contact, free_law, usable_measurements
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
@@ -54,13 +54,13 @@ class OilPair:
     Attributes:
         ratio: The ratio over slip and conditions, or why there is none.
         paired: Number of conditions that both oils have.
-        alone: Number of conditions that only one oil has.
+        unpaired: Number of conditions that only one oil has.
         rigs: Names of the rigs of the first and of the second oil.
     """
 
     ratio: RatioSurface | Obstacle
     paired: int
-    alone: int
+    unpaired: int
     rigs: tuple[frozenset[str], frozenset[str]]
 
 
@@ -74,8 +74,10 @@ def read_oil(folder: Path, oil: str) -> MeasuredOil:
     results = CampaignTables.in_folder(folder)
     points, runs = results.points, results.runs
     points = points[points["oil"] == oil]
-    of_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
-    return MeasuredOil(read_fit(folder, oil), points, frozenset(runs.loc[of_points, "rig"]))
+    has_accepted_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
+    return MeasuredOil(
+        read_fit(folder, oil), points, frozenset(runs.loc[has_accepted_points, "rig"])
+    )
 
 
 def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
@@ -86,7 +88,7 @@ def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
     if _has_unknown_condition(first) or _has_unknown_condition(second):
         return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rigs)
     assumptions = assumptions_of_pair(first, second)
-    oils = (_of_pair(first, assumptions), _of_pair(second, assumptions))
+    oils = (_oil_of_pair(first, assumptions), _oil_of_pair(second, assumptions))
     runs = PairedRuns(oils[0].measurements, oils[1].measurements)
     is_paired = runs.is_paired()
     paired = int(np.count_nonzero(is_paired))
@@ -96,7 +98,7 @@ def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
     elif paired < _FEWEST_PAIRED:
         ratio = Obstacle.FEW_PAIRS
     else:
-        ratio = _fitted(*oils, assumptions, limits_of_pair(first, second))
+        ratio = _fitted_ratio(*oils, assumptions, limits_of_pair(first, second))
     return OilPair(ratio, paired, len(is_paired) - paired, rigs)
 
 
@@ -116,7 +118,7 @@ def assumptions_of_pair(first: MeasuredOil, second: MeasuredOil) -> RunAssumptio
     return RunAssumptions()
 
 
-def _fitted(
+def _fitted_ratio(
     first: OilOfPair, second: OilOfPair, assumptions: RunAssumptions, limits: SurfaceLimits
 ) -> RatioSurface:
     """The ratio by the runs.
@@ -130,12 +132,12 @@ def _fitted(
         raise OilfilmError(f"the ratio of two oils by their runs: {error}.") from None
 
 
-def _of_pair(oil: MeasuredOil, assumptions: RunAssumptions) -> OilOfPair:
+def _oil_of_pair(oil: MeasuredOil, assumptions: RunAssumptions) -> OilOfPair:
     """The oil as a surface takes it."""
-    contact = Contact.of_points(oil.points[oil.points["accepted"]])
+    contact = Contact.from_points(oil.points[oil.points["accepted"]])
     fitted = oil.fit.coefficients
     law = free_law(oil.fit.law, fitted.constants, fitted.followed, contact)
-    _, measurements = measured(oil.points, law, contact, assumptions)
+    _, measurements = usable_measurements(oil.points, law, contact, assumptions)
     return OilOfPair(measurements, law)
 
 

@@ -126,6 +126,7 @@ class Problem:
 
     @cached_property
     def _all_names(self) -> list[str]:
+        """Names of all constants. If a group did not vary, a coefficient A0 is named A."""
         names = [constant.name for constant in self.law.constants]
         if self.followed.all():
             return names

@@ -17,9 +17,9 @@ from oilfilm.settings.rig import Rig
 from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.measurements import LevelWidths
 
-# What stands for a search in the rows of sizes that were expected before the data.
+# Entry of the column `search` in the rows of sizes that were expected before the data.
 _EXPECTED = "expected"
-# Keys of a rig's `errors_between_runs`, by the size that they state.
+# Keys of a rig's `errors_between_runs`, by the attribute of `RunErrorSizes` that they state.
 _KEY_OF_SIZE = {
     "gain": "traction_force_relative",
     "zero": "zero_as_traction_coefficient",
@@ -27,6 +27,7 @@ _KEY_OF_SIZE = {
     "temperature_k": "inlet_temperature_k",
     "noise": "noise_of_points_relative",
 }
+# Attribute of `RunErrorSizes` for the difference of rigs, which their calibration states.
 _RIG_GAIN = "rig_gain"
 
 
@@ -37,7 +38,7 @@ class RunAssumptions:
     Attributes:
         level_widths: Largest range of the measured values of one level.
         errors: Expected sizes of the errors of runs and points.
-        usual_errors: Which of these sizes no rig states, so that they are those of usual rigs.
+        usual_errors: Names of the sizes that no rig states, so that they are those of usual rigs.
         rig_of_runs: Rig of each accepted run, in the order of the names of the runs. One name where
             all are of one rig; None where the data name no rigs.
     """
@@ -48,7 +49,7 @@ class RunAssumptions:
     rig_of_runs: tuple[str, ...] | None = None
 
     @classmethod
-    def of_settings(
+    def from_settings(
         cls,
         same_condition: SameConditionSettings,
         rigs: Collection[Rig],
@@ -68,11 +69,13 @@ class RunAssumptions:
             if not stated or None in stated:
                 not_stated.append(size)
             usual_size = getattr(usual, size).median
-            known = [usual_size if value is None else value for value in stated]
-            if known:
-                expected[size] = float(np.sqrt(np.mean(np.square(known))))
+            sizes_of_rigs = [usual_size if value is None else value for value in stated]
+            if sizes_of_rigs:
+                expected[size] = float(np.sqrt(np.mean(np.square(sizes_of_rigs))))
         if rig_of_runs is None:
-            return cls(_widths_of(same_condition), _expecting(expected), tuple(not_stated))
+            return cls(
+                _widths_of(same_condition), _errors_with_medians(expected), tuple(not_stated)
+            )
         if len(set(rig_of_runs)) > 1:
             gains = [_gain_by_calibration(rig) for rig in rigs]
             known_gains = [gain for gain in gains if gain is not None]
@@ -80,27 +83,27 @@ class RunAssumptions:
                 expected[_RIG_GAIN] = float(np.sqrt(np.mean(np.square(known_gains))))
             else:
                 not_stated.append(_RIG_GAIN)
-        errors = _expecting(expected)
+        errors = _errors_with_medians(expected)
         return cls(_widths_of(same_condition), errors, tuple(not_stated), tuple(rig_of_runs))
 
     @classmethod
-    def of_tables(cls, row: Mapping[str, Any], sizes: pd.DataFrame) -> "RunAssumptions":
+    def from_tables(cls, row: Mapping[str, Any], sizes: pd.DataFrame) -> "RunAssumptions":
         """The assumptions of a surface.
 
         Args:
             row: The oil's row of the table `surfaces`.
             sizes: Its rows of the table `surface_sizes`.
         """
-        expected = sizes[sizes["search"] == _EXPECTED].set_index("size")["logarithm"]
+        expected_logarithms = sizes[sizes["search"] == _EXPECTED].set_index("size")["logarithm"]
         widths = LevelWidths(
             row["level_width_pressure"], row["level_width_speed"], row["level_width_temperature_k"]
         )
-        names = row["rig_of_runs"]
+        rig_names = row["rig_of_runs"]
         return cls(
             widths,
-            _expecting(np.exp(expected).to_dict()),
+            _errors_with_medians(np.exp(expected_logarithms).to_dict()),
             tuple(row["usual_errors"]),
-            None if names is None else tuple(names),
+            None if rig_names is None else tuple(rig_names),
         )
 
     @property
@@ -121,8 +124,8 @@ class RunAssumptions:
     def size_rows(self, oil: str) -> list[dict[str, Any]]:
         """Rows of the table `surface_sizes`."""
         rows = []
-        of_rigs = [_RIG_GAIN] if len(self.rigs) > 1 else []
-        for size in [*_KEY_OF_SIZE, *of_rigs]:
+        rig_size_names = [_RIG_GAIN] if len(self.rigs) > 1 else []
+        for size in [*_KEY_OF_SIZE, *rig_size_names]:
             logarithm = float(np.log(getattr(self.errors, size).median))
             rows.append({"oil": oil, "search": _EXPECTED, "size": size, "logarithm": logarithm})
         return rows
@@ -147,7 +150,7 @@ def _gain_by_calibration(rig: Rig) -> float | None:
     return float(np.hypot(rig.calibration.traction_force_relative, rig.calibration.load_relative))
 
 
-def _expecting(medians: Mapping[str, float]) -> RunErrorSizes:
+def _errors_with_medians(medians: Mapping[str, float]) -> RunErrorSizes:
     """Usual sizes of errors, with other medians by their names."""
     usual = RunErrorSizes()
     return replace(

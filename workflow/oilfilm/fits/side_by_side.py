@@ -11,7 +11,7 @@ import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import LEAST_SIZE
+from oilfilm.fits.conditions import LEAST_MAGNITUDE
 from oilfilm.fits.fitted import SLIP, FittedLaw
 from oilfilm.fits.oil_pairs import OilPair
 from oilfilm.surface.ratio import RatioSurface
@@ -69,14 +69,16 @@ def ratio_interval(
     return np.asarray(np.exp(difference + side * half_width))
 
 
-def middle_of_tested(fits: Mapping[str, FittedLaw], given: Mapping[str, float]) -> dict[str, float]:
+def middle_of_tested(
+    fits: Mapping[str, FittedLaw], given_conditions: Mapping[str, float]
+) -> dict[str, float]:
     """Conditions for a comparison: as given, else the middle of the range that all fits tested.
 
     The middle of pressure, speed and load is that of their logarithms.
 
     Args:
         fits: Fits by name.
-        given: Conditions by their columns' names.
+        given_conditions: Conditions by their columns' names.
 
     Returns:
         Value of each condition of the laws, by column.
@@ -86,11 +88,13 @@ def middle_of_tested(fits: Mapping[str, FittedLaw], given: Mapping[str, float]) 
             of no law.
     """
     conditions = list(dict.fromkeys(name for fit in fits.values() for name in fit.law.conditions))
-    for name in given:
+    for name in given_conditions:
         if name not in conditions:
             raise OilfilmError(f"no fit takes {name}. The laws take {', '.join(conditions)}.")
     return {
-        name: given[name] if name in given else _middle_of_condition(fits, name)
+        name: given_conditions[name]
+        if name in given_conditions
+        else _middle_of_condition(fits, name)
         for name in conditions
     }
 
@@ -112,13 +116,13 @@ def _middle_of_condition(fits: Mapping[str, FittedLaw], condition: str) -> float
         raise OilfilmError(
             f"the tested ranges of {condition} do not overlap ({tested}). Say where to compare."
         )
-    middle = (low + high) / 2 if condition in LEAST_SIZE else np.sqrt(low * high)
+    middle = (low + high) / 2 if condition in LEAST_MAGNITUDE else np.sqrt(low * high)
     return float(f"{middle:.3g}")
 
 
 def side_by_side(
     fits: Mapping[str, FittedLaw],
-    at: Mapping[str, float],
+    conditions: Mapping[str, float],
     slips: Sequence[float] | FloatArray,
     pairs: Mapping[str, OilPair] | None = None,
 ) -> pd.DataFrame:
@@ -129,7 +133,7 @@ def side_by_side(
 
     Args:
         fits: Fits by name.
-        at: Conditions of the operating point by their columns' names.
+        conditions: Conditions of the operating point by their columns' names.
         slips: Slide-roll ratios.
         pairs: What the runs say of the ratio of a fit to the first one, by the name of the fit.
 
@@ -142,8 +146,8 @@ def side_by_side(
     slip = np.asarray(slips, dtype=float)
     frames = []
     for label, fit in fits.items():
-        row = np.array([at[name] for name in fit.law.conditions])
-        predicted = fit.predict(np.broadcast_to(row, (len(slip), len(row))), slip)
+        point = np.array([conditions[name] for name in fit.law.conditions])
+        predicted = fit.predict(np.broadcast_to(point, (len(slip), len(point))), slip)
         frame = pd.DataFrame({"fit": label, SLIP: slip})
         for column in _PREDICTED_COLUMNS:
             frame[column] = getattr(predicted, column)
@@ -151,15 +155,20 @@ def side_by_side(
     for label, frame in zip(fits, frames, strict=True):
         pair = (pairs or {}).get(label)
         if pair is not None and isinstance(pair.ratio, RatioSurface):
-            ratio = _of_runs(pair.ratio, at, slip)
+            ratio = _ratio_by_runs(pair.ratio, conditions, slip)
         else:
-            ratio = _of_laws(frame, frames[0])
+            ratio = _ratio_by_laws(frame, frames[0])
         frame[ratio.columns] = ratio
     return pd.concat(frames, ignore_index=True)
 
 
-def _of_laws(frame: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
-    """The ratio of two laws with its interval, one row per slip."""
+def _ratio_by_laws(frame: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
+    """The ratio of two laws with its interval, one row per slip.
+
+    Args:
+        frame: mu of a fit with its interval, one row per slip.
+        base: The same of the first fit, the denominator.
+    """
     mu = frame["traction_coefficient"].to_numpy()
     base_mu = base["traction_coefficient"].to_numpy()
     ends = frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
@@ -180,12 +189,14 @@ def _of_laws(frame: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _of_runs(surface: RatioSurface, at: Mapping[str, float], slip: FloatArray) -> pd.DataFrame:
+def _ratio_by_runs(
+    surface: RatioSurface, conditions: Mapping[str, float], slip: FloatArray
+) -> pd.DataFrame:
     """The ratio by the runs with its interval, one row per slip; nan at rolling."""
-    conditions = np.tile([at[name] for name in CONDITIONS], (len(slip), 1))
+    rows = np.tile([conditions[name] for name in CONDITIONS], (len(slip), 1))
     # traction is odd in slip, so that a ratio is even; at rolling both mu are 0
     is_rolling = slip == 0
-    predicted = surface.predict(conditions, np.where(is_rolling, 1.0, np.abs(slip)))
+    predicted = surface.predict(rows, np.where(is_rolling, 1.0, np.abs(slip)))
     lower, upper = predicted.interval(surface.interval_factors.point)
     columns = {"ratio": predicted.ratio, "ratio_lower": lower, "ratio_upper": upper}
     frame = pd.DataFrame(columns)

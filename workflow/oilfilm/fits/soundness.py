@@ -19,7 +19,7 @@ from oilfilm import tables
 from oilfilm.base.levels import clusters
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
-from oilfilm.fits.conditions import from_text, levels_of
+from oilfilm.fits.conditions import condition_level_numbers, fixed_from_text
 from oilfilm.fits.fitted import FittedLaw, read_surface
 from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_columns, runs_in_common
@@ -71,50 +71,54 @@ def _lack_of_one_fit(
     oil = quality["oil"]
     fit = FittedLaw.from_tables(results.coefficients, oil, quality=results.fit_quality)
     points = results.points
-    used = points[points["accepted"] & (points["oil"] == oil)]
+    points_of_fit = points[points["accepted"] & (points["oil"] == oil)]
     # the conditions of a point are the mean conditions of its run, as in the fit
-    means = used.groupby("run_id")[list(fit.law.conditions)].transform("mean").to_numpy(float)
-    slip = used["slide_roll_ratio"].to_numpy(float)
-    mu = used["traction_coefficient"].to_numpy(float)
+    means = (
+        points_of_fit.groupby("run_id")[list(fit.law.conditions)].transform("mean").to_numpy(float)
+    )
+    slip = points_of_fit["slide_roll_ratio"].to_numpy(float)
+    mu = points_of_fit["traction_coefficient"].to_numpy(float)
     side = np.where(slip < 0, -1.0, 1.0)
     residual = side * (fit.predict(means, slip).traction_coefficient - mu)
     has_residual = np.isfinite(residual)
-    used = used[has_residual]
+    points_of_fit = points_of_fit[has_residual]
     residual = residual[has_residual]
     slip = slip[has_residual]
     mu = mu[has_residual]
-    condition = used["run_id"].map(condition_of_run).to_numpy(np.int64)
-    run, _ = pd.factorize(used["run_id"])
-    slip_levels = _levels_within(condition, np.abs(slip), settings.same_condition.slide_roll_ratio)
+    condition = points_of_fit["run_id"].map(condition_of_run).to_numpy(np.int64)
+    run, _ = pd.factorize(points_of_fit["run_id"])
+    slip_level_numbers = _level_numbers_within(
+        condition, np.abs(slip), settings.same_condition.slide_roll_ratio
+    )
     is_of_oil = results.coefficients["oil"] == oil
     constants = int(results.coefficients.loc[is_of_oil, "value"].notna().sum())
-    result = lack_of_fit(residual, run, condition, slip_levels, constants)
-    if np.isnan(result.noise):
+    test = lack_of_fit(residual, run, condition, slip_level_numbers, constants)
+    if np.isnan(test.noise):
         verdict = "no repeats"
     else:
-        verdict = "shown" if result.shown else "not shown"
+        verdict = "shown" if test.is_shown else "not shown"
     rms_mu = float(np.sqrt(np.mean(mu**2)))
-    plateau_rms = np.sqrt((used["traction_coefficient_se"] ** 2).mean())
+    plateau_rms = np.sqrt((points_of_fit["traction_coefficient_se"] ** 2).mean())
     return {
-        "n_repeats": result.repeats,
-        "n_repeated_conditions": result.conditions,
+        "n_repeats": test.repeats,
+        "n_repeated_conditions": test.conditions,
         "relative_rms": quality["relative_rms"],
-        "repeat_relative_rms": result.noise / rms_mu,
-        "lack_of_fit_relative_rms": result.lack / rms_mu,
+        "repeat_relative_rms": test.noise / rms_mu,
+        "lack_of_fit_relative_rms": test.form_rms / rms_mu,
         "plateau_relative_rms": plateau_rms / rms_mu,
-        "lack_of_fit_ratio": result.ratio,
-        "lack_of_fit_limit": result.limit,
+        "lack_of_fit_ratio": test.ratio,
+        "lack_of_fit_limit": test.limit,
         "verdict": verdict,
     }
 
 
-def _levels_within(group: IndexArray, values: FloatArray, width: float) -> IndexArray:
+def _level_numbers_within(group: IndexArray, values: FloatArray, width: float) -> IndexArray:
     """Level of each value among the values of its group; a level is no wider than `width`."""
-    levels = np.empty(len(values), dtype=np.int64)
+    level_numbers = np.empty(len(values), dtype=np.int64)
     for number in np.unique(group):
         is_in_group = group == number
-        levels[is_in_group] = clusters(values[is_in_group], width)
-    return levels
+        level_numbers[is_in_group] = clusters(values[is_in_group], width)
+    return level_numbers
 
 
 def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series[int]":
@@ -132,9 +136,11 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     labels = runs[["oil", "rig"]].assign(load_noted=is_load_stated)
     for name, measured in zip(NOMINAL_COLUMNS, _MEASURED, strict=True):
         is_stated = is_load_stated if name in load_set_points else runs[name].notna()
-        level = levels_of(measured, means[measured].to_numpy(float), settings.same_condition)
+        level_number = condition_level_numbers(
+            measured, means[measured].to_numpy(float), settings.same_condition
+        )
         # a negative number is a level of the measured means
-        labels[name] = runs[name].where(is_stated, -1.0 - level)
+        labels[name] = runs[name].where(is_stated, -1.0 - level_number)
     return labels.groupby(list(labels), sort=False, dropna=False).ngroup()
 
 
@@ -149,8 +155,8 @@ class LackOfFit:
         repeats: Number of runs that repeat the condition of an earlier run.
         conditions: Number of conditions with several runs.
         noise: Standard deviation of a point between repeated runs; NaN without repeats.
-        lack: Root-mean-square error of the law's form, 0 where the noise explains the residuals;
-            NaN without repeats.
+        form_rms: Root-mean-square error of the law's form, 0 where the noise explains the
+            residuals; NaN without repeats.
         ratio: F, mean square of the lack of fit over that of repeats; NaN without repeats.
         limit: 95 % limit of F where the law's form is right; NaN without repeats.
     """
@@ -158,12 +164,12 @@ class LackOfFit:
     repeats: int
     conditions: int
     noise: float
-    lack: float
+    form_rms: float
     ratio: float
     limit: float
 
     @property
-    def shown(self) -> bool:
+    def is_shown(self) -> bool:
         """Whether the repeats show that the law's form is wrong."""
         return self.ratio > self.limit
 
@@ -210,7 +216,7 @@ def lack_of_fit(
     fit_degrees = len(values_per_cell) - constants
     if pure_degrees == 0 or fit_degrees <= 0:
         nan = float("nan")
-        return LackOfFit(repeats, conditions, noise=nan, lack=nan, ratio=nan, limit=nan)
+        return LackOfFit(repeats, conditions, noise=nan, form_rms=nan, ratio=nan, limit=nan)
     sum_of_cell = np.bincount(cell_of_value, values)
     sse = float(np.sum(values**2))
     sse_of_means = float(np.sum(sum_of_cell**2 / values_per_cell))
@@ -260,15 +266,15 @@ def _squared_differences(values: FloatArray, group: IndexArray) -> FloatArray:
 # ---------------------------------------------------------------- the verdict
 
 
-def with_configured_law(results: CampaignTables, law: str) -> CampaignTables:
+def with_configured_law(results: CampaignTables, law_name: str) -> CampaignTables:
     """The tables of every fit, with the mark of those of the configured law.
 
     Args:
         results: Table `fit_quality`; no job of a fit knows which law is configured.
-        law: Name of the configured law.
+        law_name: Name of the configured law.
     """
     quality = results.fit_quality
-    return results.replace(fit_quality=quality.assign(configured=quality["law"] == law))
+    return results.replace(fit_quality=quality.assign(configured=quality["law"] == law_name))
 
 
 def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
@@ -350,7 +356,7 @@ def verdict_of_fit(
         lack_shown: Whether repeated runs show a lack of fit.
     """
     no_fit = fitted is None or np.isnan(quality["rmse"])
-    fixed = from_text(quality["fixed_conditions"])
+    fixed = fixed_from_text(quality["fixed_conditions"])
     is_condition_missing = any(condition.level is None for condition in fixed)
     surface = None if fitted is None or no_fit else fitted.surface
     too_few_curves = surface is None or len(surface.runs) < settings.steadiness.curves_min
@@ -362,7 +368,7 @@ def verdict_of_fit(
         # an unknown condition may differ between runs as a rig that changes does
         if not too_few_curves and not is_condition_missing:
             groups = {} if runs is None else runs_in_common(runs, points)
-            campaign = MeasuredCampaign.of_surface(surface)
+            campaign = MeasuredCampaign.from_surface(surface)
             columns = change_columns(campaign, groups, settings.steadiness)
     largest_misfit = max(run_scatter, settings.surface.largest_misfit)
     law_verdict = _first_that_holds(
@@ -396,6 +402,7 @@ def verdict_of_fit(
 
 
 def _first_that_holds(verdicts: Mapping[str, bool], otherwise: str) -> str:
+    """The first verdict whose condition is true; `otherwise` where none is."""
     for verdict, holds in verdicts.items():
         if holds:
             return verdict

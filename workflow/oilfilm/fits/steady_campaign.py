@@ -65,11 +65,11 @@ class MeasuredCampaign:
     errors: RunErrorSizes
 
     @classmethod
-    def of_surface(cls, measured: OilSurface) -> "MeasuredCampaign":
+    def from_surface(cls, oil_surface: OilSurface) -> "MeasuredCampaign":
         """The campaign behind the surface of an oil."""
-        rows, _ = measured.measurements.canonical_order()
-        runs = tuple(measured.runs[row] for row in rows.tolist())
-        return cls(measured.surface, runs, measured.assumptions.errors)
+        rows, _ = oil_surface.measurements.canonical_order()
+        runs = tuple(oil_surface.runs[row] for row in rows.tolist())
+        return cls(oil_surface.surface, runs, oil_surface.assumptions.errors)
 
     @property
     def order(self) -> IndexArray:
@@ -94,14 +94,14 @@ class MeasuredCampaign:
         name = max(resemblance, key=lambda name: resemblance[name])
         return name if resemblance[name] > _SAME_ORDER else ""
 
-    def relative_rms(self, of_log_mu: FloatArray) -> float:
+    def relative_rms(self, log_mu_change: FloatArray) -> float:
         """Root-mean-square change of mu over that of mu.
 
         Args:
-            of_log_mu: Change of ln mu at each point.
+            log_mu_change: Change of ln mu at each point.
         """
         mu = self.surface.measurements.mu
-        return float(np.sqrt(np.mean((mu * of_log_mu) ** 2) / np.mean(mu**2)))
+        return float(np.sqrt(np.mean((mu * log_mu_change) ** 2) / np.mean(mu**2)))
 
     def design(self) -> FloatArray:
         """Change of ln mu at each point by a unit of each effect, shape (points, effects)."""
@@ -150,26 +150,27 @@ def change_columns(
     change = largest_change(covariance, order, labels, limits)
     swap = swapped_temperatures(campaign.surface, campaign.errors, limits)
     misreading = misread_runs(campaign.surface, labels, campaign.errors, limits)
-    named: list[tuple[float, dict[str, Any]]] = []
+    alarms: list[tuple[float, dict[str, Any]]] = []
     if change is not None and change.is_alarm:
-        named.append((change.score, _change_columns(campaign, change)))
+        alarms.append((change.score, _change_columns(campaign, change)))
     if swap is not None and swap.is_alarm:
-        named.append((swap.score, _swap_columns(campaign, swap)))
+        alarms.append((swap.score, _swap_columns(campaign, swap)))
     if misreading is not None and misreading.is_alarm:
-        named.append((misreading.score, _misreading_columns(campaign, misreading)))
+        alarms.append((misreading.score, _misreading_columns(campaign, misreading)))
     columns = dict(NO_CHANGE)
-    if named:
-        largest = int(first_largest([score for score, _ in named]))
-        columns.update(named[largest][1])
+    if alarms:
+        largest = int(first_largest([score for score, _ in alarms]))
+        _, alarm_columns = alarms[largest]
+        columns.update(alarm_columns)
     else:
         smallest = smallest_changes(covariance, order, limits)
         for course, sizes in (("trend", smallest.trend), ("step", smallest.step)):
             for effect, size in sizes.items():
                 # a change that no rig has is no cause
-                if size <= limits.largest.of_effect(effect):
+                if size <= limits.largest.size_of(effect):
                     relative = effect in _IN_LOGARITHMS
-                    shown = float(np.expm1(size)) if relative else size
-                    columns[f"seen_{course}_{effect}"] = shown
+                    seen_size = float(np.expm1(size)) if relative else size
+                    columns[f"seen_{course}_{effect}"] = seen_size
         columns["order_resembles"] = campaign.order_resembles()
     return columns
 
@@ -197,7 +198,7 @@ def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any
     in_all_runs = change.kind in ("trend", "season")
     number = EFFECTS.index(change.effect)
     measured = campaign.surface.measurements
-    of_mu = campaign.design()[:, number] * change.size * change.pattern[measured.curve]
+    log_mu_change = campaign.design()[:, number] * change.size * change.pattern[measured.curve]
     return {
         "campaign_verdict": "changed",
         "change": CAUSES[change.effect],
@@ -205,7 +206,7 @@ def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any
         "change_group": change.label,
         "changed_runs": () if in_all_runs else _names_in_time(campaign, is_suspect),
         "change_size": size,
-        "change_relative_rms": campaign.relative_rms(of_mu),
+        "change_relative_rms": campaign.relative_rms(log_mu_change),
     }
 
 
@@ -243,9 +244,9 @@ def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]
 def _misreading_columns(campaign: MeasuredCampaign, misreading: Misreading) -> dict[str, Any]:
     """The columns of a quantity that is read too large by a factor."""
     surface = campaign.surface
-    measured, right = surface.measurements, misreading.put_right(surface.measurements)
+    measured, corrected = surface.measurements, misreading.put_right(surface.measurements)
     as_read = surface.log_mu(measured.point_conditions, measured.slip)
-    put_right = surface.log_mu(right.point_conditions, right.slip)
+    put_right = surface.log_mu(corrected.point_conditions, corrected.slip)
     return {
         "campaign_verdict": "changed",
         "change": FACTORS[misreading.quantity],

@@ -19,7 +19,7 @@ from oilfilm.fits.measured_surface import (
     SEARCHES,
     Contact,
     free_law,
-    measured,
+    usable_measurements,
 )
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.settings.config import ConfigKeys, SurfaceSettings
@@ -58,15 +58,15 @@ def surface_of_oil(
     """
     points = results.points[results.points["oil"] == oil]
     rig_of_runs = _rig_of_runs(points, results.runs)
-    assumptions = RunAssumptions.of_settings(settings.same_condition, rigs, rig_of_runs)
-    contact = Contact.of_points(points[points["accepted"]])
+    assumptions = RunAssumptions.from_settings(settings.same_condition, rigs, rig_of_runs)
+    contact = Contact.from_points(points[points["accepted"]])
     for name in _laws_in_order(results, oil, settings.compare.bic_difference_min):
         fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[name])
         constants = fit.coefficients.constants
         if not contact.has_surface(fit.law) or np.isnan(constants).any():
             continue
         law = free_law(fit.law, constants, fit.coefficients.followed, contact)
-        runs, measurements = measured(points, law, contact, assumptions)
+        runs, measurements = usable_measurements(points, law, contact, assumptions)
         if len(runs) < settings.surface.fewest_curves:
             break
         return searched_surface(oil, name, law, measurements, settings.surface, assumptions)
@@ -92,8 +92,8 @@ def with_surface(
     results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig] = ()
 ) -> CampaignTables:
     """The tables of fits to one oil, with those of its surface; see `surface_of_oil`."""
-    found = surface_of_oil(results, oil, settings, rigs)
-    return results.replace(**{name: found.table(name) for name in SURFACE_TABLES})
+    surface_tables = surface_of_oil(results, oil, settings, rigs)
+    return results.replace(**{name: surface_tables.table(name) for name in SURFACE_TABLES})
 
 
 def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float) -> Iterator[str]:
@@ -115,8 +115,8 @@ def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float)
 
 def searched_surface(
     oil: str,
-    name: str,
-    law: FreeLaw,
+    law_name: str,
+    surface_law: FreeLaw,
     measurements: Measurements,
     settings: SurfaceSettings,
     assumptions: RunAssumptions,
@@ -125,8 +125,8 @@ def searched_surface(
 
     Args:
         oil: The oil.
-        name: Name of the law in the tables.
-        law: The law with its free constants.
+        law_name: Name of the law in the tables.
+        surface_law: The law with its free constants.
         measurements: The points.
         settings: Config's `surface`.
         assumptions: What is known of the runs.
@@ -140,19 +140,19 @@ def searched_surface(
         reach_in_ranges=settings.reach_in_ranges,
         largest_spread_of_bound=settings.largest_spread_of_bound,
     )
-    sizes = most_likely_surface(measurements, law, errors)
-    surface = surface_of_sizes(measurements, law, errors, sizes, limits)
+    sizes = most_likely_surface(measurements, surface_law, errors)
+    surface = surface_of_sizes(measurements, surface_law, errors, sizes, limits)
     factors = surface.interval_factors
     predicted = surface.predict(measurements.point_conditions, measurements.slip)
-    mu_of_law = np.exp(law.log_mu(measurements.point_conditions, measurements.slip))
+    mu_of_law = np.exp(surface_law.log_mu(measurements.point_conditions, measurements.slip))
     misfit = float(np.linalg.norm(mu_of_law - predicted.mu) / np.linalg.norm(predicted.mu))
     effect_sizes = dict(zip(EFFECTS, np.exp(sizes.misfit)[: len(EFFECTS)].tolist(), strict=True))
-    of_runs = effect_design(surface.log_mu, measurements.point_conditions, measurements.slip)
-    log_scatter = np.linalg.norm(of_runs * list(effect_sizes.values()), axis=1)
+    effect_slopes = effect_design(surface.log_mu, measurements.point_conditions, measurements.slip)
+    log_scatter = np.linalg.norm(effect_slopes * list(effect_sizes.values()), axis=1)
     run_scatter = float(np.linalg.norm(predicted.mu * log_scatter) / np.linalg.norm(predicted.mu))
     row = {
         "oil": oil,
-        "law": name,
+        "law": law_name,
         "n_conditions": int(measurements.condition_numbers().max()) + 1,
         "interval_level": factors.level,
         "point_factor": factors.point,
@@ -174,7 +174,9 @@ def searched_surface(
             [*_size_rows(oil, sizes), *assumptions.size_rows(oil)], "surface_sizes"
         ),
         surface_constants=tables.from_rows(
-            _constant_rows(oil, name, law, surface.verdict, misfit <= settings.largest_misfit),
+            _constant_rows(
+                oil, law_name, surface_law, surface.verdict, misfit <= settings.largest_misfit
+            ),
             "surface_constants",
         ),
     )
@@ -187,8 +189,8 @@ def _sd_on_own_rigs(surface: Surface) -> FloatArray:
         return surface.predict(measurements.point_conditions, measurements.slip).next_run_sd
     deviations = []
     for rig in np.unique(measurements.rig).tolist():
-        of_rig = measurements.of_points(measurements.rig[measurements.curve] == rig)
-        on_rig = surface.predict(of_rig.point_conditions, of_rig.slip, rig)
+        points_of_rig = measurements.select_points(measurements.rig[measurements.curve] == rig)
+        on_rig = surface.predict(points_of_rig.point_conditions, points_of_rig.slip, rig)
         deviations.append(on_rig.next_run_sd)
     return np.concatenate(deviations)
 
@@ -198,30 +200,30 @@ def _size_rows(oil: str, sizes: SurfaceSizes) -> list[dict[str, Any]]:
     rows = []
     for search in SEARCHES:
         logarithms = getattr(sizes, search).tolist()
-        names = size_names(rigs=len(logarithms) > len(size_names()))
+        names = size_names(tells_rigs_apart=len(logarithms) > len(size_names()))
         for size, logarithm in zip(names, logarithms, strict=True):
             rows.append({"oil": oil, "search": search, "size": size, "logarithm": logarithm})
     return rows
 
 
 def _constant_rows(
-    oil: str, name: str, law: FreeLaw, verdict: LawVerdict, law_fits: bool
+    oil: str, law_name: str, surface_law: FreeLaw, verdict: LawVerdict, law_fits: bool
 ) -> list[dict[str, Any]]:
     """Rows of the table `surface_constants`: the free constants of the law in the surface.
 
     Constants of a law that does not fit describe the plan of the tests, and have no errors.
     """
-    internal = law.constants.copy()
-    internal[law.free] = verdict.constants
-    constants = to_constants(law.law, internal)
+    internal = surface_law.constants.copy()
+    internal[surface_law.free] = verdict.constants
+    constants = to_constants(surface_law.law, internal)
     errors = np.full(len(constants), np.nan)
     if law_fits:
-        errors[law.free] = verdict.standard_errors
+        errors[surface_law.free] = verdict.standard_errors
     rows = []
-    for constant, value, error in zip(law.law.constants, constants, errors, strict=True):
+    for constant, value, error in zip(surface_law.law.constants, constants, errors, strict=True):
         # the internal form of a factor is its logarithm
-        size = abs(value) if constant.condition is None else 1.0
-        standard_error = float(size * error)
-        row = {"oil": oil, "law": name, "constant": constant.name, "value": float(value)}
+        error_factor = abs(value) if constant.condition is None else 1.0
+        standard_error = float(error_factor * error)
+        row = {"oil": oil, "law": law_name, "constant": constant.name, "value": float(value)}
         rows.append({**row, "standard_error": standard_error})
-    return [row for row, is_free in zip(rows, law.free, strict=True) if is_free]
+    return [row for row, is_free in zip(rows, surface_law.free, strict=True) if is_free]

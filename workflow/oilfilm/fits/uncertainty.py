@@ -5,6 +5,7 @@ errors from the calibration of the rig.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -88,12 +89,12 @@ def naive_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
     """
     jacobian = problem.jacobian(optimum.values)
     points, constants = jacobian.shape
-    degrees = points - constants
-    if degrees <= 0 or np.linalg.matrix_rank(jacobian) < constants:
+    residual_freedom = points - constants
+    if residual_freedom <= 0 or np.linalg.matrix_rank(jacobian) < constants:
         return np.full((constants, constants), np.nan)
     _, upper = np.linalg.qr(jacobian)
     inverse = np.linalg.inv(upper)
-    return np.asarray(optimum.sse / degrees * inverse @ inverse.T)
+    return np.asarray(optimum.sse / residual_freedom * inverse @ inverse.T)
 
 
 def curve_bootstrap(
@@ -118,7 +119,9 @@ def curve_bootstrap(
     draws = draw_curves(problem.observations.design, refits, random)
     weights = draws.astype(float)
     starts = np.tile(optimum.values, (refits, 1))
-    ends, _ = descend(problem, starts, weights=weights, tolerance=_REFIT_TOLERANCE, near=True)
+    ends, _ = descend(
+        problem, starts, weights=weights, tolerance=_REFIT_TOLERANCE, starts_near_ends=True
+    )
     return ends
 
 
@@ -219,13 +222,13 @@ def calibration_refits(problem: Problem, optimum: Optimum, points: pd.DataFrame)
     refits = []
     for shifted_points in _points_with_shifted_sensors(accepted):
         data = curve_data(shifted_points, problem.law.conditions)
-        followed = data.conditions[:, problem.varied]
-        if not (np.isfinite(data.mu).all() and np.isfinite(followed).all()):
+        varied_conditions = data.conditions[:, problem.varied]
+        if not (np.isfinite(data.mu).all() and np.isfinite(varied_conditions).all()):
             return np.empty((0, len(optimum.values)))
         shifted = build_problem(problem.law, data, problem.varied)
         # the same constants are free and held
-        shifted = replace(problem, observations=shifted.observations, mu=shifted.mu)
-        refits.append(polish(shifted, optimum.values).values)
+        shifted_problem = replace(problem, observations=shifted.observations, mu=shifted.mu)
+        refits.append(polish(shifted_problem, optimum.values).values)
     return np.array(refits)
 
 
@@ -259,9 +262,19 @@ def _points_with_shifted_sensors(points: pd.DataFrame) -> list[pd.DataFrame]:
 # ---------------------------------------------------------------- profiles
 
 
-def profiles(
-    problem: Problem, optimum: Optimum, naive: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+class Profiles(NamedTuple):
+    """Profile of each free constant; shapes (free, levels), ascending, the optimum in the middle.
+
+    Attributes:
+        values: Internal values at which the constant is held.
+        signed_root: z of `profiles` at these values.
+    """
+
+    values: FloatArray
+    signed_root: FloatArray
+
+
+def profiles(problem: Problem, optimum: Optimum, naive: FloatArray) -> Profiles:
     """Values of each free internal constant and the signed root of the SSE's rise there.
 
         z = sign(x - x_best) sqrt((SSE(x) - SSE_best) / s^2),  s^2 = SSE_best / (points - constants)
@@ -275,16 +288,13 @@ def profiles(
         naive: Naive covariance of the free internal constants. It gives the start of the constants
             that are not held.
 
-    Returns:
-        Two arrays of shape (free, levels), ascending, with the optimum in the middle.
-
     Reference: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis and Its Applications (1988),
     chapter 6.
     """
     count = len(optimum.values)
-    levels = len(_PROFILE_LEVELS)
-    degrees = len(problem.mu) - count
-    held = np.repeat(np.eye(count, dtype=bool), levels, axis=0)
+    level_count = len(_PROFILE_LEVELS)
+    residual_freedom = len(problem.mu) - count
+    held = np.repeat(np.eye(count, dtype=bool), level_count, axis=0)
     # change of all constants per naive standard error of the one that is held
     directions = (naive / np.sqrt(np.diag(naive))).T
     changes = directions[:, np.newaxis] * _PROFILE_LEVELS[:, np.newaxis]
@@ -293,9 +303,14 @@ def profiles(
     starts = np.clip(optimum.values + changes.reshape(-1, count), low, high)
     sse = np.full(len(starts), np.nan)
     if np.isfinite(naive).all():
-        _, sse = descend(problem, starts, held=held, tolerance=_PROFILE_TOLERANCE, near=True)
-    rise = np.maximum(sse - optimum.sse, 0) * degrees / max(optimum.sse, np.finfo(float).tiny)
+        _, sse = descend(
+            problem, starts, held=held, tolerance=_PROFILE_TOLERANCE, starts_near_ends=True
+        )
+    rise = (
+        np.maximum(sse - optimum.sse, 0) * residual_freedom / max(optimum.sse, np.finfo(float).tiny)
+    )
     z = np.sign(np.tile(_PROFILE_LEVELS, count)) * np.sqrt(rise)
-    middle = levels // 2
-    values = np.insert(starts[held].reshape(count, levels), middle, optimum.values, axis=1)
-    return values, np.insert(z.reshape(count, levels), middle, 0.0, axis=1)
+    middle = level_count // 2
+    values = np.insert(starts[held].reshape(count, level_count), middle, optimum.values, axis=1)
+    signed_root = np.insert(z.reshape(count, level_count), middle, 0.0, axis=1)
+    return Profiles(values, signed_root)

@@ -23,11 +23,11 @@ _CONTRADICTIONS = (ValueError, LookupError, ArithmeticError, TypeError)
 
 
 @contextmanager
-def of_one_fit(place: str, oil: str) -> Iterator[None]:
+def explaining_contradictions(folder: str, oil: str) -> Iterator[None]:
     """Turn what fails on tables that contradict each other into a sentence.
 
     Args:
-        place: Folder of the results, for the message.
+        folder: Folder of the results, for the message.
         oil: The oil.
 
     Raises:
@@ -40,17 +40,17 @@ def of_one_fit(place: str, oil: str) -> Iterator[None]:
     except _CONTRADICTIONS as error:
         reason = cut(repr(error), 300)
         raise OilfilmError(
-            f"{place}: the tables of the fit of oil {oil!r} do not belong together: mu cannot be "
+            f"{folder}: the tables of the fit of oil {oil!r} do not belong together: mu cannot be "
             f"computed from them ({reason}). {_AGAIN}"
         ) from error
 
 
-def refuse_contradictions(results: CampaignTables, place: str, oil: str) -> None:
+def refuse_contradictions(results: CampaignTables, folder: str, oil: str) -> None:
     """Refuse tables that do not hold one whole fit of an oil.
 
     Args:
         results: Tables `coefficients`, `refits`, `fit_quality`, `soundness` and `surfaces`.
-        place: Folder of the results, for the message.
+        folder: Folder of the results, for the message.
         oil: The oil.
 
     Raises:
@@ -59,60 +59,72 @@ def refuse_contradictions(results: CampaignTables, place: str, oil: str) -> None
     """
     fits = results.configured
     for complaint in _complaints(results, fits, oil):
-        raise OilfilmError(f"{place}: fit of oil {oil!r}: {complaint}. {_AGAIN}")
+        raise OilfilmError(f"{folder}: fit of oil {oil!r}: {complaint}. {_AGAIN}")
 
 
 def _complaints(results: CampaignTables, fits: CampaignTables, oil: str) -> Iterator[str]:
-    """What contradicts, the first thing first; nothing for a whole fit."""
-    quality = _of_oil(fits.fit_quality, oil)
+    """What contradicts, the first thing first; nothing for a whole fit.
+
+    Args:
+        results: As in `refuse_contradictions`.
+        fits: The same with the configured law of each oil alone.
+        oil: The oil.
+    """
+    quality = _rows_of_oil(fits.fit_quality, oil)
     if len(quality) != 1:
         yield f"fit_quality has {len(quality)} configured laws; expected one"
-    verdicts = len(_of_oil(results.soundness, oil))
+    verdicts = len(_rows_of_oil(results.soundness, oil))
     if verdicts != 1:
         yield f"soundness has {verdicts} rows; expected one"
-    surfaces = _of_oil(results.surfaces, oil)
+    surfaces = _rows_of_oil(results.surfaces, oil)
     if len(surfaces) > 1:
         yield f"surfaces has {len(surfaces)} rows; expected one at most"
-    for table, of_table in (("fit_quality", quality), ("surfaces", surfaces)):
-        for name in of_table["law"]:
+    for table, rows_of_oil in (("fit_quality", quality), ("surfaces", surfaces)):
+        for name in rows_of_oil["law"]:
             if name not in LAWS:
                 yield f"{table} names the law {cut(repr(name))}; the laws are {', '.join(LAWS)}"
     law = LAWS[quality["law"].iloc[0]]
-    coefficients = _of_oil(fits.coefficients, oil)
+    coefficients = _rows_of_oil(fits.coefficients, oil)
     yield from _missing_or_twice(coefficients["constant"], law)
-    for table, of_table in (("coefficients", coefficients), ("refits", _of_oil(fits.refits, oil))):
-        yield from _wrong_signs(table, of_table, law)
+    for table, rows_of_oil in (
+        ("coefficients", coefficients),
+        ("refits", _rows_of_oil(fits.refits, oil)),
+    ):
+        yield from _wrong_signs(table, rows_of_oil, law)
 
 
-def _of_oil(table: pd.DataFrame, oil: str) -> pd.DataFrame:
+def _rows_of_oil(table: pd.DataFrame, oil: str) -> pd.DataFrame:
+    """The rows of a table that belong to an oil."""
     return table[table["oil"] == oil]
 
 
 def _missing_or_twice(names: pd.Series, law: Law) -> Iterator[str]:
     """Names of constants that are no constants of the law, are there twice, or lack one."""
-    known = [constant.name for constant in law.constants]
-    for name in names[~names.isin([*known, *law.local_constants])]:
+    constant_names = [constant.name for constant in law.constants]
+    for name in names[~names.isin([*constant_names, *law.local_constants])]:
         yield f"coefficients has the constant {cut(repr(name))}, which {law.name} has not"
     for name in names[names.duplicated()]:
         yield f"coefficients has the constant {name} twice"
-    given = set(names)
-    for constant, local in zip(_first_of_groups(law), law.local_constants, strict=True):
-        if not {constant, local} & given:
+    present = set(names)
+    for constant, coefficient in zip(_leading_constants(law), law.local_constants, strict=True):
+        if not {constant, coefficient} & present:
             yield f"coefficients lacks the constant {constant}"
 
 
-def _first_of_groups(law: Law) -> list[str]:
+def _leading_constants(law: Law) -> list[str]:
     """Names of the constants X0 of the law's coefficients."""
     return [constant.name for constant in law.constants if constant.condition is None]
 
 
 def _wrong_signs(table: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
     """Constants whose sign is not that of the law; unknown ones have none."""
-    sign_of = {constant.name: constant.sign for constant in law.constants}
-    sign_of |= dict(
-        zip(law.local_constants, map(sign_of.__getitem__, _first_of_groups(law)), strict=True)
+    sign_by_name = {constant.name: constant.sign for constant in law.constants}
+    sign_by_name |= dict(
+        zip(
+            law.local_constants, map(sign_by_name.__getitem__, _leading_constants(law)), strict=True
+        )
     )
-    signs = rows["constant"].map(sign_of).fillna(0).to_numpy(dtype=float)
+    signs = rows["constant"].map(sign_by_name).fillna(0).to_numpy(dtype=float)
     values = rows["value"].to_numpy(dtype=float)
     is_wrong = (signs != 0) & ~np.isnan(values) & ~(signs * values > np.finfo(float).tiny)
     for row in np.flatnonzero(is_wrong):

@@ -49,6 +49,7 @@ class Conditions:
         """The conditions with the same index applied to each array; single numbers stay."""
 
         def selected(values: Floats) -> Any:
+            """The values at the index; a single number stays."""
             return values[index] if isinstance(values, np.ndarray) and values.ndim else values
 
         return Conditions(
@@ -331,9 +332,10 @@ def creep_slope(relative_pressure: Floats, ellipticity: Floats = 1.0) -> FloatAr
         >>> print(f"{creep_slope(1.5 / 221.6):.0f}")
         107
     """
-    weight = (_POISSON_RATIO - 0.25) / 0.25
-    table = (1 - weight) * _C11[0] + weight * _C11[1]
-    c11 = np.interp(-np.log(ellipticity), np.log(_AXIS_RATIOS), table)
+    # between the rows for Poisson's ratios of 0.25 and 0.5
+    weight_of_second = (_POISSON_RATIO - 0.25) / 0.25
+    c11_of_table = (1 - weight_of_second) * _C11[0] + weight_of_second * _C11[1]
+    c11 = np.interp(-np.log(ellipticity), np.log(_AXIS_RATIOS), c11_of_table)
     return np.asarray(3 * (1 - _POISSON_RATIO) * c11 / (4 * np.pi * np.asarray(relative_pressure)))
 
 

@@ -76,8 +76,8 @@ def isothermal_film_thickness(
     u = oil.dynamic_viscosity_pa_s * conditions.entrainment_speed_m_s / (modulus * radius)
     g = oil.pressure_viscosity_coefficient_1_pa * modulus
     w = conditions.load_n / (modulus * radius**2)
-    side_leakage = 1 - e * np.exp(-f * conditions.ellipticity)
-    relative_thickness = a * u**b * g**c * w**-d * side_leakage
+    side_leakage_factor = 1 - e * np.exp(-f * conditions.ellipticity)
+    relative_thickness = a * u**b * g**c * w**-d * side_leakage_factor
     return np.asarray(relative_thickness * radius)
 
 
@@ -109,9 +109,9 @@ def thermal_reduction_factor(
         >>> phi.round(3)
         array([0.835, 0.766])
     """
-    slip = 1 + 2.23 * np.abs(slide_roll_ratio) ** 0.83
-    shear = 0.213 * slip * thermal_loading**0.64
-    return np.asarray(_numerator(relative_pressure, thermal_loading) / (1 + shear))
+    slip_factor = 1 + 2.23 * np.abs(slide_roll_ratio) ** 0.83
+    shear_term = 0.213 * slip_factor * thermal_loading**0.64
+    return np.asarray(_numerator(relative_pressure, thermal_loading) / (1 + shear_term))
 
 
 def within_thermal_reduction(relative_pressure: Floats, thermal_loading: Floats) -> BoolArray:
@@ -148,7 +148,7 @@ class InletOil:
     thermal_conductivity_w_mk: Floats
 
     @classmethod
-    def of(cls, oil: Oil, temperature_c: Floats) -> "InletOil":
+    def from_oil(cls, oil: Oil, temperature_c: Floats) -> "InletOil":
         """The properties of an oil at inlet temperatures in degC."""
         return cls(
             oil.dynamic_viscosity_pa_s(temperature_c),
@@ -255,7 +255,7 @@ def contact_film(
     lowest_c, highest_c = _LIQUID_RANGE_C
     speed = np.where(entrainment_speed_m_s > 0, entrainment_speed_m_s, np.nan)
     is_liquid = (inlet_temperature_c >= lowest_c) & (inlet_temperature_c <= highest_c)
-    inlet_oil = InletOil.of(oil, np.where(is_liquid, inlet_temperature_c, np.nan))
+    inlet_oil = InletOil.from_oil(oil, np.where(is_liquid, inlet_temperature_c, np.nan))
     radius = np.asarray(contact.radius_m)
     modulus = contact.reduced_modulus_pa
     conditions = Conditions(
@@ -268,8 +268,8 @@ def contact_film(
     )
     thickness_m = film_thickness(inlet_oil, conditions, slide_roll_ratio, thickness)
     loading = inlet_oil.thermal_loading(speed)
-    within = within_thermal_reduction(conditions.relative_pressure, loading)
-    thickness_m = np.where(np.isfinite(thickness_m) & within, thickness_m, np.nan)
+    within_range = within_thermal_reduction(conditions.relative_pressure, loading)
+    thickness_m = np.where(np.isfinite(thickness_m) & within_range, thickness_m, np.nan)
     return thickness_m, thickness_m / contact.roughness_rq_m
 
 
@@ -287,10 +287,10 @@ def film_viscosity_ratio(
         rise_k: dT, shape (points,).
     """
     mean_pressure_pa = 2 / 3 * PA_PER_GPA * max_hertz_pressure_gpa
-    cold = InletOil.of(oil, inlet_c)
-    warm = InletOil.of(oil, inlet_c + rise_k)
-    lost_exponent = np.subtract(
+    cold = InletOil.from_oil(oil, inlet_c)
+    warm = InletOil.from_oil(oil, inlet_c + rise_k)
+    exponent_difference_1_pa = np.subtract(
         cold.pressure_viscosity_coefficient_1_pa, warm.pressure_viscosity_coefficient_1_pa
     )
-    at_no_pressure = np.divide(cold.dynamic_viscosity_pa_s, warm.dynamic_viscosity_pa_s)
-    return at_no_pressure * np.exp(lost_exponent * mean_pressure_pa)
+    ratio_at_no_pressure = np.divide(cold.dynamic_viscosity_pa_s, warm.dynamic_viscosity_pa_s)
+    return ratio_at_no_pressure * np.exp(exponent_difference_1_pa * mean_pressure_pa)

@@ -8,7 +8,7 @@ Decides: viscosity and density of an oil (the numbers are in `config/oils`).
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -41,8 +41,9 @@ class PiecewiseLinear:
     temperature_k: tuple[float, ...]
     value: tuple[float, ...]
 
-    def at(self, temperature_k: AnyArray) -> AnyArray:
-        """The property at `temperature_k`."""
+    def value_at(self, temperature_k: AnyArray) -> AnyArray:
+        """The property at `temperature_k`, of the same shape."""
+        # number of the line between two rows of the table, for each temperature
         line = np.searchsorted(self.temperature_k[1:-1], np.real(temperature_k))
         slope = (np.diff(self.value) / np.diff(self.temperature_k))[line]
         start_k = np.asarray(self.temperature_k)[line]
@@ -95,17 +96,17 @@ class Oil:
 
     def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
         """Dynamic viscosity eta, in Pa s."""
-        return np.asarray(FORMULAS[self.model][0](self, _kelvin(temperature_c)))
+        return np.asarray(FORMULAS[self.model].viscosity(self, _kelvin(temperature_c)))
 
     def pressure_viscosity_coefficient_1_pa(self, temperature_c: Floats) -> FloatArray:
         """Pressure-viscosity coefficient alpha, in 1/Pa."""
-        return np.asarray(FORMULAS[self.model][1](self, _kelvin(temperature_c)))
+        return np.asarray(FORMULAS[self.model].pressure_viscosity(self, _kelvin(temperature_c)))
 
     def temperature_viscosity_coefficient_1_k(self, temperature_c: Floats) -> FloatArray:
         """Temperature-viscosity coefficient beta = -d ln(eta)/dT, in 1/K."""
         # a missing temperature is NaN
         with np.errstate(invalid="ignore"):
-            viscosity = FORMULAS[self.model][0](self, _kelvin(temperature_c) + 1j * _STEP_K)
+            viscosity = FORMULAS[self.model].viscosity(self, _kelvin(temperature_c) + 1j * _STEP_K)
         return np.asarray(-np.imag(viscosity) / np.real(viscosity) / _STEP_K)
 
     def kinematic_viscosity_m2_s(self, temperature_c: Floats) -> FloatArray:
@@ -114,19 +115,19 @@ class Oil:
 
     def density_kg_m3(self, temperature_c: Floats) -> FloatArray:
         """Density rho, in kg/m3."""
-        return self.density.at(_kelvin(temperature_c))
+        return self.density.value_at(_kelvin(temperature_c))
 
     def specific_heat_j_kgk(self, temperature_c: Floats) -> FloatArray:
         """Specific heat, in J/(kg K)."""
-        return self.specific_heat.at(_kelvin(temperature_c))
+        return self.specific_heat.value_at(_kelvin(temperature_c))
 
     def thermal_conductivity_w_mk(self, temperature_c: Floats) -> FloatArray:
         """Thermal conductivity, in W/(m K)."""
-        return self.thermal_conductivity.at(_kelvin(temperature_c))
+        return self.thermal_conductivity.value_at(_kelvin(temperature_c))
 
 
 def _mil_l_7808_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
-    """eta = scale (b - offset),  b = exp(a),  a = exp(intercept - slope ln T).
+    """eta = scale (exp(a) - offset),  a = exp(intercept - slope ln T),  eta in Pa s and T in K.
 
     MIL-L-7808 oil of the bearing-dynamics code ADORE, from 311 to 478 K.
 
@@ -166,7 +167,7 @@ def _mil_l_23699_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
     Reference: as `_mil_l_23699_viscosity`.
     """
     c = oil.coefficients
-    eta_pa_s = FORMULAS[oil.model][0](oil, t)
+    eta_pa_s = FORMULAS[oil.model].viscosity(oil, t)
     exponent = c["pressure_viscosity_exponent"] * np.log(eta_pa_s)
     return np.exp(exponent - c["pressure_viscosity_offset"]) / eta_pa_s
 
@@ -179,7 +180,7 @@ def _astm_d341_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
     """
     c = oil.coefficients
     shifted = 10 ** (10 ** (c["viscosity_intercept"] - c["viscosity_slope"] * np.log10(t)))
-    return (shifted - 0.7) * 1e-6 * oil.density.at(t)
+    return (shifted - 0.7) * 1e-6 * oil.density.value_at(t)
 
 
 def walther_coefficients(temperature_k: FloatArray, viscosity_cst: FloatArray) -> dict[str, float]:
@@ -344,22 +345,22 @@ def roelands_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
 
 def _given_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
     """alpha from the table in the oil's file."""
-    return oil.pressure_viscosity.at(t)
+    return oil.pressure_viscosity.value_at(t)
 
 
 def _so_klaus_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
     """alpha by `so_klaus_1_pa`, with the Walther slope between 40 and 100 degC."""
-    viscosity = FORMULAS[oil.model][0]
+    viscosity = FORMULAS[oil.model].viscosity
     ends_k = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
-    ends_cst = viscosity(oil, ends_k) / oil.density.at(ends_k) * 1e6
+    ends_cst = viscosity(oil, ends_k) / oil.density.value_at(ends_k) * 1e6
     slope = walther_coefficients(ends_k, ends_cst)["viscosity_slope"]
-    density = oil.density.at(t)
+    density = oil.density.value_at(t)
     return so_klaus_1_pa(viscosity(oil, t) / density * 1e6, slope, density)
 
 
 def _roelands_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
     """alpha by `roelands_1_pa`."""
-    viscosity = FORMULAS[oil.model][0]
+    viscosity = FORMULAS[oil.model].viscosity
     return roelands_1_pa(viscosity(oil, t), oil.coefficients["roelands_z"])
 
 
@@ -378,14 +379,21 @@ def _pressure_viscosity_by_rule(oil: Oil, t: AnyArray) -> AnyArray:
     return PRESSURE_RULES[oil.pressure_rule](oil, t)
 
 
-# Viscosity and pressure-viscosity coefficient, by the `model` in the oil's file.
-FORMULAS: dict[str, tuple[Formula, Formula]] = {
-    "adore-mil-l-7808": (_mil_l_7808_viscosity, _mil_l_7808_pressure_viscosity),
-    "adore-mil-l-23699": (_mil_l_23699_viscosity, _mil_l_23699_pressure_viscosity),
-    "astm-d341": (_astm_d341_viscosity, _mil_l_23699_pressure_viscosity),
-    "walther": (_astm_d341_viscosity, _pressure_viscosity_by_rule),
-    "vogel": (_vogel_viscosity, _pressure_viscosity_by_rule),
-    "roelands": (_roelands_viscosity, _pressure_viscosity_by_rule),
+class OilFormulas(NamedTuple):
+    """The formulas of an oil: dynamic viscosity in Pa s, pressure-viscosity coefficient in 1/Pa."""
+
+    viscosity: Formula
+    pressure_viscosity: Formula
+
+
+# The formulas by the `model` in the oil's file.
+FORMULAS = {
+    "adore-mil-l-7808": OilFormulas(_mil_l_7808_viscosity, _mil_l_7808_pressure_viscosity),
+    "adore-mil-l-23699": OilFormulas(_mil_l_23699_viscosity, _mil_l_23699_pressure_viscosity),
+    "astm-d341": OilFormulas(_astm_d341_viscosity, _mil_l_23699_pressure_viscosity),
+    "walther": OilFormulas(_astm_d341_viscosity, _pressure_viscosity_by_rule),
+    "vogel": OilFormulas(_vogel_viscosity, _pressure_viscosity_by_rule),
+    "roelands": OilFormulas(_roelands_viscosity, _pressure_viscosity_by_rule),
 }
 
 

@@ -101,15 +101,16 @@ def _pole(oil: Oil, low_c: float) -> Iterator[OilFault]:
         )
 
 
-def _first(is_wrong: BoolArray) -> int | None:
+def _first_index(is_wrong: BoolArray) -> int | None:
     """The index of the first wrong value; None where there is none."""
     indices = np.flatnonzero(is_wrong)
     return int(indices[0]) if len(indices) else None
 
 
 def _density(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[OilFault]:
+    """Density outside its usual range, or with an unusual expansion."""
     low, high = _DENSITY_KG_M3
-    first = _first(~((density_kg_m3 >= low) & (density_kg_m3 <= high)))
+    first = _first_index(~((density_kg_m3 >= low) & (density_kg_m3 <= high)))
     if first is not None:
         yield OilFault(
             "density",
@@ -120,7 +121,7 @@ def _density(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[O
     lowest, highest = _EXPANSION_1_K
     expansion = -np.diff(density_kg_m3) / np.diff(temperature_c) / density_kg_m3[1:]
     rounding = 1e-12
-    first = _first(~((expansion >= lowest - rounding) & (expansion <= highest)))
+    first = _first_index(~((expansion >= lowest - rounding) & (expansion <= highest)))
     if first is not None:
         change = "rises" if expansion[first] < 0 else "falls"
         yield OilFault(
@@ -134,7 +135,8 @@ def _density(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[O
 def _viscosity(
     temperature_c: FloatArray, viscosity_pa_s: FloatArray, fall_1_k: FloatArray
 ) -> Iterator[OilFault]:
-    first = _first(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
+    """A viscosity that is missing, rises with temperature or falls unusually."""
+    first = _first_index(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
     if first is not None:
         yield OilFault(
             "viscosity",
@@ -146,7 +148,7 @@ def _viscosity(
     falls = fall_1_k > 0
     # neighbours too: between them there may be a pole
     falls[1:] &= np.diff(viscosity_pa_s) < 0
-    first = _first(~falls)
+    first = _first_index(~falls)
     if first is not None:
         yield OilFault(
             "viscosity",
@@ -155,7 +157,7 @@ def _viscosity(
             "a viscosity that falls strictly, as oils have it",
         )
         return
-    first = _first(~((fall_1_k >= low) & (fall_1_k <= high)))
+    first = _first_index(~((fall_1_k >= low) & (fall_1_k <= high)))
     if first is not None:
         yield OilFault(
             "viscosity",
@@ -166,15 +168,16 @@ def _viscosity(
 
 
 def _pressure_viscosity(temperature_c: FloatArray, alpha_1_gpa: FloatArray) -> Iterator[OilFault]:
+    """A pressure-viscosity coefficient outside its usual range."""
     low, high = _PRESSURE_VISCOSITY_1_GPA
-    first = _first(~((alpha_1_gpa >= low) & (alpha_1_gpa <= high)))
+    first = _first_index(~((alpha_1_gpa >= low) & (alpha_1_gpa <= high)))
     if first is None:
         return
     value = alpha_1_gpa[first]
-    found = f"{value:.3g} 1/GPa" if np.isfinite(value) else "not a number"
+    value_text = f"{value:.3g} 1/GPa" if np.isfinite(value) else "not a number"
     yield OilFault(
         "pressure_viscosity",
-        f"the pressure-viscosity coefficient at {temperature_c[first]:.0f} degC is {found}",
+        f"the pressure-viscosity coefficient at {temperature_c[first]:.0f} degC is {value_text}",
         f"{low:g} to {high:g} 1/GPa; `rule: given` takes measured rows",
     )
 
@@ -186,7 +189,7 @@ def _film(
     log_film = _FILM_VISCOSITY_EXPONENT * np.log(viscosity_pa_s)
     log_film = log_film + _FILM_PRESSURE_EXPONENT * np.log(alpha_1_gpa)
     change = np.abs(np.diff(log_film) / np.diff(temperature_c))
-    first = _first(change > _FILM_CHANGE_1_K)
+    first = _first_index(change > _FILM_CHANGE_1_K)
     if first is not None:
         yield OilFault(
             "pressure_viscosity",

@@ -305,23 +305,26 @@ def mean_film_rise(
     speed_m_s = conditions.entrainment_speed_m_s
     mean_pressure_pa = 2 / 3 * conditions.max_hertz_pressure_gpa * PA_PER_GPA
     sliding_m_s = np.abs(slide_roll_ratio) * speed_m_s
-    heat = np.abs(traction_coefficient) * mean_pressure_pa * sliding_m_s
-    radius = contact_radius(conditions.load_n, conditions.radius_x_m, conditions.reduced_modulus_pa)
+    heat_flux_w_m2 = np.abs(traction_coefficient) * mean_pressure_pa * sliding_m_s
+    radius_m = contact_radius(
+        conditions.load_n, conditions.radius_x_m, conditions.reduced_modulus_pa
+    )
 
     def surface_rise(surface_speed_m_s: FloatArray) -> FloatArray:
+        """Rise (K) of a surface of this speed, which takes half of the heat."""
         return flash_temperature_rise(
-            heat / 2,
-            radius,
+            heat_flux_w_m2 / 2,
+            radius_m,
             surface_speed_m_s,
             solid_conductivity_w_mk,
             solid_volumetric_heat_j_m3k,
         )
 
-    slower = surface_rise(speed_m_s * (1 - slide_roll_ratio / 2))
-    faster = surface_rise(speed_m_s * (1 + slide_roll_ratio / 2))
+    slower_rise_k = surface_rise(speed_m_s * (1 - slide_roll_ratio / 2))
+    faster_rise_k = surface_rise(speed_m_s * (1 + slide_roll_ratio / 2))
     thickness_m = film_thickness(oil, conditions, slide_roll_ratio, "central")
-    film = film_temperature_rise(heat, thickness_m, oil.thermal_conductivity_w_mk)
-    return (slower + faster) / 2 + film
+    film_rise_k = film_temperature_rise(heat_flux_w_m2, thickness_m, oil.thermal_conductivity_w_mk)
+    return (slower_rise_k + faster_rise_k) / 2 + film_rise_k
 
 
 def film_stress(
@@ -398,7 +401,7 @@ def sliding_film(
     References: K. L. Johnson and J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215; those of
     the functions in this module and in `film`.
     """
-    inlet_oil = InletOil.of(oil, conditions.inlet_temperature_c)
+    inlet_oil = InletOil.from_oil(oil, conditions.inlet_temperature_c)
     inlet_c = conditions.inlet_temperature_c
     speed = conditions.entrainment_speed_m_s
     # without the pressure term, see Validity
@@ -420,13 +423,12 @@ def sliding_film(
     # stress at which the creep would be all of the slip
     slope = creep_slope(conditions.relative_pressure, conditions.ellipticity)
     creep_stress = slope * pressure_pa * slide_roll_ratio
-    pressure, inlet, rise, full_shear_rate, full_creep_stress = np.broadcast_arrays(
+    # all of one shape, as the search needs them
+    state_without_creep = np.broadcast_arrays(
         pressure_pa, inlet_c, flash_k_pa + film_k_pa, shear_rate, creep_stress
     )
-    stress = _stress_with_heat(
-        oil, constants, pressure, inlet, rise, full_shear_rate, full_creep_stress
-    )
-    film_share = _film_share_of_slip(stress, full_creep_stress)
+    stress = _stress_with_heat(oil, constants, *state_without_creep)
+    film_share = _film_share_of_slip(stress, creep_stress)
     return SlidingFilm(
         shear_stress_pa=stress,
         shear_rate_1_s=shear_rate * film_share,
@@ -470,17 +472,18 @@ def thermal_ehl_traction(
         max_hertz_pressure_pa, entrainment_speed_m_s, inlet_temperature_c, slide_roll_ratio
     )
     # the last axis holds the nodes
-    max_pressure, speed, inlet, slip = (
+    max_pressure, speed, inlet_c, slip = (
         argument[..., np.newaxis].astype(float) for argument in arguments
     )
     load_n = load_for_max_hertz_pressure(max_pressure, radius_m, reduced_modulus_pa)
-    root, weight = scipy.special.roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
-    pressure = max_pressure * (1 + root) / 2
+    # nodes between -1 and 1, which stand for s between 0 and 1
+    node, weight = scipy.special.roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
+    pressure = max_pressure * (1 + node) / 2
     conditions = Conditions(
         load_n=load_n,
         max_hertz_pressure_gpa=max_pressure / PA_PER_GPA,
         entrainment_speed_m_s=speed,
-        inlet_temperature_c=inlet,
+        inlet_temperature_c=inlet_c,
         radius_x_m=np.asarray(radius_m),
         reduced_modulus_pa=reduced_modulus_pa,
     )
@@ -510,7 +513,7 @@ def _stress_with_heat(
         creep_stress_pa: Stress at which the creep is all of the slip.
     """
 
-    def excess(
+    def stress_error(
         stress: FloatArray,
         pressure: FloatArray,
         inlet: FloatArray,
@@ -518,6 +521,7 @@ def _stress_with_heat(
         shear_rate: FloatArray,
         creep_stress: FloatArray,
     ) -> FloatArray:
+        """The assumed stress less that of the film which it heats; 0 at the solution."""
         film_share = _film_share_of_slip(stress, creep_stress)
         temperature = inlet + rise * film_share * stress
         return stress - film_stress(oil, constants, pressure, temperature, shear_rate * film_share)
@@ -532,7 +536,7 @@ def _stress_with_heat(
     from scipy.optimize import elementwise  # noqa: PLC0415
 
     root = elementwise.find_root(
-        excess,
+        stress_error,
         (np.zeros_like(highest), highest),
         args=(pressure_pa, inlet_c, rise_k_pa, shear_rate_1_s, creep_stress_pa),
     )

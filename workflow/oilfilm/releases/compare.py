@@ -314,7 +314,7 @@ def _largest_change(
     grid = _comparison_grid(before.coefficients.box, drift)
     slip = grid[:, -1]
     # where a condition is not followed, along its tested level or line
-    conditions = before.on_line(grid[:, :-1])
+    conditions = before.at_tested_levels(grid[:, :-1])
     old = before.predict(conditions, slip).traction_coefficient
     new = after.predict(conditions, slip).traction_coefficient
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -57,7 +57,7 @@ def bearing_explorer(results: CampaignTables, settings: Settings) -> dict[str, A
     if fine.empty:
         return None
     coarse = pd.concat([_at_coarse_levels(fine), results.cage_slip_by_temperature])
-    levels = {name: sorted(coarse[column].unique()) for name, (column, *_) in _AXES.items()}
+    coarse_levels = {name: sorted(coarse[column].unique()) for name, (column, *_) in _AXES.items()}
     fine_levels = {name: sorted(fine[column].unique()) for name, (column, *_) in _AXES.items()}
     oils = list(dict.fromkeys(fine["oil"]))
     return {
@@ -65,10 +65,10 @@ def bearing_explorer(results: CampaignTables, settings: Settings) -> dict[str, A
         "bearing": str(fine["bearing"].iloc[0]),
         "slipLimit": settings.bearing.cage_slip.slip_limit,
         "filmLimit": settings.gates.lambda_limit,
-        "axes": [_slider(name, fine_levels, levels) for name in _AXES],
+        "axes": [_slider(name, fine_levels, coarse_levels) for name in _AXES],
         "temperature": fine_levels["temperature"][0],
         "fine": {"levels": list(fine_levels.values()), "oils": _by_oil(fine, oils)},
-        "coarse": {"levels": list(levels.values()), "oils": _by_oil(coarse, oils)},
+        "coarse": {"levels": list(coarse_levels.values()), "oils": _by_oil(coarse, oils)},
         "oils": oils,
     }
 
@@ -117,13 +117,13 @@ def _by_oil(table: pd.DataFrame, oils: Sequence[str]) -> list[dict[str, Any]]:
         is_single = ~rows["bistable"].astype("boolean").fillna(True).to_numpy(dtype=bool)
         is_single &= rows["torque_n_m_lower"].notna().to_numpy()
         values: dict[str, Any] = {
-            name: _plain(rows[column].to_numpy(dtype=float)) for name, column in _VALUES.items()
+            name: _as_json(rows[column].to_numpy(dtype=float)) for name, column in _VALUES.items()
         }
         values["single"] = [int(single) for single in is_single]
         by_oil.append(values)
     return by_oil
 
 
-def _plain(values: FloatArray) -> list[float | None]:
+def _as_json(values: FloatArray) -> list[float | None]:
     """Numbers with few digits for JSON; null where they are not known."""
     return [float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None for value in values]

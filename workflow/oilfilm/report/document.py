@@ -27,7 +27,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from oilfilm import tables
 from oilfilm.base import studies
-from oilfilm.report.words import gate_name, law_name, law_names, load_variable
+from oilfilm.report.names import gate_name, law_name, law_names, load_variable
 
 _LIBRARY = Path(__file__).parents[1]
 # Templates of a study are named with its package.
@@ -76,7 +76,7 @@ class Section:
         facts: Its sentences (`facts` makes them).
         tables: Its tables; the text report has only those with `in_text`.
         entries: Details, which only the page shows.
-        words: Words that only this section uses, with their meanings.
+        glossary: Words that only this section uses, with their meanings.
     """
 
     anchor: str
@@ -84,7 +84,7 @@ class Section:
     facts: Sequence[Fact] = ()
     tables: Sequence["ShownTable"] = ()
     entries: Sequence[Entry] = ()
-    words: Mapping[str, str] = field(default_factory=dict)
+    glossary: Mapping[str, str] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
         """True where it has any content."""
@@ -95,7 +95,7 @@ def meanings(sections: Iterable[Section]) -> dict[str, str]:
     """The words that a report explains, with their meanings; `glossary.yaml` has the first ones."""
     meaning_of = dict(_declarations(Path(__file__).with_name("glossary.yaml")))
     for section in sections:
-        meaning_of |= section.words
+        meaning_of |= section.glossary
     return meaning_of
 
 
@@ -116,15 +116,15 @@ def facts(template: str, **numbers: Any) -> list[Fact]:
     sentences: list[Fact] = []
     text = _environment().get_template(template).render(numbers)
     for line in text.split("\n"):
-        mark, _, words = line.strip().partition(" ")
+        mark, _, line_text = line.strip().partition(" ")
         match mark:
             case "":
                 continue
             case "-" | "!":
                 # the first word may be a name: it keeps its small letter
-                sentences.append(Fact(f"{words.strip().rstrip('.')}.", is_trouble=mark == "!"))
+                sentences.append(Fact(f"{line_text.strip().rstrip('.')}.", is_trouble=mark == "!"))
             case ">" if sentences:
-                sentences[-1] = replace(sentences[-1], advice=sentence(words))
+                sentences[-1] = replace(sentences[-1], advice=sentence(line_text))
             case _:
                 raise ValueError(f"{template}: the line {line!r} begins with no mark")
     return sentences
@@ -177,6 +177,7 @@ def _on_one_line(value: Any) -> Any:
 
 @cache
 def _environment() -> Environment:
+    """Jinja's environment of the documents, with their filters."""
     environment = Environment(
         loader=FileSystemLoader(_TEMPLATES),
         autoescape=False,  # noqa: S701  (plain text; the page's template escapes it)
@@ -364,11 +365,11 @@ def _declared_column(name: str, keys: str | Mapping[str, Any]) -> Column:
     if isinstance(keys, str):
         return Column(name, heading=keys)
     attributes = dict(keys)
-    attributes["form"] = _form(attributes.get("form", ""))
+    attributes["form"] = _declared_form(attributes.get("form", ""))
     return Column(name, **attributes)
 
 
-def _form(name: str) -> Form:
+def _declared_form(name: str) -> Form:
     """A form by its declared name: `law`, `.3g`, `1%`; plain text if empty."""
     if not name:
         return str

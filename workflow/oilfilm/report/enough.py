@@ -4,7 +4,7 @@ Decides: when a run fails because too few runs were accepted.
 """
 
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -15,8 +15,17 @@ from oilfilm.settings.campaign import Campaign
 from oilfilm.tables.campaign_tables import CampaignTables
 
 _ALL_OILS = ""
-# Oil, or `_ALL_OILS` -> number of accepted runs, number of all runs.
-_RunCounts = dict[str, tuple[int, int]]
+
+
+class _RunCount(NamedTuple):
+    """Number of accepted runs, and of all runs."""
+
+    accepted: int
+    runs: int
+
+
+# Counts by oil; those of all oils are under `_ALL_OILS`.
+_RunCounts = dict[str, _RunCount]
 
 
 def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
@@ -75,6 +84,7 @@ def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
 
 
 def _too_few(kind: str, accepted: int, runs: int, fewest: int) -> str:
+    """The sentence for too few accepted runs of a kind of rig."""
     return f"{accepted} of {runs} {kind} accepted, expected at least {fewest}"
 
 
@@ -120,8 +130,8 @@ def _counts(runs: pd.DataFrame, lost: int) -> _RunCounts:
         runs: Columns `oil` and `accepted`.
         lost: Number of runs and logs beside them, whose oil is not known.
     """
-    counts = {_ALL_OILS: (int(runs["accepted"].sum()), len(runs) + lost)}
+    counts = {_ALL_OILS: _RunCount(int(runs["accepted"].sum()), len(runs) + lost)}
     with_known_oil = runs[runs["oil"] != ""]
     for oil, accepted in with_known_oil.groupby("oil", sort=False)["accepted"]:
-        counts[str(oil)] = (int(accepted.sum()), len(accepted))
+        counts[str(oil)] = _RunCount(int(accepted.sum()), len(accepted))
     return counts

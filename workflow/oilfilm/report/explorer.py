@@ -16,10 +16,10 @@ import pandas as pd
 
 from oilfilm.base.ties import first_smallest
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import LEAST_SIZE, levels_by_gap
+from oilfilm.fits.conditions import LEAST_MAGNITUDE, level_numbers_by_gap
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE
-from oilfilm.report.words import CONDITIONS, oil_colour
+from oilfilm.report.names import CONDITIONS, oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import SLIP_SCALE, scaled_slip
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -106,8 +106,8 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
         results: Tables `points`, `coefficients`, `refits` and `fit_quality`.
         settings: All settings of the campaign.
     """
-    load_n = load_at_1_gpa(settings)
-    fits = explored_fits(results, load_n)
+    load_n_at_1_gpa = load_at_1_gpa(settings)
+    fits = explored_fits(results, load_n_at_1_gpa)
     nearby = settings.report.nearby.model_dump()
     axes = [_axis_as_json(axis, nearby) for axis in sliders(fits, results.points, settings)]
     oils = []
@@ -117,7 +117,7 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
             "colour": oil_colour(oil, list(settings.oils)),
             "where": [fixed.sentence() for fixed in fit.coefficients.fixed],
         }
-        oil_as_json.update(law_as_json(fit, load_n))
+        oil_as_json.update(law_as_json(fit, load_n_at_1_gpa))
         oils.append(oil_as_json)
     return {"axes": axes, "oils": oils}
 
@@ -156,7 +156,7 @@ def explored_fits(results: CampaignTables, load_at_1_gpa: float | None) -> dict[
     """
     fits = {}
     for oil in results.configured.fit_quality["oil"]:
-        fit = FittedLaw.of_configured(results, oil)
+        fit = FittedLaw.from_results(results, oil)
         lacks_constants = np.isnan(fit.coefficients.constants).any()
         lacks_load = load_at_1_gpa is None and _LOAD in fit.law.conditions
         if not lacks_constants and not lacks_load:
@@ -172,10 +172,12 @@ def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Setti
         points: Table of points.
         settings: All settings of the campaign.
     """
-    load_n = load_at_1_gpa(settings)
+    load_n_at_1_gpa = load_at_1_gpa(settings)
     usual_ranges = settings.report.sliders
     start_point = _central_point(points[points["accepted"]])
-    boxes = [_box_over_axes(fit.coefficients.box, fit.law, load_n) for fit in fits.values()]
+    boxes = [
+        _box_over_axes(fit.coefficients.box, fit.law, load_n_at_1_gpa) for fit in fits.values()
+    ]
     axes = []
     for index, name in enumerate(AXES):
         low, high = getattr(usual_ranges, name)
@@ -238,9 +240,9 @@ def law_as_json(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str,
         "limit": coefficients.limiting_stress_ratio,
         "lattice": _tested_lattice(fit),
         "surface": _surface_as_json(fit),
-        "box": fit.reach,
+        "box": fit.widened_box,
     }
-    return {key: plain(value) for key, value in contents.items()}
+    return {key: as_json(value) for key, value in contents.items()}
 
 
 def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
@@ -262,13 +264,13 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
     for axis, mesh in zip(axes[:-1], meshes[:-1], strict=True):
         conditions[:, axis["column"]] = mesh.ravel()
     slip = meshes[-1].ravel()
-    rows = fit.on_line(conditions)
+    rows = fit.at_tested_levels(conditions)
     answer = surface.answer(fit.law, rows, slip, CONFIDENCE, whole_curve=False)
-    of_law = fit.without_interval().predict(rows, slip).traction_coefficient
+    law_mu = fit.without_interval().predict(rows, slip).traction_coefficient
     return {
         "axes": [{key: axis[key] for key in ("column", "scale", "nodes")} for axis in axes],
-        "shift": plain(np.log(answer.mu / of_law), _DIGITS),
-        "half": plain(np.log(answer.upper / answer.mu), _DIGITS),
+        "shift": as_json(np.log(answer.mu / law_mu), _DIGITS),
+        "half": as_json(np.log(answer.upper / answer.mu), _DIGITS),
         "curve": surface.factors.curve / surface.factors.point,
         "answers": surface.no_law_fits,
     }
@@ -289,7 +291,7 @@ def _axes_of_conditions(fit: FittedLaw, tested: FloatArray) -> list[dict[str, An
     for column, name in enumerate(fit.law.conditions):
         if name in fixed_names:
             continue
-        is_linear = name in LEAST_SIZE
+        is_linear = name in LEAST_MAGNITUDE
         low, high = fit.coefficients.box[column]
         if is_linear:
             nodes = _nodes_of_levels(tested[:, column], low, high)
@@ -310,7 +312,7 @@ def _nodes_of_levels(tested: FloatArray, low: float, high: float) -> FloatArray:
         low: Lower end of the box.
         high: Upper end.
     """
-    number = levels_by_gap(tested, _LEVEL_GAP)
+    number = level_numbers_by_gap(tested, _LEVEL_GAP)
     if number.max() >= _MOST_LEVELS:
         return np.linspace(low, high, _NODES)
     levels = np.bincount(number, tested) / np.bincount(number)
@@ -332,7 +334,7 @@ def _fixed_conditions(fit: FittedLaw) -> list[dict[str, Any]]:
     conditions = []
     for fixed in fit.coefficients.fixed:
         condition = asdict(fixed)
-        condition["least_size"] = LEAST_SIZE.get(fixed.condition, 0.0)
+        condition["least_size"] = LEAST_MAGNITUDE.get(fixed.condition, 0.0)
         conditions.append(condition)
     return conditions
 
@@ -347,12 +349,11 @@ def _tested_lattice(fit: FittedLaw) -> list[dict[str, Any]]:
         return []
     fixed_names = {fixed.condition for fixed in coefficients.fixed}
     followed = [name for name in fit.law.conditions if name not in fixed_names]
-    _, largest_steps = fit.lattice
     lattice = []
-    for name, step in zip(followed, largest_steps, strict=True):
+    for name, step in zip(followed, fit.lattice.steps, strict=True):
         if np.isfinite(step):
             tested = coefficients.tested[:, fit.law.conditions.index(name)]
-            is_logarithmic = name not in LEAST_SIZE
+            is_logarithmic = name not in LEAST_MAGNITUDE
             lattice.append(
                 {"condition": name, "step": step, "tested": tested, "log": is_logarithmic}
             )
@@ -373,7 +374,7 @@ def _box_over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> Fl
     return np.vstack([pressure_gpa, box[1:]])
 
 
-def plain(value: Any, digits: int = 0) -> Any:
+def as_json(value: Any, digits: int = 0) -> Any:
     """Numbers and arrays as JSON has them: null for NaN and infinity.
 
     Args:
@@ -381,9 +382,9 @@ def plain(value: Any, digits: int = 0) -> Any:
         digits: Significant digits of each number; all of them if 0.
     """
     if isinstance(value, Mapping):
-        return {key: plain(content, digits) for key, content in value.items()}
+        return {key: as_json(content, digits) for key, content in value.items()}
     if isinstance(value, list | tuple | np.ndarray | pd.Series):
-        return [plain(content, digits) for content in value]
+        return [as_json(content, digits) for content in value]
     if isinstance(value, float | np.floating):
         rounded = float(f"{value:.{digits}g}") if digits else float(value)
         return rounded if np.isfinite(rounded) else None

@@ -20,9 +20,9 @@ from oilfilm.report import captions
 from oilfilm.report.bearing_explorer import bearing_explorer
 from oilfilm.report.document import Section, meanings
 from oilfilm.report.explorer import explorer, law_script
+from oilfilm.report.names import printed
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.sections.build import drawn_points
-from oilfilm.report.words import printed
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -83,7 +83,7 @@ def html(
     sections: Sequence[Section],
     results: CampaignTables,
     pngs: Sequence[Path],
-    refused: Path,
+    refused_folder: Path,
     settings: Settings,
     provenance: Mapping[str, Any],
 ) -> str:
@@ -93,7 +93,7 @@ def html(
         sections: Sections of the campaign's report.
         results: The tables of the campaign.
         pngs: The figures by name, in the order in which they are shown.
-        refused: Folder of the pages of refused runs, as the table `refused_pages` names them.
+        refused_folder: Folder of the pages of refused runs, which the table `refused_pages` names.
         settings: All settings of the campaign.
         provenance: Of the job that writes the report.
 
@@ -101,13 +101,13 @@ def html(
         HTML; the same results give the same text.
     """
     gallery = _gallery(pngs)
-    signals = _signals(results, refused)
+    signals = _signals(results, refused_folder)
     data = explorer(results, settings)
     data["points"] = drawn_points(results.points, settings.report.points_max)
     data["bearing"] = bearing_explorer(results, settings)
     context = {
         "sections": sections,
-        "words": meanings(sections).items(),
+        "glossary": meanings(sections).items(),
         "settings": settings,
         "provenance": provenance,
         "origin": captions.provenance(settings.campaign),
@@ -127,9 +127,11 @@ def html(
         ],
     }
     page_without_pictures = _template().render(context, embedded={})
-    room = settings.report.size_max_mb * 1e6 - len(page_without_pictures.encode())
-    pictures = [picture for of_category in gallery.values() for picture in of_category]
-    return _template().render(context, embedded=_embedded(pictures + signals, room))
+    room_bytes = settings.report.size_max_mb * 1e6 - len(page_without_pictures.encode())
+    pictures = [
+        picture for pictures_of_category in gallery.values() for picture in pictures_of_category
+    ]
+    return _template().render(context, embedded=_embedded(pictures + signals, room_bytes))
 
 
 def _gallery(pngs: Sequence[Path]) -> dict[str, list[Picture]]:
@@ -142,16 +144,16 @@ def _gallery(pngs: Sequence[Path]) -> dict[str, list[Picture]]:
     return gallery
 
 
-def _signals(results: CampaignTables, refused: Path) -> list[Picture]:
+def _signals(results: CampaignTables, refused_folder: Path) -> list[Picture]:
     """The pages of refused runs.
 
     Args:
         results: Table `refused_pages`.
-        refused: Folder of the pages.
+        refused_folder: Folder of the pages.
     """
     return [
         Picture(
-            png=refused / row["page"],
+            png=refused_folder / row["page"],
             file=f"refused/{row['page']}",
             title=f"Signals of {row['run_id']}",
             caption=f"{row['run_id']}: {row['reason']}",
@@ -161,15 +163,15 @@ def _signals(results: CampaignTables, refused: Path) -> list[Picture]:
     ]
 
 
-def _embedded(pictures: Sequence[Picture], room: float) -> dict[str, str]:
-    """Pictures as data URLs, by file: as many as fit into `room` bytes, the smallest ones first."""
+def _embedded(pictures: Sequence[Picture], room_bytes: float) -> dict[str, str]:
+    """Pictures as data URLs, by file: as many as fit into the room, the smallest ones first."""
     base64_of_file = {
         picture.file: base64.b64encode(picture.png.read_bytes()).decode() for picture in pictures
     }
     embedded: dict[str, str] = {}
     for file in sorted(base64_of_file, key=lambda file: len(base64_of_file[file])):
-        room -= len(base64_of_file[file]) + _LARGEST_TAG
-        if room > 0:
+        room_bytes -= len(base64_of_file[file]) + _LARGEST_TAG
+        if room_bytes > 0:
             embedded[file] = f"data:image/png;base64,{base64_of_file[file]}"
     return embedded
 
@@ -195,6 +197,7 @@ def _source_hash(script: str) -> str:
 
 @cache
 def _template() -> Template:
+    """The page's template."""
     environment = Environment(
         loader=FileSystemLoader(_FOLDER),
         autoescape=True,

@@ -33,8 +33,10 @@ def text(
         contents_of_results: What there is in the results, each with its file or folder.
     """
     answer = sections[0]
-    files = [f"- {what}: results/{campaign.name}/{file}" for what, file in contents_of_results]
-    words = meanings(sections).items()
+    files = [
+        f"- {content}: results/{campaign.name}/{file}" for content, file in contents_of_results
+    ]
+    glossary = meanings(sections).items()
     lines = [
         sentence(f"Campaign {campaign.name}: {campaign.description}"),
         sentence(provenance(campaign)),
@@ -45,7 +47,9 @@ def text(
     lines += _with_heading("Where to find what", files)
     for section in sections[1:]:
         lines += _with_heading(section.title, _contents(section))
-    lines += _with_heading("Words", [f"- {word}: {sentence(meaning)}" for word, meaning in words])
+    lines += _with_heading(
+        "Words", [f"- {word}: {sentence(meaning)}" for word, meaning in glossary]
+    )
     return "\n".join(map(printable, lines)).rstrip() + "\n"
 
 

@@ -761,7 +761,7 @@ class MeasuredOil(OilKeys):
             )
         if self.model == "walther":
             return oils.walther_coefficients(temperatures_k, viscosities_cst)
-        density_kg_m3 = _linear_between_rows(self.density_kg_m3).at(temperatures_k)
+        density_kg_m3 = _linear_between_rows(self.density_kg_m3).value_at(temperatures_k)
         viscosity_pa_s = viscosities_cst / _CST_PER_M2_S * density_kg_m3
         if self.model == "vogel":
             return oils.vogel_coefficients(temperatures_k, viscosity_pa_s)

@@ -16,7 +16,7 @@ Decides: which variances of an effect are tried.
 """
 
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy.linalg
@@ -27,6 +27,7 @@ from oilfilm.surface.posterior import NystromPosterior, spread_out
 from oilfilm.surface.reml import CurveCovariance
 from oilfilm.surface.surface import LARGEST_DENSE
 
+# In a large campaign, so many conditions stand for all.
 _INDUCING_CONDITIONS = 40
 # Variances that are tried, over the variance in the fit, and the number of the latter.
 _VARIANCES = np.geomspace(1e-3, 1e3, 31)
@@ -39,33 +40,33 @@ _LN_SD = 0.6
 class Information:
     """What the points say of the effects of one kind, at one variance.
 
-    W is diag(own) + sign root root'.
+    W is diag(unshared) + sign root root'.
 
     Attributes:
         pull: q, shape (curves,).
-        own: Shape (curves,).
-        root: Shape (curves, n).
-        sign: 1 or -1.
+        unshared: Part of the diagonal of W that each run has by itself, shape (curves,).
+        root: Root of the part of W that couples the runs, shape (curves, n).
+        sign: Sign of that part, 1 or -1.
     """
 
     pull: FloatArray
-    own: FloatArray
+    unshared: FloatArray
     root: FloatArray
     sign: float
 
     def between(self, left: FloatArray, right: FloatArray) -> FloatArray:
         """p' W r of each column p of the left and r of the right, shape (patterns,)."""
         shared = np.sum((self.root.T @ left) * (self.root.T @ right), axis=0)
-        return self.own @ (left * right) + self.sign * shared
+        return self.unshared @ (left * right) + self.sign * shared
 
     def times(self, columns: FloatArray) -> FloatArray:
         """W times columns, shape (curves, ...)."""
-        own = (self.own * columns.T).T
-        return np.asarray(own + self.sign * (self.root @ (self.root.T @ columns)))
+        unshared_term = (self.unshared * columns.T).T
+        return np.asarray(unshared_term + self.sign * (self.root @ (self.root.T @ columns)))
 
     def diagonal(self) -> FloatArray:
         """Diagonal of W, shape (curves,)."""
-        return self.own + self.sign * np.sum(self.root**2, axis=1)
+        return self.unshared + self.sign * np.sum(self.root**2, axis=1)
 
 
 class EffectLikelihood(Protocol):
@@ -92,10 +93,10 @@ def effect_likelihoods(covariance: CurveCovariance) -> dict[str, EffectLikelihoo
     """
     if len(covariance.curves.conditions) > LARGEST_DENSE:
         return _low_rank(covariance)
-    return {effect: _Dense.of_effect(covariance, effect) for effect in EFFECTS}
+    return {effect: _Dense.from_covariance(covariance, effect) for effect in EFFECTS}
 
 
-def _known_before() -> FloatArray:
+def _log_prior_density() -> FloatArray:
     """Twice the logarithm of the density of each variance before the data, shape (variances,)."""
     return -((np.log(_VARIANCES) / 2 / _LN_SD) ** 2)
 
@@ -117,20 +118,20 @@ class _Dense:
     expected_variance: float
 
     @classmethod
-    def of_effect(cls, covariance: CurveCovariance, effect: str) -> "_Dense":
+    def from_covariance(cls, covariance: CurveCovariance, effect: str) -> "_Dense":
         """The likelihood of one effect."""
         number = EFFECTS.index(effect)
         sizes = covariance.sizes.effects.copy()
         expected = float(sizes[number] ** 2)
         sizes[number] = 0.0
-        without = replace(covariance, sizes=replace(covariance.sizes, effects=sizes))
+        without_effect = replace(covariance, sizes=replace(covariance.sizes, effects=sizes))
         curves = covariance.curves
         design = curves.membership.multiply(curves.effects[:, number, np.newaxis]).toarray()
-        factor = scipy.linalg.cholesky(without.matrix(), lower=True)
-        half = scipy.linalg.solve_triangular(factor, design, lower=True)
-        departure = scipy.linalg.solve_triangular(factor, curves.departure, lower=True)
-        values, vectors = scipy.linalg.eigh(half.T @ half)
-        pull = vectors.T @ (half.T @ departure)
+        factor = scipy.linalg.cholesky(without_effect.matrix(), lower=True)
+        whitened_design = scipy.linalg.solve_triangular(factor, design, lower=True)
+        whitened_departure = scipy.linalg.solve_triangular(factor, curves.departure, lower=True)
+        values, vectors = scipy.linalg.eigh(whitened_design.T @ whitened_design)
+        pull = vectors.T @ (whitened_design.T @ whitened_departure)
         return cls(np.maximum(values, 0.0), vectors, pull, expected)
 
     @property
@@ -139,14 +140,14 @@ class _Dense:
         variances = self.expected_variance * _VARIANCES
         shrinkage = 1 / (1 + np.outer(variances, self.values))
         squares = variances[:, np.newaxis] * shrinkage * self.pull**2
-        return np.sum(squares + np.log(shrinkage), axis=1) + _known_before()
+        return np.sum(squares + np.log(shrinkage), axis=1) + _log_prior_density()
 
     def information(self, number: int) -> Information:
         """See `EffectLikelihood`."""
         shrinkage = 1 / (1 + self.expected_variance * _VARIANCES[number] * self.values)
         return Information(
             pull=self.vectors @ (shrinkage * self.pull),
-            own=np.zeros(len(self.values)),
+            unshared=np.zeros(len(self.values)),
             root=self.vectors * np.sqrt(shrinkage * self.values),
             sign=1.0,
         )
@@ -160,16 +161,16 @@ class _LowRank:
     the variance of the fit; another variance changes D by a matrix of rank one per curve.
 
     Attributes:
-        own: z' D^-1 z of each curve, with its column z of the design, shape (curves,).
-        own_pull: z' D^-1 y of each curve, shape (curves,).
+        unshared: z' D^-1 z of each curve, with its column z of the design, shape (curves,).
+        unshared_pull: z' D^-1 y of each curve, shape (curves,).
         features: z' D^-1 F of each curve, shape (curves, features).
         precision: 1 + F' D^-1 F of all curves, shape (features, features).
         feature_pull: F' D^-1 y of all curves, shape (features,).
         expected_variance: Variance of an effect in the fit.
     """
 
-    own: FloatArray
-    own_pull: FloatArray
+    unshared: FloatArray
+    unshared_pull: FloatArray
     features: FloatArray
     precision: FloatArray
     feature_pull: FloatArray
@@ -180,32 +181,56 @@ class _LowRank:
         """See `EffectLikelihood`."""
         values = []
         for variance in self.expected_variance * _VARIANCES:
-            more, factor, pull = self._at(variance)
+            variance_change, factor, pull = self._at_variance(variance)
             solved = scipy.linalg.solve_triangular(factor, pull, lower=True)
-            growth = 1 + more * self.own
+            growth = 1 + variance_change * self.unshared
             determinant = np.sum(np.log(growth)) + 2 * np.sum(np.log(np.diag(factor)))
-            values.append(np.sum(more * self.own_pull**2 / growth) + solved @ solved - determinant)
-        return np.array(values) + _known_before()
+            values.append(
+                np.sum(variance_change * self.unshared_pull**2 / growth)
+                + solved @ solved
+                - determinant
+            )
+        return np.array(values) + _log_prior_density()
 
     def information(self, number: int) -> Information:
         """See `EffectLikelihood`."""
-        more, factor, pull = self._at(self.expected_variance * _VARIANCES[number])
-        growth = 1 + more * self.own
+        variance_change, factor, pull = self._at_variance(
+            self.expected_variance * _VARIANCES[number]
+        )
+        growth = 1 + variance_change * self.unshared
         features = self.features / growth[:, np.newaxis]
         root = scipy.linalg.solve_triangular(factor, features.T, lower=True).T
         solved = scipy.linalg.solve_triangular(factor, pull, lower=True)
         return Information(
-            pull=self.own_pull / growth - root @ solved, own=self.own / growth, root=root, sign=-1.0
+            pull=self.unshared_pull / growth - root @ solved,
+            unshared=self.unshared / growth,
+            root=root,
+            sign=-1.0,
         )
 
-    def _at(self, variance: float) -> tuple[float, FloatArray, FloatArray]:
-        """Change of the variance, the factor of the precision of features, and their pull."""
-        more = variance - self.expected_variance
-        growth = 1 + more * self.own
-        weighted = self.features * (more / growth)[:, np.newaxis]
+    def _at_variance(self, variance: float) -> "_FeaturesAtVariance":
+        """The features with another variance of the effect."""
+        variance_change = variance - self.expected_variance
+        growth = 1 + variance_change * self.unshared
+        weighted = self.features * (variance_change / growth)[:, np.newaxis]
         precision = self.precision - self.features.T @ weighted
-        pull = self.feature_pull - weighted.T @ self.own_pull
-        return more, scipy.linalg.cholesky(precision, lower=True), pull
+        pull = self.feature_pull - weighted.T @ self.unshared_pull
+        factor = scipy.linalg.cholesky(precision, lower=True)
+        return _FeaturesAtVariance(variance_change, factor, pull)
+
+
+class _FeaturesAtVariance(NamedTuple):
+    """What the features say at one variance of the effect.
+
+    Attributes:
+        variance_change: This variance less that of the fit.
+        factor: Lower Cholesky factor of the precision of the features.
+        pull: F' D^-1 y with this variance, shape (features,).
+    """
+
+    variance_change: float
+    factor: FloatArray
+    pull: FloatArray
 
 
 def _low_rank(covariance: CurveCovariance) -> dict[str, EffectLikelihood]:
@@ -214,23 +239,23 @@ def _low_rank(covariance: CurveCovariance) -> dict[str, EffectLikelihood]:
     chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)
     posterior = NystromPosterior(covariance, np.flatnonzero(np.isin(curves.curve, chosen)))
     count, features = len(curves.conditions), len(posterior.inducing)
-    own, own_pull = np.zeros((2, len(EFFECTS), count))
-    own_features = np.zeros((len(EFFECTS), count, features))
+    unshared, unshared_pull = np.zeros((2, len(EFFECTS), count))
+    unshared_features = np.zeros((len(EFFECTS), count, features))
     precision, feature_pull = np.eye(features), np.zeros(features)
-    for row, (coordinates, of_curve, factor) in enumerate(posterior.of_curves()):
-        columns = [of_curve, curves.effects[coordinates], curves.departure[coordinates]]
+    for row, (coordinates, curve_features, factor) in enumerate(posterior.by_curve()):
+        columns = [curve_features, curves.effects[coordinates], curves.departure[coordinates]]
         stacked = scipy.linalg.solve_triangular(factor, np.column_stack(columns), lower=True)
         whitened, design, departure = np.split(stacked, [features, -1], axis=1)
         precision += whitened.T @ whitened
         feature_pull += whitened.T @ departure[:, 0]
-        own[:, row] = np.sum(design**2, axis=0)
-        own_pull[:, row] = design.T @ departure[:, 0]
-        own_features[:, row] = design.T @ whitened
+        unshared[:, row] = np.sum(design**2, axis=0)
+        unshared_pull[:, row] = design.T @ departure[:, 0]
+        unshared_features[:, row] = design.T @ whitened
     return {
         effect: _LowRank(
-            own=own[number],
-            own_pull=own_pull[number],
-            features=own_features[number],
+            unshared=unshared[number],
+            unshared_pull=unshared_pull[number],
+            features=unshared_features[number],
             precision=precision,
             feature_pull=feature_pull,
             expected_variance=float(covariance.sizes.effects[number] ** 2),

@@ -68,7 +68,7 @@ class RunErrorSizes:
     noise: LogNormal = LogNormal(0.003, 0.6, 5e-4, 0.2)
     rig_gain: LogNormal = LogNormal(0.01, 0.6, 1e-4, 0.2)
 
-    def of_runs(self) -> tuple[LogNormal, ...]:
+    def run_and_noise_sizes(self) -> tuple[LogNormal, ...]:
         """The sizes of what differs from run to run, in the order of `EFFECTS`, and the noise."""
         return (self.gain, self.zero, self.slip_scale, self.temperature_k, self.noise)
 

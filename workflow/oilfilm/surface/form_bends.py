@@ -38,7 +38,7 @@ def form_bends(
         change = law.log_mu(at_highest, slip) - law.log_mu(at_lowest, slip)
         level = conditions[:, dimension]
         ratio = highest[dimension] / lowest[dimension]
-        of_power_law = np.log(level / lowest[dimension]) / np.log(ratio)
-        of_exponential = (level - lowest[dimension]) / (highest[dimension] - lowest[dimension])
-        bends.append(((of_power_law - of_exponential) * change)[:, np.newaxis])
+        power_law_share = np.log(level / lowest[dimension]) / np.log(ratio)
+        exponential_share = (level - lowest[dimension]) / (highest[dimension] - lowest[dimension])
+        bends.append(((power_law_share - exponential_share) * change)[:, np.newaxis])
     return np.hstack(bends)

@@ -125,16 +125,18 @@ def interval_factors(
         left_out: Each condition, as the others predict it.
         wanted_level: Share that an interval should hold, where there are conditions enough.
     """
-    scores, drawn = _scores(covariance, point_curve, left_out)
+    scores, drawn_largest_scores = _scores(covariance, point_curve, left_out)
     level = allowed_level(wanted_level, int(condition.max()) + 1)
-    largest = np.zeros(len(condition))
-    np.maximum.at(largest, point_curve, scores)
-    point = max(normal_factor(wanted_level), point_quantile(scores, condition[point_curve], level))
-    of_model = float(np.quantile(drawn, wanted_level))
+    largest_scores = np.zeros(len(condition))
+    np.maximum.at(largest_scores, point_curve, scores)
+    point_factor = max(
+        normal_factor(wanted_level), point_quantile(scores, condition[point_curve], level)
+    )
+    model_quantile = float(np.quantile(drawn_largest_scores, wanted_level))
     return IntervalFactors(
         level=level,
-        point=point,
-        curve=max(point, of_model, curve_quantile(largest, condition, level)),
+        point=point_factor,
+        curve=max(point_factor, model_quantile, curve_quantile(largest_scores, condition, level)),
     )
 
 
@@ -152,17 +154,17 @@ def _scores(
     draws_per_curve = -(-_DRAWS // len(curves.conditions))
     error = curves.remainder.copy()
     variance = np.zeros(len(error))
-    drawn = []
+    drawn_largest_scores = []
     for group in left_out:
         points, vectors = curves.vectors_of(group.coordinates)
         error[points] += vectors @ group.error
-        of_noise = noise**2 * (1 - np.sum(vectors**2, axis=1))
-        variance[points] = np.sum((vectors @ group.covariance) * vectors, axis=1) + of_noise
-        errors = _drawn_errors(group, vectors, noise, random, draws_per_curve)
-        scores = np.abs(errors) / np.sqrt(variance[points, np.newaxis])
+        noise_variance = noise**2 * (1 - np.sum(vectors**2, axis=1))
+        variance[points] = np.sum((vectors @ group.covariance) * vectors, axis=1) + noise_variance
+        drawn_errors = _drawn_errors(group, vectors, noise, random, draws_per_curve)
+        drawn_scores = np.abs(drawn_errors) / np.sqrt(variance[points, np.newaxis])
         starts = np.flatnonzero(np.diff(point_curve[points], prepend=-1))
-        drawn.append(np.maximum.reduceat(scores, starts, axis=0).ravel())
-    return np.abs(error) / np.sqrt(variance), np.concatenate(drawn)
+        drawn_largest_scores.append(np.maximum.reduceat(drawn_scores, starts, axis=0).ravel())
+    return np.abs(error) / np.sqrt(variance), np.concatenate(drawn_largest_scores)
 
 
 def _drawn_errors(

@@ -3,15 +3,18 @@
     k = w(t) w(t') (C_E(x, x') + C_G(x, x') M(t, t'))
 
 with t the scaled slip, x the scaled conditions about the middle of the tested box, M Matern-5/2 and
-w = r^((t - t_m)/t_r). r is the size at a slip of 0.3 over that at rolling: at low slip traction
-follows the viscosity, and a law misses more of it.
+w = r^((t - t_m)/t_r), where t_r is the scaled slip of 0.3 and t_m its half. r is the size at a slip
+of 0.3 over that at rolling: at low slip traction follows the viscosity, and a law misses more of
+it.
 
     C_E = A + B/2,   C_G = (A + B)/2
     A = kappa^2 (4 + sum x_d x_d' + sum x_d x_e x_d' x_e')
     B = kappa^2 (sum a_d^2 M_d + p^2 M_P M_U M_T) + bends
 
-which is A (1 + M/2) + B (1/2 + M/2). A condition with two levels has no main effect a_d: between
-two levels no data can check the law, so the bend there has a size that kappa does not scale.
+which is A (1 + M/2) + B (1/2 + M/2). kappa is the size of the departure. The main effect a_d of
+condition d and the interaction p are in units of it (`DepartureSizes`). A condition with two levels
+has no main effect a_d: between two levels no data can check the law, so the bend there has a size
+that kappa does not scale.
 
 Decides: the smoothness of a surface; the bend of traction between two levels of a condition.
 """
@@ -27,11 +30,14 @@ from oilfilm.surface.measurements import scaled_slip
 # Standard deviation of ln mu in the middle between two levels of P, U and T: the bends of oils.
 _BEND_SD = (0.05, 0.03, 0.08)
 _LEVELS_THAT_SHOW_A_BEND = 3
+# Number of conditions: P, U and T.
 _CONDITIONS = 3
+# Slip at which `DepartureSizes.slip_trend` is given.
 _TREND_SLIP = 0.3
 # Variance of the constant part over that of the linear part.
 _CONSTANT_VARIANCE = 4.0
 
+# What is known of each size before the data: median, spread of the logarithm, smallest, largest.
 MAIN_EFFECT = LogNormal(0.5, 1.0, 0.02, 10.0)
 INTERACTION = LogNormal(0.3, 1.0, 0.02, 10.0)
 # The longest lengths are about half the range of slips and twice that of conditions: with longer
@@ -44,20 +50,23 @@ CONDITION_LENGTH = LogNormal(1.0, 0.5, 0.15, 3.0)
 def matern(distance: FloatArray) -> FloatArray:
     """Matern-5/2 correlation (1 + r + r^2/3) exp(-r) with r = sqrt(5) distance / length.
 
+    Args:
+        distance: Distance over the length.
+
     Reference: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning (2006),
     Eq. 4.17.
 
     >>> round(float(matern(np.array(1.0))), 5)
     0.52399
     """
-    scaled = np.sqrt(5.0) * np.abs(distance)
-    return (1 + scaled + scaled**2 / 3) * np.exp(-scaled)
+    r = np.sqrt(5.0) * np.abs(distance)
+    return (1 + r + r**2 / 3) * np.exp(-r)
 
 
 def matern_slope(distance: FloatArray) -> FloatArray:
     """Derivative of `matern` by the logarithm of the length: r^2 (1 + r) exp(-r) / 3."""
-    scaled = np.sqrt(5.0) * np.abs(distance)
-    return scaled**2 * (1 + scaled) * np.exp(-scaled) / 3
+    r = np.sqrt(5.0) * np.abs(distance)
+    return r**2 * (1 + r) * np.exp(-r) / 3
 
 
 @dataclass(frozen=True)
@@ -115,10 +124,10 @@ class ConditionBox:
 
         A condition with another number of levels has none.
         """
-        half = (self.highest - self.lowest) / 2
+        half_range = (self.highest - self.lowest) / 2
         bends = np.zeros_like(centred)
         for dimension in np.flatnonzero(self.has_two_levels):
-            ratio = centred[:, dimension] / half[dimension]
+            ratio = centred[:, dimension] / half_range[dimension]
             bends[:, dimension] = _BEND_SD[dimension] * (1 - ratio**2)
         return bends
 
@@ -173,8 +182,9 @@ class ConditionKernel:
         """C_E + C_G of each row with itself, shape (rows,)."""
         rigid = self._rigid(rows, rows)
         sizes = self.sizes
-        checked = np.sum(self.box.shows_bends * sizes.main**2) + sizes.interaction**2
-        curved = sizes.kappa**2 * checked + np.sum(self.box.bends(rows) ** 2, axis=1)
+        main_and_interaction = np.sum(self.box.shows_bends * sizes.main**2) + sizes.interaction**2
+        bends = np.sum(self.box.bends(rows) ** 2, axis=1)
+        curved = sizes.kappa**2 * main_and_interaction + bends
         return 1.5 * rigid + curved
 
     def slopes(self, rows: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
@@ -188,17 +198,19 @@ class ConditionKernel:
         interaction = sizes.kappa**2 * sizes.interaction**2
         product = np.prod(correlations, axis=0)
         rigid = self._rigid(rows[:, np.newaxis], rows[np.newaxis])
-        checked = np.tensordot(main, correlations, axes=1) + interaction * product
-        by_name = {"kappa": (2 * rigid + checked, rigid + checked)}
-        by_name["interaction"] = _of_curved(2 * interaction * product)
+        curved_without_bends = np.tensordot(main, correlations, axes=1) + interaction * product
+        by_name = {"kappa": (2 * rigid + curved_without_bends, rigid + curved_without_bends)}
+        by_name["interaction"] = _slopes_by_curved(2 * interaction * product)
         for dimension in range(_CONDITIONS):
             column = rows[:, dimension]
             distance = np.subtract.outer(column, column) / sizes.lengths[dimension]
             slope = matern_slope(distance)
-            others = np.prod(np.delete(correlations, dimension, axis=0), axis=0)
-            by_name[f"main_{dimension}"] = _of_curved(2 * main[dimension] * correlations[dimension])
-            by_name[f"length_{dimension}"] = _of_curved(
-                (main[dimension] + interaction * others) * slope
+            other_correlations = np.prod(np.delete(correlations, dimension, axis=0), axis=0)
+            by_name[f"main_{dimension}"] = _slopes_by_curved(
+                2 * main[dimension] * correlations[dimension]
+            )
+            by_name[f"length_{dimension}"] = _slopes_by_curved(
+                (main[dimension] + interaction * other_correlations) * slope
             )
         return by_name
 
@@ -224,6 +236,6 @@ class ConditionKernel:
         return matern(distance / self.sizes.lengths[:, np.newaxis, np.newaxis])
 
 
-def _of_curved(slope: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _slopes_by_curved(slope: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Derivatives of C_E and C_G from that of B."""
     return slope / 2, slope / 2

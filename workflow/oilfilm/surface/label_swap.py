@@ -26,10 +26,12 @@ from oilfilm.surface.steadiness import SteadinessLimits
 from oilfilm.surface.surface import LARGEST_DENSE, Surface
 from oilfilm.surface.threads import with_one_blas_thread
 
+# Column of the temperature among the conditions, and of the zero among the effects.
 _TEMPERATURE = 2
 _ZERO = EFFECTS.index("zero")
 # Largest number of runs that are suspected together, and their largest share.
 _MOST_SUSPECTS, _LARGEST_SHARE = 8, 1 / 3
+# Exchanges that are tried one after the other.
 _ROUNDS = 6
 
 
@@ -64,32 +66,34 @@ def swapped_temperatures(
     Returns:
         None also for more than 150 curves, for which the exchange is not tried.
     """
-    given = surface.measurements.conditions
-    runs = len(given)
+    conditions_as_read = surface.measurements.conditions
+    runs = len(conditions_as_read)
     if runs > LARGEST_DENSE:
         return None
     as_labelled = Relabelled.as_read(surface, errors or RunErrorSizes())
-    labels = present = as_labelled
+    likeliest = current = as_labelled
     for _ in range(_ROUNDS):
-        proposed = _likeliest_conditions(present)
+        proposed = _likeliest_conditions(current)
         if proposed is None:
             break
         # a round may be worse before the next one is better
-        present = present.fitted_to(replace(present.measurements, conditions=proposed))
-        if present.objective < labels.objective:
-            labels = present
+        current = current.fitted_to(replace(current.measurements, conditions=proposed))
+        if current.objective < likeliest.objective:
+            likeliest = current
     moved = np.flatnonzero(
-        _is_moved(given, labels.measurements.conditions, surface.measurements.level_widths)
+        _is_moved(
+            conditions_as_read, likeliest.measurements.conditions, surface.measurements.level_widths
+        )
     )
     count = len(moved)
     if not count:
         return None
     # groups of this size, and the orders of their labels
-    choices = np.log(scipy.special.comb(runs, count)) + scipy.special.gammaln(count + 1)
-    score = float(2 * (as_labelled.objective - labels.objective - choices))
-    alarm = (limits or SteadinessLimits()).alarm_of_groups
-    new = labels.measurements.conditions[moved, _TEMPERATURE]
-    return LabelSwap(moved, new, score, score > alarm)
+    ln_choices = np.log(scipy.special.comb(runs, count)) + scipy.special.gammaln(count + 1)
+    score = float(2 * (as_labelled.objective - likeliest.objective - ln_choices))
+    alarm_score = (limits or SteadinessLimits()).alarm_of_groups
+    new_temperatures_c = likeliest.measurements.conditions[moved, _TEMPERATURE]
+    return LabelSwap(moved, new_temperatures_c, score, score > alarm_score)
 
 
 def _is_moved(old: FloatArray, new: FloatArray, widths: LevelWidths) -> BoolArray:
@@ -99,79 +103,100 @@ def _is_moved(old: FloatArray, new: FloatArray, widths: LevelWidths) -> BoolArra
 
 
 @dataclass(frozen=True)
-class _Rest:
+class _RemainingCurves:
     """The remaining curves, which predict the suspects.
 
     Attributes:
-        places: Their coordinates.
+        coordinates: Their coordinates.
         factor: Lower Cholesky factor of their covariance.
         weights: Inverse of their covariance times the departure.
     """
 
-    places: Coordinates
+    coordinates: Coordinates
     factor: FloatArray
     weights: FloatArray
 
 
-def _likeliest_conditions(labels: Relabelled) -> FloatArray | None:
+def _likeliest_conditions(relabelled: Relabelled) -> FloatArray | None:
     """The conditions after the likeliest exchange; None if that changes no temperature."""
-    suspects = _suspects(labels)
-    conditions = labels.measurements.conditions
+    suspects = _suspects(relabelled)
+    conditions = relabelled.measurements.conditions
     temperatures = conditions[suspects, _TEMPERATURE]
-    density = _log_densities(labels, suspects, temperatures)
+    density = _log_densities(relabelled, suspects, temperatures)
     _, assigned = scipy.optimize.linear_sum_assignment(-density)
     proposed = conditions.copy()
     proposed[suspects, _TEMPERATURE] = temperatures[assigned]
-    is_moved = _is_moved(conditions, proposed, labels.measurements.level_widths)
+    is_moved = _is_moved(conditions, proposed, relabelled.measurements.level_widths)
     proposed[~is_moved] = conditions[~is_moved]
     return proposed if is_moved.any() else None
 
 
-def _suspects(labels: Relabelled) -> IndexArray:
+def _suspects(relabelled: Relabelled) -> IndexArray:
     """The runs whose labels were changed, and those that contradict all others most."""
-    runs = len(labels.measurements.conditions)
+    runs = len(relabelled.measurements.conditions)
     contradiction = []
-    for left_out in DensePosterior(labels.covariance).left_out(np.arange(runs)):
+    for left_out in DensePosterior(relabelled.covariance).left_out(np.arange(runs)):
         squares = left_out.error @ left_out.precision @ left_out.error
         contradiction.append(squares / len(left_out.error))
-    size = np.array(contradiction)
-    given = labels.surface.measurements
-    size[_is_moved(given.conditions, labels.measurements.conditions, given.level_widths)] = np.inf
+    mean_squares = np.array(contradiction)
+    measurements_as_read = relabelled.surface.measurements
+    mean_squares[
+        _is_moved(
+            measurements_as_read.conditions,
+            relabelled.measurements.conditions,
+            measurements_as_read.level_widths,
+        )
+    ] = np.inf
     count = min(_MOST_SUSPECTS, int(_LARGEST_SHARE * runs))
-    return np.sort(np.argsort(-size, kind="stable")[:count])
+    return np.sort(np.argsort(-mean_squares, kind="stable")[:count])
 
 
 def _log_densities(
-    labels: Relabelled, suspects: IndexArray, temperatures: FloatArray
+    relabelled: Relabelled, suspects: IndexArray, temperatures: FloatArray
 ) -> FloatArray:
     """Logarithm of the density of each suspect at each temperature, from the other runs."""
-    curves = labels.covariance.curves
-    kept = np.flatnonzero(~np.isin(curves.curve, suspects))
-    matrix = labels.covariance.matrix()[np.ix_(kept, kept)]
-    factor = scipy.linalg.cholesky(matrix, lower=True)
-    weights = scipy.linalg.cho_solve((factor, True), curves.departure[kept])
-    rest = _Rest(curves.part(kept), factor, weights)
-    different, number = np.unique(temperatures, return_inverse=True)
-    density = [[_log_density(labels, rest, row, t) for t in different] for row in suspects]
-    return np.array(density)[:, number]
+    curves = relabelled.covariance.curves
+    remaining_coordinates = np.flatnonzero(~np.isin(curves.curve, suspects))
+    remaining_covariance = relabelled.covariance.matrix()[
+        np.ix_(remaining_coordinates, remaining_coordinates)
+    ]
+    factor = scipy.linalg.cholesky(remaining_covariance, lower=True)
+    weights = scipy.linalg.cho_solve((factor, True), curves.departure[remaining_coordinates])
+    remaining = _RemainingCurves(curves.select(remaining_coordinates), factor, weights)
+    distinct_temperatures, number_of_temperature = np.unique(temperatures, return_inverse=True)
+    density = [
+        [
+            _log_density(relabelled, remaining, row, temperature_c)
+            for temperature_c in distinct_temperatures
+        ]
+        for row in suspects
+    ]
+    return np.array(density)[:, number_of_temperature]
 
 
-def _log_density(labels: Relabelled, rest: _Rest, row: int, temperature_c: float) -> float:
+def _log_density(
+    relabelled: Relabelled, remaining: _RemainingCurves, row: int, temperature_c: float
+) -> float:
     """Logarithm of the density of a curve at some temperature, from the remaining curves."""
-    covariance, sizes = labels.covariance, labels.covariance.sizes
-    alone = labels.measurements.of_curves(np.array([row]))
-    conditions = alone.conditions.copy()
+    covariance, sizes = relabelled.covariance, relabelled.covariance.sizes
+    single_run = relabelled.measurements.select_curves(np.array([row]))
+    conditions = single_run.conditions.copy()
     conditions[:, _TEMPERATURE] = temperature_c
-    moved = replace(alone, conditions=conditions)
-    law = labels.surface.law
-    curve = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
-    places = curve.part(np.arange(len(curve.departure)))
-    across = smooth_covariance(covariance, places, rest.places)
-    half = scipy.linalg.solve_triangular(rest.factor, across.T, lower=True)
-    own = smooth_covariance(covariance, places, places) - half.T @ half
-    scaled = curve.effects * sizes.effects
-    own += scaled @ scaled.T + sizes.noise**2 * np.eye(len(own))
-    own_factor = scipy.linalg.cholesky(own, lower=True)
-    error = curve.departure - across @ rest.weights
-    whitened = scipy.linalg.solve_triangular(own_factor, error, lower=True)
-    return float(-whitened @ whitened / 2 - np.sum(np.log(np.diag(own_factor))))
+    moved = replace(single_run, conditions=conditions)
+    law = relabelled.surface.law
+    reduced_curve = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
+    coordinates = reduced_curve.select(np.arange(len(reduced_curve.departure)))
+    across = smooth_covariance(covariance, coordinates, remaining.coordinates)
+    whitened_across = scipy.linalg.solve_triangular(remaining.factor, across.T, lower=True)
+    curve_covariance = (
+        smooth_covariance(covariance, coordinates, coordinates)
+        - whitened_across.T @ whitened_across
+    )
+    scaled_effects = reduced_curve.effects * sizes.effects
+    curve_covariance += scaled_effects @ scaled_effects.T + sizes.noise**2 * np.eye(
+        len(curve_covariance)
+    )
+    curve_factor = scipy.linalg.cholesky(curve_covariance, lower=True)
+    error = reduced_curve.departure - across @ remaining.weights
+    whitened = scipy.linalg.solve_triangular(curve_factor, error, lower=True)
+    return float(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))

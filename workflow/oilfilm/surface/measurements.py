@@ -194,13 +194,13 @@ class Measurements:
         points = np.concatenate([points_of_curves[row] for row in rows])
         return np.array(rows, dtype=np.int64), points
 
-    def of_curves(self, rows: IndexArray) -> "Measurements":
+    def select_curves(self, rows: IndexArray) -> "Measurements":
         """The points of some curves, which are numbered anew in their old order."""
         is_chosen = np.zeros(len(self.conditions), dtype=bool)
         is_chosen[rows] = True
-        return self.of_points(is_chosen[self.curve])
+        return self.select_points(is_chosen[self.curve])
 
-    def of_points(self, is_chosen: BoolArray) -> "Measurements":
+    def select_points(self, is_chosen: BoolArray) -> "Measurements":
         """Some points; curves that lose all their points are left out.
 
         Args:

@@ -21,7 +21,9 @@ from oilfilm.surface.steadiness import SteadinessLimits
 from oilfilm.surface.surface import LARGEST_DENSE, Surface
 from oilfilm.surface.threads import with_one_blas_thread
 
+# Column of the speed among the conditions.
 _SPEED = 1
+# Reading over the true value.
 _FACTORS = (2.0, 0.5)
 
 
@@ -79,22 +81,28 @@ def misread_runs(
     if not candidates or len(measured.conditions) > LARGEST_DENSE:
         return None
     as_read = Relabelled.as_read(surface, errors or RunErrorSizes())
-    present = as_read.objective_of(measured)
-    gains = [present - as_read.objective_of(each.put_right(measured)) for each in candidates]
+    objective_as_read = as_read.objective_of(measured)
+    gains = [
+        objective_as_read - as_read.objective_of(candidate.put_right(measured))
+        for candidate in candidates
+    ]
     best = candidates[int(first_largest(gains))]
     if max(gains) <= 0:
         return None
     put_right = as_read.fitted_to(best.put_right(measured))
-    choices = np.log(len(candidates))
-    score = float(2 * (as_read.objective - put_right.objective - choices))
-    alarm = (limits or SteadinessLimits()).alarm
-    return replace(best, score=score, is_alarm=score > alarm)
+    ln_choices = np.log(len(candidates))
+    score = float(2 * (as_read.objective - put_right.objective - ln_choices))
+    alarm_score = (limits or SteadinessLimits()).alarm
+    return replace(best, score=score, is_alarm=score > alarm_score)
 
 
 def _candidates(measured: Measurements, labels: Mapping[str, BoolArray]) -> Iterator[Misreading]:
     """Runs with a label, and runs of large speed or slip, with each factor."""
-    of_labels = patterns_of_labels(labels)
-    groups = [(label, of_labels.values[:, row] > 0) for row, label in enumerate(of_labels.labels)]
+    label_patterns = patterns_of_labels(labels)
+    groups = [
+        (label, label_patterns.values[:, row] > 0)
+        for row, label in enumerate(label_patterns.labels)
+    ]
     curves = len(measured.conditions)
     largest_slip = np.zeros(curves)
     np.maximum.at(largest_slip, measured.curve, measured.slip)

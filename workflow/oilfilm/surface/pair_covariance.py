@@ -38,7 +38,7 @@ LAW_DIFFERENCE = LogNormal(0.1, 0.7, 0.03, 3.0)
 # takes a larger departure than the most likely one.
 _CAUTION = 3.0
 _ITERATIONS = 100
-_ERROR_SIZES = len(RunErrorSizes().of_runs())
+_ERROR_SIZES = len(RunErrorSizes().run_and_noise_sizes())
 _NOISE = _ERROR_SIZES - 1
 
 
@@ -66,10 +66,10 @@ class PairSizes:
                 without effects and noise, then that of `law_difference`.
         """
         end_of_common = (len(logarithms) - 1 + _ERROR_SIZES) // 2
-        of_ratio = np.concatenate([logarithms[:_ERROR_SIZES], logarithms[end_of_common:-1]])
+        ratio_logarithms = np.concatenate([logarithms[:_ERROR_SIZES], logarithms[end_of_common:-1]])
         return cls(
             common=Sizes.from_logarithms(logarithms[:end_of_common]),
-            ratio=Sizes.from_logarithms(of_ratio),
+            ratio=Sizes.from_logarithms(ratio_logarithms),
             law_difference=float(np.exp(logarithms[-1])),
         )
 
@@ -82,8 +82,8 @@ class PairSizes:
 
 def pair_priors(errors: RunErrorSizes) -> tuple[LogNormal, ...]:
     """What is known of each size before the data, in the order of `PairSizes`."""
-    of_ratio = priors(errors, DEPARTURE)[_ERROR_SIZES:]
-    return (*priors(errors, CAUTIOUS), *of_ratio, LAW_DIFFERENCE)
+    ratio_priors = priors(errors, DEPARTURE)[_ERROR_SIZES:]
+    return (*priors(errors, CAUTIOUS), *ratio_priors, LAW_DIFFERENCE)
 
 
 @dataclass(frozen=True)
@@ -93,17 +93,17 @@ class PairCovariance:
     Attributes:
         common: Covariance of what has no oil: law, c, effects of runs and noise.
         ratio: Covariance of r at the same coordinates. Its effects and noise are not used.
-        half: -1/2 for the first oil and 1/2 for the second, shape (coordinates,).
+        half_sign: -1/2 for the first oil and 1/2 for the second, shape (coordinates,).
         law_difference: See `PairSizes`.
     """
 
     common: CurveCovariance
     ratio: CurveCovariance
-    half: FloatArray
+    half_sign: FloatArray
     law_difference: float
 
     @classmethod
-    def of_curves(
+    def from_curves(
         cls, curves: ReducedCurves, box: ConditionBox, oil: IndexArray, sizes: PairSizes
     ) -> "PairCovariance":
         """The covariance of curves.
@@ -116,42 +116,44 @@ class PairCovariance:
         """
         slopes = _slopes_of_ratio(curves.to_slips, curves.law_slopes, sizes.law_difference)
         # between two levels the ratio bends by its own size: what laws miss there, both oils share
-        box_of_ratio = replace(box, level_counts=np.maximum(box.level_counts, 3))
+        ratio_box = replace(box, level_counts=np.maximum(box.level_counts, 3))
         return cls(
             common=CurveCovariance(curves, box, sizes.common),
-            ratio=CurveCovariance(replace(curves, law_slopes=slopes), box_of_ratio, sizes.ratio),
-            half=oil[curves.curve].astype(float) - 0.5,
+            ratio=CurveCovariance(replace(curves, law_slopes=slopes), ratio_box, sizes.ratio),
+            half_sign=oil[curves.curve].astype(float) - 0.5,
             law_difference=sizes.law_difference,
         )
 
     @cached_property
     def measured(self) -> Coordinates:
         """All coordinates, as values of ln mu."""
-        return self.common.curves.part(np.arange(len(self.half)))
+        return self.common.curves.select(np.arange(len(self.half_sign)))
 
     def matrix(self) -> FloatArray:
         """The covariance, shape (coordinates, coordinates)."""
-        return self.common.matrix() + self.half[:, np.newaxis] * self.with_ratio(self.measured)
+        return self.common.matrix() + self.half_sign[:, np.newaxis] * self.ratio_covariance(
+            self.measured
+        )
 
-    def with_ratio(self, places: Coordinates) -> FloatArray:
-        """Covariance of r at some places with the coordinates, shape (places, coordinates)."""
-        across = smooth_covariance(self.ratio, self.as_ratio(places), self.as_ratio(self.measured))
-        return across * self.half
+    def ratio_covariance(self, targets: Coordinates) -> FloatArray:
+        """Covariance of r at the targets with the coordinates, shape (targets, coordinates)."""
+        across = smooth_covariance(self.ratio, self.as_ratio(targets), self.as_ratio(self.measured))
+        return across * self.half_sign
 
-    def with_oil(self, places: Coordinates, oil: int) -> FloatArray:
-        """Covariance of ln mu of an oil with the coordinates, shape (places, coordinates).
+    def oil_covariance(self, targets: Coordinates, oil: int) -> FloatArray:
+        """Covariance of ln mu of an oil with the coordinates, shape (targets, coordinates).
 
         Args:
-            places: Where ln mu is wanted.
+            targets: Where ln mu is wanted.
             oil: 0 or 1.
         """
-        of_common = smooth_covariance(self.common, places, self.measured)
-        return of_common + (oil - 0.5) * self.with_ratio(places)
+        common_covariance = smooth_covariance(self.common, targets, self.measured)
+        return common_covariance + (oil - 0.5) * self.ratio_covariance(targets)
 
-    def as_ratio(self, places: Coordinates) -> Coordinates:
-        """Values of r where the places are values of ln mu."""
-        slopes = _slopes_of_ratio(places.weights, places.law_slopes, self.law_difference)
-        return replace(places, law_slopes=slopes)
+    def as_ratio(self, targets: Coordinates) -> Coordinates:
+        """Values of r where the targets are values of ln mu."""
+        slopes = _slopes_of_ratio(targets.weights, targets.law_slopes, self.law_difference)
+        return replace(targets, law_slopes=slopes)
 
     def slopes(self, weight: FloatArray) -> FloatArray:
         """Sums of `weight` times the derivative by each logarithm, in the order of `PairSizes`.
@@ -159,24 +161,24 @@ class PairCovariance:
         Args:
             weight: Symmetric, shape (coordinates, coordinates).
         """
-        weight_of_ratio = weight * np.outer(self.half, self.half)
-        of_ratio = self.ratio.slopes(weight_of_ratio)[_ERROR_SIZES:]
+        weight_of_ratio = weight * np.outer(self.half_sign, self.half_sign)
+        ratio_slopes = self.ratio.slopes(weight_of_ratio)[_ERROR_SIZES:]
         by_law = self.law_difference * self.common.curves.law_slopes
-        of_law = 2 * np.sum(by_law * (weight_of_ratio @ by_law))
-        return np.concatenate([self.common.slopes(weight), of_ratio, [of_law]])
+        law_slope = 2 * np.sum(by_law * (weight_of_ratio @ by_law))
+        return np.concatenate([self.common.slopes(weight), ratio_slopes, [law_slope]])
 
 
 def objective(
     logarithms: FloatArray,
     covariance_of: Callable[[PairSizes], PairCovariance],
-    known: tuple[LogNormal, ...],
+    size_priors: tuple[LogNormal, ...],
 ) -> tuple[float, FloatArray]:
     """Negative logarithm of the restricted likelihood and the priors, and its gradient.
 
     Args:
         logarithms: Logarithms of the sizes, in the order of `PairSizes`.
         covariance_of: The covariance with some sizes.
-        known: The priors of the sizes.
+        size_priors: The priors of the sizes.
     """
     covariance = covariance_of(PairSizes.from_logarithms(logarithms))
     curves = covariance.common.curves
@@ -187,31 +189,32 @@ def objective(
     gradient = covariance.slopes(inverse - np.outer(weights, weights)) / 2
 
     scaled_squares = np.sum(curves.remainder**2) / np.exp(2 * logarithms[_NOISE])
-    value += curves.degrees_left * logarithms[_NOISE] + scaled_squares / 2
-    gradient[_NOISE] += curves.degrees_left - scaled_squares
+    value += curves.residual_freedom * logarithms[_NOISE] + scaled_squares / 2
+    gradient[_NOISE] += curves.residual_freedom - scaled_squares
 
-    medians = np.log([prior.median for prior in known])
-    deviations = np.array([prior.ln_sd for prior in known])
+    medians = np.log([prior.median for prior in size_priors])
+    deviations = np.array([prior.ln_sd for prior in size_priors])
     scores = (logarithms - medians) / deviations
     return value + np.sum(scores**2) / 2, gradient + scores / deviations
 
 
 def most_likely_pair(
-    covariance_of: Callable[[PairSizes], PairCovariance], known: tuple[LogNormal, ...]
+    covariance_of: Callable[[PairSizes], PairCovariance], size_priors: tuple[LogNormal, ...]
 ) -> FoundSizes:
     """The most likely sizes of a pair, as logarithms in the order of `PairSizes`.
 
     Args:
         covariance_of: The covariance with some sizes.
-        known: The priors of the sizes.
+        size_priors: The priors of the sizes.
     """
     bounds = scipy.optimize.Bounds(
-        np.log([prior.smallest for prior in known]), np.log([prior.largest for prior in known])
+        np.log([prior.smallest for prior in size_priors]),
+        np.log([prior.largest for prior in size_priors]),
     )
     search = scipy.optimize.minimize(
         objective,
-        np.log([prior.median for prior in known]),
-        args=(covariance_of, known),
+        np.log([prior.median for prior in size_priors]),
+        args=(covariance_of, size_priors),
         jac=True,
         method="L-BFGS-B",
         bounds=bounds,

@@ -11,7 +11,7 @@ Eqs 2.23-2.24 and 5.12; E. Snelson, Z. Ghahramani, AISTATS 2007 (blocks of the r
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import scipy.linalg
@@ -55,22 +55,36 @@ class LeftOut:
         return self.covariance @ self.weights
 
 
-class Posterior(Protocol):
-    """The smooth part of ln mu, less the law, given the curves."""
+class FreedomOfLaw(NamedTuple):
+    """What is free in the law, in its standard deviations before the data.
 
-    def mean(self, places: Coordinates) -> FloatArray:
+    The order is that of `oilfilm.surface.reduction.slopes_of_law`.
+
+    Attributes:
+        change: Expected change, shape (slopes,).
+        covariance: Its covariance, shape (slopes, slopes).
+    """
+
+    change: FloatArray
+    covariance: FloatArray
+
+
+class Posterior(Protocol):
+    """The smooth part of ln mu, less the law, given the curves.
+
+    Targets are the points, or weighted sums of points, at which it is wanted.
+    """
+
+    def mean(self, targets: Coordinates) -> FloatArray:
         """Expected value at each point, shape (points,)."""
         ...
 
-    def variance(self, places: Coordinates) -> FloatArray:
+    def variance(self, targets: Coordinates) -> FloatArray:
         """Variance at each point, shape (points,)."""
         ...
 
-    def freedom_of_law(self) -> tuple[FloatArray, FloatArray]:
-        """Change of what is free in the law, and its covariance, in standard deviations before.
-
-        The order is that of `oilfilm.surface.reduction.slopes_of_law`.
-        """
+    def freedom_of_law(self) -> FreedomOfLaw:
+        """What the curves say of what is free in the law."""
         ...
 
     def left_out(self, group: IndexArray) -> Iterator[LeftOut]:
@@ -86,14 +100,15 @@ def smooth_covariance(
     covariance: CurveCovariance, left: Coordinates, right: Coordinates
 ) -> FloatArray:
     """Covariance of the smooth part, shape (coordinates of left, coordinates of right)."""
-    level_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
+    # C_E and C_G of `kernels`
+    overall_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
     over_slip = (right.weights @ (left.weights @ _slip_covariance(covariance, left, right)).T).T
     total = slip_factor[:, right.row][left.row]
     total *= over_slip
-    of_level = level_factor[:, right.row][left.row]
-    of_level *= _level(covariance, left)[:, np.newaxis]
-    of_level *= _level(covariance, right)
-    total += of_level
+    overall_covariance = overall_factor[:, right.row][left.row]
+    overall_covariance *= _size_in_coordinates(covariance, left)[:, np.newaxis]
+    overall_covariance *= _size_in_coordinates(covariance, right)
+    total += overall_covariance
     total += left.law_slopes @ right.law_slopes.T
     if covariance.sizes.rig_gain:
         total += covariance.sizes.rig_gain**2 * left.rig_products(right)
@@ -108,25 +123,27 @@ def weighted_covariance(
     The weights are first summed over the coordinates of each condition, so that the covariance of
     all coordinates is never made.
     """
-    level_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
+    overall_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
     count = len(right.conditions)
-    of_condition = scipy.sparse.csr_array(
+    sum_by_condition = scipy.sparse.csr_array(
         (weights, (right.row, np.arange(len(weights)))), (count, len(weights))
     )
-    by_level = np.asarray(level_factor @ (of_condition @ _level(covariance, right)))
-    by_slip = np.asarray(slip_factor @ (of_condition @ right.weights))
+    by_overall = np.asarray(
+        overall_factor @ (sum_by_condition @ _size_in_coordinates(covariance, right))
+    )
+    by_slip = np.asarray(slip_factor @ (sum_by_condition @ right.weights))
     over_slip = left.weights @ _slip_covariance(covariance, left, right)
-    departure = np.sum(over_slip * by_slip[left.row], axis=1)
-    departure += _level(covariance, left) * by_level[left.row]
-    departure += left.law_slopes @ (right.law_slopes.T @ weights)
+    product = np.sum(over_slip * by_slip[left.row], axis=1)
+    product += _size_in_coordinates(covariance, left) * by_overall[left.row]
+    product += left.law_slopes @ (right.law_slopes.T @ weights)
     if covariance.sizes.rig_gain:
-        departure += covariance.sizes.rig_gain**2 * (left.rig_products(right) @ weights)
-    return departure
+        product += covariance.sizes.rig_gain**2 * (left.rig_products(right) @ weights)
+    return product
 
 
-def _level(covariance: CurveCovariance, places: Coordinates) -> FloatArray:
+def _size_in_coordinates(covariance: CurveCovariance, targets: Coordinates) -> FloatArray:
     """Coordinates of w, the size of the departure over slip, shape (coordinates,)."""
-    return np.asarray(places.weights @ covariance.sizes.departure.over_slip(places.slips))
+    return np.asarray(targets.weights @ covariance.sizes.departure.over_slip(targets.slips))
 
 
 def _slip_covariance(
@@ -141,13 +158,15 @@ def _slip_covariance(
     return correlation
 
 
-def smooth_variance(covariance: CurveCovariance, places: Coordinates) -> FloatArray:
+def smooth_variance(covariance: CurveCovariance, targets: Coordinates) -> FloatArray:
     """Variance of the smooth part at points before the data, shape (points,)."""
-    of_law = np.sum(places.law_slopes**2, axis=1)
-    size = covariance.sizes.departure.over_slip(places.slips)
-    of_departure = size**2 * covariance.kernel.variances(places.conditions)[places.row]
-    of_rig = covariance.sizes.rig_gain**2 * places.gain**2 * (places.rig != ANOTHER_RIG)
-    return of_departure + of_law + of_rig
+    law_variance = np.sum(targets.law_slopes**2, axis=1)
+    size_over_slip = covariance.sizes.departure.over_slip(targets.slips)
+    departure_variance = (
+        size_over_slip**2 * covariance.kernel.variances(targets.conditions)[targets.row]
+    )
+    rig_variance = covariance.sizes.rig_gain**2 * targets.gain**2 * (targets.rig != ANOTHER_RIG)
+    return departure_variance + law_variance + rig_variance
 
 
 def coordinates_by_group(curves_of_coordinates: IndexArray, group: IndexArray) -> list[IndexArray]:
@@ -178,15 +197,15 @@ class DensePosterior:
         """K^-1 y, shape (coordinates,)."""
         return self._solved(self.covariance.curves.departure)
 
-    def mean(self, places: Coordinates) -> FloatArray:
+    def mean(self, targets: Coordinates) -> FloatArray:
         """See `Posterior`."""
-        return weighted_covariance(self.covariance, places, self.everything, self.weights)
+        return weighted_covariance(self.covariance, targets, self.all_coordinates, self.weights)
 
-    def variance(self, places: Coordinates) -> FloatArray:
+    def variance(self, targets: Coordinates) -> FloatArray:
         """See `Posterior`."""
-        across = smooth_covariance(self.covariance, places, self.everything)
-        half = scipy.linalg.solve_triangular(self.factor, across.T, lower=True)
-        return smooth_variance(self.covariance, places) - np.sum(half**2, axis=0)
+        across = smooth_covariance(self.covariance, targets, self.all_coordinates)
+        whitened_across = scipy.linalg.solve_triangular(self.factor, across.T, lower=True)
+        return smooth_variance(self.covariance, targets) - np.sum(whitened_across**2, axis=0)
 
     def left_out(self, group: IndexArray) -> Iterator[LeftOut]:
         """See `Posterior`."""
@@ -195,20 +214,34 @@ class DensePosterior:
             block = inverse[np.ix_(coordinates, coordinates)]
             yield LeftOut(coordinates, block, self.weights[coordinates])
 
-    def freedom_of_law(self) -> tuple[FloatArray, FloatArray]:
+    def freedom_of_law(self) -> FreedomOfLaw:
         """See `Posterior`."""
         slopes = self.covariance.curves.law_slopes
-        unexplained = np.eye(slopes.shape[1]) - slopes.T @ self._solved(slopes)
-        return slopes.T @ self.weights, unexplained
+        remaining_covariance = np.eye(slopes.shape[1]) - slopes.T @ self._solved(slopes)
+        return FreedomOfLaw(slopes.T @ self.weights, remaining_covariance)
 
     @cached_property
-    def everything(self) -> Coordinates:
+    def all_coordinates(self) -> Coordinates:
         """All coordinates."""
-        return self.covariance.curves.part(np.arange(len(self.weights)))
+        return self.covariance.curves.select(np.arange(len(self.weights)))
 
     def _solved(self, right: FloatArray) -> FloatArray:
         """K^-1 times vectors."""
         return np.asarray(scipy.linalg.cho_solve((self.factor, True), right))
+
+
+class CurveFeatures(NamedTuple):
+    """The coordinates of one or more curves, as a `NystromPosterior` has them.
+
+    Attributes:
+        coordinates: Indices of the coordinates.
+        features: F of these coordinates, shape (coordinates, inducing).
+        unshared_factor: Lower Cholesky factor of the covariance that different curves do not share.
+    """
+
+    coordinates: IndexArray
+    features: FloatArray
+    unshared_factor: FloatArray
 
 
 @dataclass(frozen=True)
@@ -229,100 +262,122 @@ class NystromPosterior:
     @cached_property
     def basis(self) -> Coordinates:
         """The inducing coordinates."""
-        return self.covariance.curves.part(self.inducing)
+        return self.covariance.curves.select(self.inducing)
 
     @cached_property
     def factor(self) -> FloatArray:
         """Lower Cholesky factor of the smooth covariance of the inducing coordinates."""
-        among = smooth_covariance(self.covariance, self.basis, self.basis)
-        jitter = _JITTER * np.mean(np.diag(among))
-        return np.asarray(scipy.linalg.cholesky(among + jitter * np.eye(len(among)), lower=True))
+        inducing_covariance = smooth_covariance(self.covariance, self.basis, self.basis)
+        jitter = _JITTER * np.mean(np.diag(inducing_covariance))
+        return np.asarray(
+            scipy.linalg.cholesky(
+                inducing_covariance + jitter * np.eye(len(inducing_covariance)), lower=True
+            )
+        )
 
     @cached_property
-    def solved(self) -> tuple[FloatArray, FloatArray]:
-        """Cholesky factor of the precision of u, and the mean of u."""
+    def inducing_posterior(self) -> tuple[FloatArray, FloatArray]:
+        """Lower Cholesky factor of the precision of u given the curves, and the mean of u."""
+        # the mean solves precision u = pull
         precision = np.eye(len(self.inducing))
         pull = np.zeros(len(self.inducing))
         every_curve = np.arange(len(self.covariance.curves.conditions))
         for rows in _in_blocks(every_curve, every_curve):
-            coordinates, features, own_factor = self._curves(rows)
-            whitened = scipy.linalg.solve_triangular(own_factor, features, lower=True)
+            coordinates, features, unshared_factor = self._curves(rows)
+            whitened = scipy.linalg.solve_triangular(unshared_factor, features, lower=True)
             departure = self.covariance.curves.departure[coordinates]
             precision += whitened.T @ whitened
-            pull += whitened.T @ scipy.linalg.solve_triangular(own_factor, departure, lower=True)
+            pull += whitened.T @ scipy.linalg.solve_triangular(
+                unshared_factor, departure, lower=True
+            )
         factor = scipy.linalg.cholesky(precision, lower=True)
         return factor, np.asarray(scipy.linalg.cho_solve((factor, True), pull))
 
     @cached_property
     def weights(self) -> FloatArray:
         """Weights of the inducing coordinates in the mean, shape (inducing,)."""
-        _, mean = self.solved
+        _, mean = self.inducing_posterior
         return np.asarray(scipy.linalg.solve_triangular(self.factor, mean, lower=True, trans="T"))
 
-    def mean(self, places: Coordinates) -> FloatArray:
+    def mean(self, targets: Coordinates) -> FloatArray:
         """See `Posterior`."""
-        return weighted_covariance(self.covariance, places, self.basis, self.weights)
+        return weighted_covariance(self.covariance, targets, self.basis, self.weights)
 
-    def variance(self, places: Coordinates) -> FloatArray:
+    def variance(self, targets: Coordinates) -> FloatArray:
         """See `Posterior`."""
-        features = self._features(places)
-        precision_factor, _ = self.solved
-        half = scipy.linalg.solve_triangular(precision_factor, features.T, lower=True)
-        remainder = smooth_variance(self.covariance, places) - np.sum(features**2, axis=1)
-        return np.maximum(remainder, 0.0) + np.sum(half**2, axis=0)
+        features = self._features(targets)
+        precision_factor, _ = self.inducing_posterior
+        whitened_features = scipy.linalg.solve_triangular(precision_factor, features.T, lower=True)
+        remainder = smooth_variance(self.covariance, targets) - np.sum(features**2, axis=1)
+        return np.maximum(remainder, 0.0) + np.sum(whitened_features**2, axis=0)
 
     def left_out(self, group: IndexArray) -> Iterator[LeftOut]:
         """See `Posterior`."""
-        precision_factor, mean = self.solved
+        precision_factor, mean = self.inducing_posterior
         order = np.argsort(group, kind="stable")
         for block in _in_blocks(order, group[order]):
-            coordinates, features, own_factor = self._curves(block)
-            own_inverse = scipy.linalg.cho_solve((own_factor, True), np.eye(len(own_factor)))
-            weighted = own_inverse @ features
-            half = scipy.linalg.solve_triangular(precision_factor, weighted.T, lower=True)
+            coordinates, features, unshared_factor = self._curves(block)
+            unshared_inverse = scipy.linalg.cho_solve(
+                (unshared_factor, True), np.eye(len(unshared_factor))
+            )
+            weighted = unshared_inverse @ features
+            whitened_features = scipy.linalg.solve_triangular(
+                precision_factor, weighted.T, lower=True
+            )
             departure = self.covariance.curves.departure[coordinates]
-            weights = own_inverse @ (departure - features @ mean)
+            weights = unshared_inverse @ (departure - features @ mean)
             group_of_coordinates = group[self.covariance.curves.curve[coordinates]]
             for rows in _rows_by_group(group_of_coordinates):
-                own = own_inverse[np.ix_(rows, rows)]
-                precision = own - half[:, rows].T @ half[:, rows]
+                block_of_group = unshared_inverse[np.ix_(rows, rows)]
+                precision = (
+                    block_of_group - whitened_features[:, rows].T @ whitened_features[:, rows]
+                )
                 yield LeftOut(coordinates[rows], precision, weights[rows])
 
-    def freedom_of_law(self) -> tuple[FloatArray, FloatArray]:
+    def freedom_of_law(self) -> FreedomOfLaw:
         """See `Posterior`."""
-        precision_factor, mean = self.solved
+        precision_factor, mean = self.inducing_posterior
         slopes = self.covariance.curves.law_slopes[self.inducing]
         features = scipy.linalg.solve_triangular(self.factor, slopes, lower=True)
-        half = scipy.linalg.solve_triangular(precision_factor, features, lower=True)
-        left_over = np.eye(slopes.shape[1]) - features.T @ features + half.T @ half
-        return features.T @ mean, left_over
+        whitened_features = scipy.linalg.solve_triangular(precision_factor, features, lower=True)
+        remaining_covariance = (
+            np.eye(slopes.shape[1])
+            - features.T @ features
+            + whitened_features.T @ whitened_features
+        )
+        return FreedomOfLaw(features.T @ mean, remaining_covariance)
 
-    def of_curves(self) -> Iterator[tuple[IndexArray, FloatArray, FloatArray]]:
-        """Coordinates of each curve, their features, and the factor of what only they share."""
+    def by_curve(self) -> Iterator[CurveFeatures]:
+        """The features of each curve."""
         every_curve = np.arange(len(self.covariance.curves.conditions))
         for rows in _in_blocks(every_curve, every_curve):
-            coordinates, features, own_factor = self._curves(rows)
-            for own in _rows_by_group(self.covariance.curves.curve[coordinates]):
-                yield coordinates[own], features[own], own_factor[np.ix_(own, own)]
+            coordinates, features, unshared_factor = self._curves(rows)
+            for rows_of_curve in _rows_by_group(self.covariance.curves.curve[coordinates]):
+                yield CurveFeatures(
+                    coordinates[rows_of_curve],
+                    features[rows_of_curve],
+                    unshared_factor[np.ix_(rows_of_curve, rows_of_curve)],
+                )
 
-    def _curves(self, rows: IndexArray) -> tuple[IndexArray, FloatArray, FloatArray]:
-        """Coordinates of some curves, their features, and the factor of what curves do not share.
-
-        The last is the Cholesky factor of a matrix with a block for each curve on its diagonal.
+    def _curves(self, rows: IndexArray) -> CurveFeatures:
+        """The features of some curves; `unshared_factor` is of a matrix with a block per curve.
 
         Args:
             rows: Rows of the curves.
         """
         curves, sizes = self.covariance.curves, self.covariance.sizes
         coordinates = np.flatnonzero(np.isin(curves.curve, rows))
-        part = curves.part(coordinates)
-        features = self._features(part)
-        own = smooth_covariance(self.covariance, part, part) - features @ features.T
-        scaled = curves.effects[coordinates] * sizes.effects
-        own += scaled @ scaled.T
-        own *= np.equal.outer(curves.curve[coordinates], curves.curve[coordinates])
-        own[np.diag_indices_from(own)] += sizes.noise**2
-        return coordinates, features, np.asarray(scipy.linalg.cholesky(own, lower=True))
+        block = curves.select(coordinates)
+        features = self._features(block)
+        unshared_covariance = (
+            smooth_covariance(self.covariance, block, block) - features @ features.T
+        )
+        scaled_effects = curves.effects[coordinates] * sizes.effects
+        unshared_covariance += scaled_effects @ scaled_effects.T
+        unshared_covariance *= np.equal.outer(curves.curve[coordinates], curves.curve[coordinates])
+        unshared_covariance[np.diag_indices_from(unshared_covariance)] += sizes.noise**2
+        unshared_factor = np.asarray(scipy.linalg.cholesky(unshared_covariance, lower=True))
+        return CurveFeatures(coordinates, features, unshared_factor)
 
     def _features(self, coordinates: Coordinates) -> FloatArray:
         """Features of coordinates, shape (coordinates, inducing)."""
@@ -342,12 +397,12 @@ def spread_out(conditions: FloatArray, count: int) -> IndexArray:
     """
     distance = np.linalg.norm(conditions - conditions.mean(axis=0), axis=1)
     chosen = [int(first_smallest(distance))]
-    nearest = np.linalg.norm(conditions - conditions[chosen[0]], axis=1)
-    while len(chosen) < count and nearest.max() > 0:
-        farthest = int(first_largest(nearest))
+    distance_to_chosen = np.linalg.norm(conditions - conditions[chosen[0]], axis=1)
+    while len(chosen) < count and distance_to_chosen.max() > 0:
+        farthest = int(first_largest(distance_to_chosen))
         chosen.append(farthest)
-        step = np.linalg.norm(conditions - conditions[farthest], axis=1)
-        nearest = np.minimum(nearest, step)
+        distance_to_new = np.linalg.norm(conditions - conditions[farthest], axis=1)
+        distance_to_chosen = np.minimum(distance_to_chosen, distance_to_new)
     return np.sort(np.array(chosen, dtype=np.int64))
 
 

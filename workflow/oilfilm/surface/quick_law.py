@@ -24,7 +24,7 @@ _STEPS = 60
 
 
 def quick_law(
-    law: Law, measurements: Measurements, smallest_mu: float, near: FreeLaw | None = None
+    law: Law, measurements: Measurements, smallest_mu: float, start_fit: FreeLaw | None = None
 ) -> FreeLaw:
     """The law fitted to the logarithms of points by robust least squares.
 
@@ -34,7 +34,7 @@ def quick_law(
         law: A law by the maximum Hertz pressure, the speed and the temperature.
         measurements: The points.
         smallest_mu: Points of less traction do not count.
-        near: A fit to nearly the same points, at which the search starts.
+        start_fit: A fit to nearly the same points, at which the search starts.
 
     Raises:
         ValueError: No point has as much traction.
@@ -51,19 +51,22 @@ def quick_law(
     lower = np.array([constant.lower for constant in law.constants])
     upper = np.array([constant.upper for constant in law.constants])
 
-    def with_free(values: FloatArray) -> FreeLaw:
+    def law_with_free(values: FloatArray) -> FreeLaw:
+        """The law with these values of its free constants."""
         constants = law.prescribed.copy()
         constants[free] = values
         return FreeLaw(law, constants, free)
 
     def residuals(values: FloatArray) -> FloatArray:
-        return with_free(values).log_mu(conditions, slip) - logarithm
+        """ln(mu) of the law less the measured one, at each point."""
+        return law_with_free(values).log_mu(conditions, slip) - logarithm
 
     def slopes(values: FloatArray) -> FloatArray:
-        return with_free(values).log_slopes(conditions, slip)
+        """Derivatives of the residuals with respect to the free constants."""
+        return law_with_free(values).log_slopes(conditions, slip)
 
     searches = []
-    for start in _starts(law) if near is None else [near.constants]:
+    for start in _starts(law) if start_fit is None else [start_fit.constants]:
         search = scipy.optimize.least_squares(
             residuals,
             np.clip(start, lower, upper)[free],
@@ -76,7 +79,7 @@ def quick_law(
         )
         searches.append(search)
     best = int(first_smallest([search.cost for search in searches]))
-    return with_free(searches[best].x)
+    return law_with_free(searches[best].x)
 
 
 def _free(law: Law, measurements: Measurements) -> BoolArray:

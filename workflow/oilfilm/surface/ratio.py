@@ -113,15 +113,15 @@ class PairedRuns:
             return self
         _, first_rows = np.unique(self.condition, return_index=True)
         centres = scaled_conditions(self.stacked.conditions[first_rows])
-        kept = np.empty(0, dtype=np.int64)
+        chosen = np.empty(0, dtype=np.int64)
         for group in (np.flatnonzero(is_paired), np.flatnonzero(~is_paired)):
-            room = count - len(kept)
-            if len(group) and room:
-                kept = np.append(kept, group[spread_out(centres[group], room)])
-        is_kept = np.isin(self.condition, kept)
+            wanted_count = count - len(chosen)
+            if len(group) and wanted_count:
+                chosen = np.append(chosen, group[spread_out(centres[group], wanted_count)])
+        is_chosen = np.isin(self.condition, chosen)
         return PairedRuns(
-            self.first.of_curves(np.flatnonzero(is_kept[self.oil == 0])),
-            self.second.of_curves(np.flatnonzero(is_kept[self.oil == 1])),
+            self.first.select_curves(np.flatnonzero(is_chosen[self.oil == 0])),
+            self.second.select_curves(np.flatnonzero(is_chosen[self.oil == 1])),
         )
 
     def clear_of_zero(self, zero_sd: float) -> "PairedRuns":
@@ -138,7 +138,7 @@ class PairedRuns:
                     f"no mu of an oil is above ten times the error of the zero, {zero_sd:g}; check "
                     "the unit of mu and the zero of the rig"
                 )
-            oils.append(oil.of_points(is_clear))
+            oils.append(oil.select_points(is_clear))
         return PairedRuns(*oils)
 
     def reduced(self, law: FreeLaw, log_mu: tuple[LogMu, LogMu], zero_sd: float) -> ReducedCurves:
@@ -152,10 +152,10 @@ class PairedRuns:
         # of `law.log_mu` only what does not depend on the oil is kept
         curves = reduced(self.stacked, law, law.log_mu, zero_sd, box_of(self.stacked))
         departures, designs = [], []
-        for oil, of_oil in zip((self.first, self.second), log_mu, strict=True):
-            of_law = law.log_mu(oil.point_conditions, oil.slip)
-            departures.append(response(oil, of_oil, zero_sd) - of_law)
-            designs.append(effect_design(of_oil, oil.point_conditions, oil.slip))
+        for oil, oil_log_mu in zip((self.first, self.second), log_mu, strict=True):
+            law_log_mu = law.log_mu(oil.point_conditions, oil.slip)
+            departures.append(response(oil, oil_log_mu, zero_sd) - law_log_mu)
+            designs.append(effect_design(oil_log_mu, oil.point_conditions, oil.slip))
         weight = np.ones(len(self.stacked.slip))
         if self.stacked.noise_ratio is not None:
             weight = 1 / self.stacked.noise_ratio
@@ -230,11 +230,11 @@ class RatioSurface:
         if not np.all(slip > 0):
             raise ValueError("a slip is not above 0; at pure rolling both mu are 0")
         covariance = self.covariance
-        places = at_points(self.law, covariance.common.box, conditions, slip)
-        across = covariance.with_ratio(places)
-        half = scipy.linalg.solve_triangular(self.factor, across.T, lower=True)
-        variance = smooth_variance(covariance.ratio, covariance.as_ratio(places))
-        sd = np.sqrt(variance - np.sum(half**2, axis=0))
+        targets = at_points(self.law, covariance.common.box, conditions, slip)
+        across = covariance.ratio_covariance(targets)
+        whitened_across = scipy.linalg.solve_triangular(self.factor, across.T, lower=True)
+        variance = smooth_variance(covariance.ratio, covariance.as_ratio(targets))
+        sd = np.sqrt(variance - np.sum(whitened_across**2, axis=0))
         return RatioPrediction(
             ratio=np.exp(self.sign * (across @ self.weights)),
             sd=sd,
@@ -268,8 +268,8 @@ class RatioSurface:
         """ln mu of the first (0) or the second (1) oil of `runs`."""
 
         def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
-            places = at_points(self.law, self.covariance.common.box, conditions, slip)
-            departure = self.covariance.with_oil(places, oil) @ self.weights
+            targets = at_points(self.law, self.covariance.common.box, conditions, slip)
+            departure = self.covariance.oil_covariance(targets, oil) @ self.weights
             return self.law.log_mu(conditions, slip) + departure
 
         return log_mu
@@ -296,7 +296,7 @@ class RatioSurface:
             codes.append(
                 support_codes(
                     self.limits,
-                    SlipCoverage.of_measurements(oil),
+                    SlipCoverage.from_measurements(oil),
                     slip,
                     sd,
                     # the ratio has no constants that could be at a bound
@@ -351,34 +351,34 @@ def fit_ratio(
         ValueError: A run belongs to both oils, or an oil has no point clear of zero traction.
     """
     errors, limits = errors or RunErrorSizes(), limits or SurfaceLimits()
-    (base, other), sign = _in_canonical_order(first, second)
-    law = base.law
-    runs = PairedRuns(base.measurements, other.measurements)
+    (leading, other), sign = _in_canonical_order(first, second)
+    law = leading.law
+    runs = PairedRuns(leading.measurements, other.measurements)
     if runs.share_runs():
         raise ValueError("a run belongs to both oils; a ratio needs other runs for each oil")
     sample = runs.standing_for_all(_CONDITIONS_FOR_SIZES)
-    known, zero_sd = pair_priors(errors), errors.zero.median
+    size_priors, zero_sd = pair_priors(errors), errors.zero.median
 
     clear = sample.clear_of_zero(zero_sd)
-    curves = clear.reduced(law, (base.law.log_mu, other.law.log_mu), zero_sd)
-    expected = PairSizes.from_logarithms(np.log([prior.median for prior in known]))
+    curves = clear.reduced(law, (leading.law.log_mu, other.law.log_mu), zero_sd)
+    expected = PairSizes.from_logarithms(np.log([prior.median for prior in size_priors]))
     pilot = RatioSurface(law, _covariance(clear, curves, expected), clear, sign, limits, True)
     log_mu = (pilot.log_mu_of(0), pilot.log_mu_of(1))
 
     curves = sample.reduced(law, log_mu, zero_sd)
-    found = most_likely_pair(lambda sizes: _covariance(sample, curves, sizes), known)
+    most_likely = most_likely_pair(lambda sizes: _covariance(sample, curves, sizes), size_priors)
     # a rig may have a larger zero than it states: more points are then near zero
-    zero_sd = max(zero_sd, float(np.exp(found.logarithms[EFFECTS.index("zero")])))
+    zero_sd = max(zero_sd, float(np.exp(most_likely.logarithms[EFFECTS.index("zero")])))
     runs = runs.standing_for_all(LARGEST_DENSE)
     curves = runs.reduced(law, log_mu, zero_sd)
-    sizes = PairSizes.from_logarithms(found.logarithms).with_caution()
+    sizes = PairSizes.from_logarithms(most_likely.logarithms).with_caution()
     covariance = _covariance(runs, curves, sizes)
-    return RatioSurface(law, covariance, runs, sign, limits, found.converged)
+    return RatioSurface(law, covariance, runs, sign, limits, most_likely.converged)
 
 
 def _covariance(runs: PairedRuns, curves: ReducedCurves, sizes: PairSizes) -> PairCovariance:
     """Covariance of the curves of some runs."""
-    return PairCovariance.of_curves(curves, box_of(runs.stacked), runs.oil, sizes)
+    return PairCovariance.from_curves(curves, box_of(runs.stacked), runs.oil, sizes)
 
 
 def _in_canonical_order(

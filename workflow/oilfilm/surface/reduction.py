@@ -29,11 +29,12 @@ _NODE_SPACING = 0.05
 # mu is near zero if it is within so many errors of the zero.
 _NEAR_ZERO = 10.0
 
+# Column of the gain in `ReducedCurves.effects`.
 _GAIN = EFFECTS.index("gain")
 # What stands for the number of a rig where a value has the gain of none of the rigs of the data.
 ANOTHER_RIG = -1
 
-# Each place may have a slip of its own, so that most weights are 0; coordinates share their slips.
+# Each target may have a slip of its own: most weights are 0 then. Coordinates share their slips.
 SlipWeights = FloatArray | scipy.sparse.csr_array
 
 
@@ -69,10 +70,10 @@ class Coordinates:
     gain: FloatArray
     rig: IndexArray
 
-    def rig_products(self, other: "Coordinates") -> FloatArray:
+    def rig_products(self, right: "Coordinates") -> FloatArray:
         """Products of the gains of coordinates of one rig, shape (coordinates, other ones)."""
-        is_same = np.equal.outer(self.rig, other.rig) & (self.rig != ANOTHER_RIG)[:, np.newaxis]
-        return np.outer(self.gain, other.gain) * is_same
+        is_same = np.equal.outer(self.rig, right.rig) & (self.rig != ANOTHER_RIG)[:, np.newaxis]
+        return np.outer(self.gain, right.gain) * is_same
 
 
 def at_points(
@@ -86,9 +87,9 @@ def at_points(
         conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
         slip: Slide-roll ratio, above 0, shape (points,).
     """
-    different, row = np.unique(scaled_conditions(conditions), axis=0, return_inverse=True)
+    distinct_conditions, row = np.unique(scaled_conditions(conditions), axis=0, return_inverse=True)
     return Coordinates(
-        conditions=box.centred(different),
+        conditions=box.centred(distinct_conditions),
         row=row.ravel(),
         slips=scaled_slip(slip),
         weights=scipy.sparse.csr_array(scipy.sparse.eye_array(len(slip))),
@@ -105,8 +106,8 @@ def slopes_of_law(
 
     First the free constants, then the form of the law between two levels (`form_bends`).
     """
-    of_constants = CONSTANT_SD * law.log_slopes(conditions, slip)
-    return np.hstack([of_constants, form_bends(law, box, conditions, slip)])
+    slopes_of_constants = CONSTANT_SD * law.log_slopes(conditions, slip)
+    return np.hstack([slopes_of_constants, form_bends(law, box, conditions, slip)])
 
 
 @dataclass(frozen=True)
@@ -164,22 +165,22 @@ class ReducedCurves:
     @cached_property
     def gain_products_of_rigs(self) -> FloatArray:
         """See `Coordinates.rig_products`, shape (coordinates, coordinates)."""
-        everything = self.part(np.arange(len(self.curve)))
-        return everything.rig_products(everything)
+        all_coordinates = self.select(np.arange(len(self.curve)))
+        return all_coordinates.rig_products(all_coordinates)
 
     @property
-    def degrees_left(self) -> int:
+    def residual_freedom(self) -> int:
         """Number of points less the number of coordinates."""
         points, coordinates = self.vectors.shape
         return points - coordinates
 
-    def part(self, coordinates: IndexArray) -> Coordinates:
+    def select(self, coordinates: IndexArray) -> Coordinates:
         """Some coordinates, with what they need only."""
-        rows, row = np.unique(self.curve[coordinates], return_inverse=True)
+        curves, row = np.unique(self.curve[coordinates], return_inverse=True)
         weights = self.to_slips[coordinates]
         used = np.flatnonzero(np.any(weights != 0, axis=0))
         return Coordinates(
-            conditions=self.conditions[rows],
+            conditions=self.conditions[curves],
             row=row,
             slips=self.slips[used],
             weights=weights[:, used],
@@ -205,17 +206,17 @@ class ReducedCurves:
         """Covariance of the coordinates from that of `slips`, shape (coordinates, coordinates)."""
         return self.to_slips @ correlations @ self.to_slips.T
 
-    def onto_slips(self, of_coordinates: FloatArray) -> FloatArray:
+    def onto_slips(self, coordinate_matrix: FloatArray) -> FloatArray:
         """Sums of a matrix of coordinates by `to_slips`, shape (slips, slips)."""
-        return self.to_slips.T @ of_coordinates @ self.to_slips
+        return self.to_slips.T @ coordinate_matrix @ self.to_slips
 
-    def expanded(self, of_curves: FloatArray) -> FloatArray:
+    def expanded(self, curve_matrix: FloatArray) -> FloatArray:
         """A matrix of curves as one of their coordinates."""
-        return of_curves[:, self.curve][self.curve]
+        return curve_matrix[:, self.curve][self.curve]
 
-    def summed(self, of_coordinates: FloatArray) -> FloatArray:
+    def summed(self, coordinate_rows: FloatArray) -> FloatArray:
         """Rows of coordinates summed over those of each curve, shape (curves, columns)."""
-        return np.add.reduceat(of_coordinates, self.starts, axis=0)
+        return np.add.reduceat(coordinate_rows, self.starts, axis=0)
 
 
 def box_of(measurements: Measurements) -> ConditionBox:
@@ -262,31 +263,33 @@ def reduced(
     weight = np.ones(len(slip))
     if measurements.noise_ratio is not None:
         weight = 1 / measurements.noise_ratio
-    departure = weight * (response(measurements, log_mu, zero_sd) - law.log_mu(conditions, slip))
+    weighted_departure = weight * (
+        response(measurements, log_mu, zero_sd) - law.log_mu(conditions, slip)
+    )
     scaled = scaled_slip(slip)
-    slips, of_slips = slip_nodes(scaled)
+    slips, weights_of_slips = slip_nodes(scaled)
     ends = np.cumsum(np.bincount(measurements.curve))[:-1]
     blocks = [
-        _leading_vectors(of_curve, weight_of_curve)
-        for of_curve, weight_of_curve in zip(
+        _leading_vectors(scaled_of_curve, weight_of_curve)
+        for scaled_of_curve, weight_of_curve in zip(
             np.split(scaled, ends), np.split(weight, ends), strict=True
         )
     ]
     vectors = scipy.sparse.csr_array(scipy.sparse.block_diag(blocks))
     # V' W
     projection = scipy.sparse.csr_array(vectors.T.multiply(weight))
-    coordinates = vectors.T @ departure
+    departure = vectors.T @ weighted_departure
     curve = np.repeat(np.arange(len(blocks)), [block.shape[1] for block in blocks])
     return ReducedCurves(
         vectors=vectors,
         curve=curve,
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
-        to_slips=(projection @ of_slips).toarray(),
-        departure=coordinates,
+        to_slips=(projection @ weights_of_slips).toarray(),
+        departure=departure,
         law_slopes=projection @ slopes_of_law(law, box, conditions, slip),
         effects=projection @ effect_design(log_mu, conditions, slip),
-        remainder=departure - vectors @ coordinates,
+        remainder=weighted_departure - vectors @ departure,
         rig=np.full(len(blocks), ANOTHER_RIG) if measurements.rig is None else measurements.rig,
     )
 
@@ -306,14 +309,14 @@ def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
 
     Reference: A. G. Wilson, H. Nickisch, ICML 2015 (interpolation of a covariance from a grid).
     """
-    slips, number = np.unique(scaled, return_inverse=True)
+    slips, slip_number = np.unique(scaled, return_inverse=True)
     rows = np.arange(len(scaled))
     # two nodes beyond each end: a point has two neighbours on either side
     first = slips[0] - _NODE_SPACING
     count = int(np.ceil((slips[-1] - first) / _NODE_SPACING)) + 2
     if len(slips) <= count:
         shape = (len(scaled), len(slips))
-        return slips, scipy.sparse.csr_array((np.ones(len(scaled)), (rows, number)), shape)
+        return slips, scipy.sparse.csr_array((np.ones(len(scaled)), (rows, slip_number)), shape)
     nodes = first + _NODE_SPACING * np.arange(count)
     position = (scaled - first) / _NODE_SPACING
     below = np.floor(position).astype(np.int64).clip(1, count - 3)

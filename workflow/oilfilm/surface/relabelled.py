@@ -55,11 +55,11 @@ class Relabelled:
             measurements: The points with these readings.
             start: Logarithms of the sizes at which the search starts.
         """
-        box, known = box_of(measurements), priors(errors, MISFIT)
+        box, size_priors = box_of(measurements), priors(errors, MISFIT)
         curves = _reduced(surface, errors, measurements)
-        found = most_likely_sizes(curves, box, known, start)
-        value, _ = objective(found.logarithms, curves, box, known)
-        covariance = CurveCovariance(curves, box, found.sizes)
+        most_likely = most_likely_sizes(curves, box, size_priors, start)
+        value, _ = objective(most_likely.logarithms, curves, box, size_priors)
+        covariance = CurveCovariance(curves, box, most_likely.sizes)
         return cls(surface, errors, measurements, covariance, float(value))
 
     def fitted_to(self, measurements: Measurements) -> "Relabelled":
@@ -77,9 +77,9 @@ class Relabelled:
         factor = scipy.linalg.cholesky(covariance.matrix(), lower=True)
         whitened = scipy.linalg.solve_triangular(factor, curves.departure, lower=True)
         noise = self.covariance.sizes.noise
-        of_remainder = np.sum((curves.remainder / noise) ** 2) / 2
-        of_coordinates = whitened @ whitened / 2 + np.sum(np.log(np.diag(factor)))
-        return float(of_coordinates + of_remainder)
+        remainder_term = np.sum((curves.remainder / noise) ** 2) / 2
+        coordinate_term = whitened @ whitened / 2 + np.sum(np.log(np.diag(factor)))
+        return float(coordinate_term + remainder_term)
 
 
 def _reduced(surface: Surface, errors: RunErrorSizes, measurements: Measurements) -> ReducedCurves:

@@ -79,47 +79,49 @@ class Sizes:
     def logarithms(self) -> FloatArray:
         """Logarithms of the sizes, in the order of `size_names`."""
         departure = self.departure
-        of_conditions = [departure.interaction, departure.slip_length, *departure.lengths]
-        of_rigs = [self.rig_gain] if self.rig_gain else []
+        condition_sizes = [departure.interaction, departure.slip_length, *departure.lengths]
+        rig_sizes = [self.rig_gain] if self.rig_gain else []
         return np.log(
             [
                 *self.effects,
                 self.noise,
                 departure.kappa,
                 *departure.main,
-                *of_conditions,
+                *condition_sizes,
                 departure.slip_trend,
-                *of_rigs,
+                *rig_sizes,
             ]
         )
 
 
-def size_names(*, rigs: bool = False) -> tuple[str, ...]:
+def size_names(*, tells_rigs_apart: bool = False) -> tuple[str, ...]:
     """Names of the sizes, in the order in which they are searched.
 
     Args:
-        rigs: Whether rigs are told apart.
+        tells_rigs_apart: Whether rigs are told apart.
     """
     mains = ("main_0", "main_1", "main_2")
     lengths = ("length_0", "length_1", "length_2")
     departure = ("kappa", *mains, "interaction", "slip_length", *lengths, "slip_trend")
-    of_rigs = (_RIG_GAIN,) if rigs else ()
-    return (*EFFECTS, "noise", *departure, *of_rigs)
+    rig_names = (_RIG_GAIN,) if tells_rigs_apart else ()
+    return (*EFFECTS, "noise", *departure, *rig_names)
 
 
-def priors(errors: RunErrorSizes, kappa: LogNormal, *, rigs: bool = False) -> tuple[LogNormal, ...]:
+def priors(
+    errors: RunErrorSizes, kappa: LogNormal, *, tells_rigs_apart: bool = False
+) -> tuple[LogNormal, ...]:
     """What is known of each size before the data, in the order of `size_names`.
 
     Args:
         errors: Sizes of the errors of runs and rigs.
         kappa: Size of the departure from the law.
-        rigs: Whether rigs are told apart.
+        tells_rigs_apart: Whether rigs are told apart.
     """
     mains = (MAIN_EFFECT,) * 3
     lengths = (CONDITION_LENGTH,) * 3
     departure = (kappa, *mains, INTERACTION, SLIP_LENGTH, *lengths, SLIP_TREND)
-    of_rigs = (errors.rig_gain,) if rigs else ()
-    return (*errors.of_runs(), *departure, *of_rigs)
+    rig_priors = (errors.rig_gain,) if tells_rigs_apart else ()
+    return (*errors.run_and_noise_sizes(), *departure, *rig_priors)
 
 
 _WITHOUT_RIGS = len(size_names())
@@ -155,7 +157,7 @@ class CurveCovariance:
         return self.sizes.departure.over_slip(self.curves.slips)
 
     @cached_property
-    def level(self) -> FloatArray:
+    def size_in_coordinates(self) -> FloatArray:
         """Coordinates of w, the size of the departure over slip."""
         return np.asarray(self.curves.to_slips @ self.sizes_over_slip)
 
@@ -168,19 +170,19 @@ class CurveCovariance:
     @cached_property
     def slip_covariance(self) -> FloatArray:
         """w M w' between the slips, shape (slips, slips)."""
-        size = self.sizes_over_slip
-        return matern(self.slip_distances) * np.outer(size, size)
+        size_over_slip = self.sizes_over_slip
+        return matern(self.slip_distances) * np.outer(size_over_slip, size_over_slip)
 
     def matrix(self) -> FloatArray:
         """The covariance, shape (coordinates, coordinates)."""
         curves = self.curves
-        level_factor, slip_factor = self.factors
+        overall_factor, slip_factor = self.factors
         covariance = curves.over_slip(self.slip_covariance)
         covariance *= curves.expanded(slip_factor)
-        of_level = curves.expanded(level_factor)
-        of_level *= self.level[:, np.newaxis]
-        of_level *= self.level
-        covariance += of_level
+        overall_covariance = curves.expanded(overall_factor)
+        overall_covariance *= self.size_in_coordinates[:, np.newaxis]
+        overall_covariance *= self.size_in_coordinates
+        covariance += overall_covariance
         covariance += curves.law_slopes @ curves.law_slopes.T
         if self.sizes.rig_gain:
             covariance += self.sizes.rig_gain**2 * curves.gain_products_of_rigs
@@ -196,38 +198,44 @@ class CurveCovariance:
         Args:
             weight: Symmetric, shape (coordinates, coordinates).
         """
-        curves, size = self.curves, self.sizes_over_slip
-        level_factor, slip_factor = self.factors
+        curves, size_over_slip = self.curves, self.sizes_over_slip
+        overall_factor, slip_factor = self.factors
         by_name = {"noise": 2 * self.sizes.noise**2 * np.trace(weight)}
-        of_effects = 2 * self.sizes.effects**2 * (weight[curves.pairs] @ curves.effect_products)
-        by_name.update(zip(EFFECTS, of_effects, strict=True))
+        effect_slopes = 2 * self.sizes.effects**2 * (weight[curves.pairs] @ curves.effect_products)
+        by_name.update(zip(EFFECTS, effect_slopes, strict=True))
 
-        half_summed = curves.summed(weight * self.level[:, np.newaxis]).T
-        level_weight = curves.summed(self.level[:, np.newaxis] * half_summed)
+        # summed over the coordinates of a curve on one side of the matrix
+        weight_by_curve = curves.summed(weight * self.size_in_coordinates[:, np.newaxis]).T
+        overall_weight = curves.summed(self.size_in_coordinates[:, np.newaxis] * weight_by_curve)
         slip_weight = curves.summed(
             curves.summed(weight * curves.over_slip(self.slip_covariance)).T
         )
-        for name, (level_slope, slip_slope) in self.kernel.slopes(curves.conditions).items():
-            by_name[name] = np.vdot(level_weight, level_slope) + np.vdot(slip_weight, slip_slope)
+        for name, (overall_slope, slip_slope) in self.kernel.slopes(curves.conditions).items():
+            by_name[name] = np.vdot(overall_weight, overall_slope) + np.vdot(
+                slip_weight, slip_slope
+            )
 
-        of_slips = curves.onto_slips(weight * curves.expanded(slip_factor))
-        by_length = matern_slope(self.slip_distances) * np.outer(size, size)
-        by_name["slip_length"] = np.vdot(of_slips, by_length)
+        slip_sums = curves.onto_slips(weight * curves.expanded(slip_factor))
+        by_length = matern_slope(self.slip_distances) * np.outer(size_over_slip, size_over_slip)
+        by_name["slip_length"] = np.vdot(slip_sums, by_length)
         exponent = trend_exponent(curves.slips)
         by_trend = self.slip_covariance * np.add.outer(exponent, exponent)
-        level_by_trend = np.asarray(curves.to_slips @ (exponent * size))
-        trend_weight = curves.summed(level_by_trend[:, np.newaxis] * half_summed)
-        of_level = np.vdot(trend_weight, level_factor)
-        by_name["slip_trend"] = np.vdot(of_slips, by_trend) + 2 * of_level
-        names = size_names(rigs=bool(self.sizes.rig_gain))
+        size_by_trend = np.asarray(curves.to_slips @ (exponent * size_over_slip))
+        trend_weight = curves.summed(size_by_trend[:, np.newaxis] * weight_by_curve)
+        overall_slope_by_trend = np.vdot(trend_weight, overall_factor)
+        by_name["slip_trend"] = np.vdot(slip_sums, by_trend) + 2 * overall_slope_by_trend
+        names = size_names(tells_rigs_apart=bool(self.sizes.rig_gain))
         if self.sizes.rig_gain:
-            of_gains = np.vdot(weight, curves.gain_products_of_rigs)
-            by_name[_RIG_GAIN] = 2 * self.sizes.rig_gain**2 * of_gains
+            gain_sum = np.vdot(weight, curves.gain_products_of_rigs)
+            by_name[_RIG_GAIN] = 2 * self.sizes.rig_gain**2 * gain_sum
         return np.array([by_name[name] for name in names])
 
 
 def objective(
-    logarithms: FloatArray, curves: ReducedCurves, box: ConditionBox, known: tuple[LogNormal, ...]
+    logarithms: FloatArray,
+    curves: ReducedCurves,
+    box: ConditionBox,
+    size_priors: tuple[LogNormal, ...],
 ) -> tuple[float, FloatArray]:
     """Negative logarithm of the restricted likelihood and the priors, and its gradient.
 
@@ -235,7 +243,7 @@ def objective(
         logarithms: Logarithms of the sizes, in the order of `size_names`.
         curves: The curves.
         box: The box of the tested conditions.
-        known: The priors of the sizes.
+        size_priors: The priors of the sizes.
     """
     covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
     half_log_determinant, inverse = _half_log_determinant_and_inverse(covariance.matrix())
@@ -246,13 +254,13 @@ def objective(
 
     noise = size_names().index("noise")
     scaled_squares = np.sum(curves.remainder**2) / np.exp(2 * logarithms[noise])
-    value += curves.degrees_left * logarithms[noise] + scaled_squares / 2
-    gradient[noise] += curves.degrees_left - scaled_squares
+    value += curves.residual_freedom * logarithms[noise] + scaled_squares / 2
+    gradient[noise] += curves.residual_freedom - scaled_squares
 
-    medians = np.log([prior.median for prior in known])
-    deviations = np.array([prior.ln_sd for prior in known])
-    scores = (logarithms - medians) / deviations
-    return value + np.sum(scores**2) / 2, gradient + scores / deviations
+    medians = np.log([prior.median for prior in size_priors])
+    prior_sds = np.array([prior.ln_sd for prior in size_priors])
+    scores = (logarithms - medians) / prior_sds
+    return value + np.sum(scores**2) / 2, gradient + scores / prior_sds
 
 
 @dataclass(frozen=True)
@@ -277,7 +285,7 @@ class FoundSizes:
 def most_likely_sizes(
     curves: ReducedCurves,
     box: ConditionBox,
-    known: tuple[LogNormal, ...],
+    size_priors: tuple[LogNormal, ...],
     start: FloatArray | None = None,
 ) -> FoundSizes:
     """The most likely sizes.
@@ -285,17 +293,17 @@ def most_likely_sizes(
     Args:
         curves: The curves.
         box: The box of the tested conditions.
-        known: The priors of the sizes.
+        size_priors: The priors of the sizes.
         start: Logarithms at which the search starts; the medians if it is not given.
     """
-    lower = np.log([prior.smallest for prior in known])
-    upper = np.log([prior.largest for prior in known])
+    lower = np.log([prior.smallest for prior in size_priors])
+    upper = np.log([prior.largest for prior in size_priors])
     if start is None:
-        start = np.log([prior.median for prior in known])
+        start = np.log([prior.median for prior in size_priors])
     search = scipy.optimize.minimize(
         objective,
         np.clip(start, lower, upper),
-        args=(curves, box, known),
+        args=(curves, box, size_priors),
         jac=True,
         method="L-BFGS-B",
         bounds=scipy.optimize.Bounds(lower, upper),

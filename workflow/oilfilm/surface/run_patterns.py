@@ -128,9 +128,9 @@ class Intervals:
     def ratios(self, information: Information, precision: float) -> FloatArray:
         """See `Patterns`."""
         pull = self._sums(information.pull[:, np.newaxis])[:, 0]
-        own = self._sums(information.own[:, np.newaxis])[:, 0]
+        unshared = self._sums(information.unshared[:, np.newaxis])[:, 0]
         shared = np.sum(self._sums(information.root) ** 2, axis=1)
-        return pull**2 / (own + information.sign * shared + precision)
+        return pull**2 / (unshared + information.sign * shared + precision)
 
     def columns(self, number: int) -> FloatArray:
         """See `Patterns`."""
@@ -182,20 +182,20 @@ class Seasons:
         points = 2 * len(self.order)
         numbers = np.arange(2, len(self.order) + 1)
         pull = np.fft.fft(information.pull[by_time], points)[numbers]
-        own = np.fft.fft(information.own[by_time], points)
-        twice = own[2 * numbers % points]
+        unshared = np.fft.fft(information.unshared[by_time], points)
+        unshared_at_double = unshared[2 * numbers % points]
         root = np.fft.fft(information.root[by_time], points, axis=0)[numbers]
         # cos^2 = (1 + cos 2x)/2, sin^2 = (1 - cos 2x)/2, sin cos = (sin 2x)/2
-        cosine = (own[0].real + twice.real) / 2
-        sine = (own[0].real - twice.real) / 2
-        across = -twice.imag / 2
+        cosine = (unshared[0].real + unshared_at_double.real) / 2
+        sine = (unshared[0].real - unshared_at_double.real) / 2
+        cross = -unshared_at_double.imag / 2
         sign = information.sign
         cosine += sign * np.sum(root.real**2, axis=1) + precision
         sine += sign * np.sum(root.imag**2, axis=1) + precision
-        across -= sign * np.sum(root.real * root.imag, axis=1)
-        determinant = sine * cosine - across**2
+        cross -= sign * np.sum(root.real * root.imag, axis=1)
+        determinant = sine * cosine - cross**2
         squares = cosine * pull.imag**2 + sine * pull.real**2
-        return np.asarray((squares + 2 * across * pull.imag * pull.real) / determinant)
+        return np.asarray((squares + 2 * cross * pull.imag * pull.real) / determinant)
 
     def columns(self, number: int) -> FloatArray:
         """See `Patterns`."""
@@ -219,18 +219,20 @@ def patterns_over_time(
     """
     runs = len(order)
     trend = order / max(runs - 1, 1) - 0.5
-    first = np.arange(fewest_runs, runs - fewest_runs + 1)
+    step_starts = np.arange(fewest_runs, runs - fewest_runs + 1)
     lengths = range(2, min(longest_block, runs // 3) + 1)
     starts = [np.arange(runs - length + 1) for length in lengths]
     ends = [np.arange(length, runs + 1) for length in lengths]
-    none = np.empty(0, dtype=np.int64)
-    every = np.arange(runs)
+    no_rows = np.empty(0, dtype=np.int64)
+    all_positions = np.arange(runs)
     return (
         Columns("trend", trend[:, np.newaxis], ("",)),
-        Intervals("step", order, first, np.full(len(first), runs)),
+        Intervals("step", order, step_starts, np.full(len(step_starts), runs)),
         Seasons(order),
-        Intervals("block", order, np.concatenate([none, *starts]), np.concatenate([none, *ends])),
-        Intervals("run", order, every, every + 1),
+        Intervals(
+            "block", order, np.concatenate([no_rows, *starts]), np.concatenate([no_rows, *ends])
+        ),
+        Intervals("run", order, all_positions, all_positions + 1),
     )
 
 
@@ -249,7 +251,8 @@ def patterns_of_labels(labels: Mapping[str, BoolArray]) -> Columns:
             continue
         opposite = chosen.get((~members).tobytes())
         if opposite is not None:
-            if np.count_nonzero(members) >= np.count_nonzero(opposite[1]):
+            _, opposite_members = opposite
+            if np.count_nonzero(members) >= np.count_nonzero(opposite_members):
                 continue
             del chosen[(~members).tobytes()]
         chosen.setdefault(members.tobytes(), (label, members))
@@ -296,7 +299,9 @@ def likeliest_group(information: Information, precision: float) -> BoolArray:
             for number in np.argsort(-scores, kind="stable")[:_STARTS]:
                 starts.append((float(scores[number]), position < sizes[number]))
     improved = [_improved(information, precision, penalty, start) for _, start in starts]
-    return improved[int(first_largest([score for score, _ in improved]))][1]
+    best = int(first_largest([score for score, _ in improved]))
+    _, members = improved[best]
+    return members
 
 
 def _improved(
@@ -320,19 +325,19 @@ def _improved(
         pattern = members.astype(float)
         sums = information.times(pattern)
         pull, power = float(information.pull @ pattern), float(sums @ pattern) + precision
-        present = pull**2 / power - penalty[np.count_nonzero(members)]
-        if present <= score + 1e-6:
+        present_score = pull**2 / power - penalty[np.count_nonzero(members)]
+        if present_score <= score + 1e-6:
             break
-        score = present
+        score = present_score
         step = np.where(members, -1.0, 1.0)
         new_pull = pull + step * information.pull
         new_power = power + 2 * step * sums + diagonal
-        size = np.count_nonzero(members) + step.astype(np.int64)
-        allowed = (size >= 2) & (size < len(penalty))
-        single = new_pull**2 / new_power - penalty[size.clip(0, runs // 2)]
-        single[~allowed] = -np.inf
-        changed = [int(np.argmax(single))]
-        best = float(single[changed[0]])
+        new_count = np.count_nonzero(members) + step.astype(np.int64)
+        allowed = (new_count >= 2) & (new_count < len(penalty))
+        single_scores = new_pull**2 / new_power - penalty[new_count.clip(0, runs // 2)]
+        single_scores[~allowed] = -np.inf
+        changed = [int(np.argmax(single_scores))]
+        best_score = float(single_scores[changed[0]])
         if between is not None:
             leaving, joining = np.flatnonzero(members), np.flatnonzero(~members)
             pair_pull = new_pull[leaving, np.newaxis] + information.pull[joining]
@@ -341,12 +346,12 @@ def _improved(
                 + 2 * (sums[joining] - between[np.ix_(leaving, joining)])
                 + diagonal[joining]
             )
-            pairs = pair_pull**2 / pair_power - penalty[len(leaving)]
-            leaver, joiner = np.unravel_index(int(np.argmax(pairs)), pairs.shape)
-            if pairs[leaver, joiner] > best:
-                best = float(pairs[leaver, joiner])
+            pair_scores = pair_pull**2 / pair_power - penalty[len(leaving)]
+            leaver, joiner = np.unravel_index(int(np.argmax(pair_scores)), pair_scores.shape)
+            if pair_scores[leaver, joiner] > best_score:
+                best_score = float(pair_scores[leaver, joiner])
                 changed = [int(leaving[leaver]), int(joining[joiner])]
-        if best <= score:
+        if best_score <= score:
             break
         members[changed] ^= True
     return score, members

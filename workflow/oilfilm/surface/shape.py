@@ -62,7 +62,7 @@ FEWEST_CURVES = 5
 _FEWEST_RETAINED = 4
 # A curve is odd only if its size by the fit to all curves is 1 over this factor or more. A corner
 # of the plan where the oil behaves otherwise is far from a fit without it, and near a fit with it.
-_BY_ALL = 2.0
+_FACTOR_ON_SIZE_BY_ALL = 2.0
 # Standard deviation of the logarithm of a size that is known.
 _KNOWN_LN_SD = 0.01
 # ln mu that no expected traction reaches; where the others say nothing, it might overflow.
@@ -149,8 +149,8 @@ class PredictedCurve:
     def point_scores(self) -> FloatArray:
         """Error of each point over its standard deviation, given all other points."""
         weights = self.vectors @ (self.precision @ self.error) + self.remainder / self.noise**2
-        outside = (1 - np.sum(self.vectors**2, axis=1)) / self.noise**2
-        precision = np.sum((self.vectors @ self.precision) * self.vectors, axis=1) + outside
+        noise_precision = (1 - np.sum(self.vectors**2, axis=1)) / self.noise**2
+        precision = np.sum((self.vectors @ self.precision) * self.vectors, axis=1) + noise_precision
         return np.abs(weights) / np.sqrt(precision)
 
     def deviations(self) -> FloatArray:
@@ -159,8 +159,8 @@ class PredictedCurve:
 
     def spreads(self) -> FloatArray:
         """Standard deviation of each deviation, shape (points,)."""
-        outside = self.noise**2 * (1 - np.sum(self.vectors**2, axis=1))
-        variance = np.sum((self.vectors @ self.covariance) * self.vectors, axis=1) + outside
+        noise_variance = self.noise**2 * (1 - np.sum(self.vectors**2, axis=1))
+        variance = np.sum((self.vectors @ self.covariance) * self.vectors, axis=1) + noise_variance
         return np.sqrt(variance)
 
     @property
@@ -194,8 +194,13 @@ class CurveJudge:
     @cached_property
     def by_curve(self) -> list[tuple[IndexArray, IndexArray, FloatArray]]:
         """Indices of the coordinates, rows of the points, and V of each curve."""
-        of_curves = coordinates_by_group(self.curves.curve, np.arange(len(self.curves.conditions)))
-        return [(own, *self.curves.vectors_of(own)) for own in of_curves]
+        coordinates_of_curves = coordinates_by_group(
+            self.curves.curve, np.arange(len(self.curves.conditions))
+        )
+        return [
+            (coordinates, *self.curves.vectors_of(coordinates))
+            for coordinates in coordinates_of_curves
+        ]
 
     def predicted(self, retained: IndexArray) -> Iterator[PredictedCurve]:
         """Each curve, as the retained curves but for itself predict it.
@@ -205,24 +210,28 @@ class CurveJudge:
         """
         count = len(self.curves.conditions)
         is_retained = np.isin(np.arange(count), retained)
-        given = np.flatnonzero(is_retained[self.curves.curve])
-        position = np.zeros(len(self.curves.curve), dtype=np.int64)
-        position[given] = np.arange(len(given))
-        inverse = scipy.linalg.inv(self.covariance[np.ix_(given, given)])
-        weights = inverse @ self.curves.departure[given]
+        retained_coordinates = np.flatnonzero(is_retained[self.curves.curve])
+        position_in_retained = np.zeros(len(self.curves.curve), dtype=np.int64)
+        position_in_retained[retained_coordinates] = np.arange(len(retained_coordinates))
+        inverse = scipy.linalg.inv(
+            self.covariance[np.ix_(retained_coordinates, retained_coordinates)]
+        )
+        weights = inverse @ self.curves.departure[retained_coordinates]
         for row, (coordinates, points, vectors) in enumerate(self.by_curve):
             if is_retained[row]:
-                own = position[coordinates]
-                spread = scipy.linalg.inv(inverse[np.ix_(own, own)])
-                error = spread @ weights[own]
+                position_of_curve = position_in_retained[coordinates]
+                error_covariance = scipy.linalg.inv(
+                    inverse[np.ix_(position_of_curve, position_of_curve)]
+                )
+                error = error_covariance @ weights[position_of_curve]
             else:
-                across = self.covariance[np.ix_(coordinates, given)]
-                spread = self.covariance[np.ix_(coordinates, coordinates)]
-                spread = spread - across @ inverse @ across.T
+                across = self.covariance[np.ix_(coordinates, retained_coordinates)]
+                error_covariance = self.covariance[np.ix_(coordinates, coordinates)]
+                error_covariance = error_covariance - across @ inverse @ across.T
                 error = self.curves.departure[coordinates] - across @ weights
             remainder = self.curves.remainder[points]
-            spread = (spread + spread.T) / 2
-            yield PredictedCurve(points, vectors, error, spread, remainder, self.noise)
+            error_covariance = (error_covariance + error_covariance.T) / 2
+            yield PredictedCurve(points, vectors, error, error_covariance, remainder, self.noise)
 
     def sizes(self, retained: IndexArray) -> FloatArray:
         """`PredictedCurve.size` of each curve, shape (curves,)."""
@@ -304,26 +313,28 @@ def curve_shapes(
     curves, points = measurements.canonical_order()
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
-    sample = ordered.of_curves(_sample(ordered))
+    sample = ordered.select_curves(_sample(ordered))
     fit = _fit_without_odd_curves(sample, law, errors, box)
     fit_of_all = _next_fit(sample, _as_known(fit, errors), box, fit)
     shapes: list[CurveShape] = []
     for rows in _parts(scaled_conditions(ordered.conditions)):
         points_of_part = np.flatnonzero(np.isin(ordered.curve, rows))
-        part = ordered.of_curves(rows)
-        judge = fit.judge(part, box)
-        of_law = fit.law.log_mu(part.point_conditions, part.slip)
-        everyone = np.arange(len(rows))
-        retained = judge.settled(everyone)
+        measurements_of_part = ordered.select_curves(rows)
+        judge = fit.judge(measurements_of_part, box)
+        law_log_mu = fit.law.log_mu(
+            measurements_of_part.point_conditions, measurements_of_part.slip
+        )
+        all_rows = np.arange(len(rows))
+        retained = judge.settled(all_rows)
         sizes_by_all = np.full(len(rows), np.inf)
         if len(retained) < len(rows):
-            sizes_by_all = fit_of_all.judge(part, box).sizes(everyone)
+            sizes_by_all = fit_of_all.judge(measurements_of_part, box).sizes(all_rows)
         # where retained curves contradict each other, no majority says which of them are right
         largest_size = REFUSED_SIZE if np.any(judge.sizes(retained)[retained] > 1) else np.inf
         judged = zip(rows, judge.predicted(retained), sizes_by_all, strict=True)
         for row, predicted, size_by_all in judged:
             rows_of_points = points_of_part[predicted.points]
-            expected = of_law[predicted.points] + judge.departure[predicted.points]
+            expected = law_log_mu[predicted.points] + judge.departure[predicted.points]
             expected -= predicted.deviations()
             shapes.append(
                 _shape(
@@ -331,7 +342,7 @@ def curve_shapes(
                     points[rows_of_points],
                     np.exp(np.minimum(expected, _LARGEST_LOG_MU)),
                     predicted,
-                    min(_BY_ALL * size_by_all, largest_size),
+                    min(_FACTOR_ON_SIZE_BY_ALL * size_by_all, largest_size),
                 )
             )
     return tuple(sorted(shapes, key=lambda shape: shape.curve))
@@ -371,13 +382,13 @@ def _fit_without_odd_curves(
     """Law and sizes by the curves that do not contradict each other."""
     retained = np.arange(len(sample.conditions))
     fit = _first_fit(sample, law, errors, box)
-    left = fit.judge(sample, box).most_agreeing()
+    agreeing = fit.judge(sample, box).most_agreeing()
     for _ in range(_MOST_ROUNDS):
-        if np.array_equal(left, retained):
+        if np.array_equal(agreeing, retained):
             break
-        retained = left
-        fit = _next_fit(sample.of_curves(retained), errors, box, fit)
-        left = fit.judge(sample, box).settled(retained)
+        retained = agreeing
+        fit = _next_fit(sample.select_curves(retained), errors, box, fit)
+        agreeing = fit.judge(sample, box).settled(retained)
     return fit
 
 
@@ -397,13 +408,13 @@ def _first_fit(
     zero_sd = errors.zero.median
     fitted = quick_law(law, measurements, _LARGEST_ZERO * zero_sd)
     is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO * zero_sd)
-    curves = reduced(measurements.of_points(is_clear), fitted, fitted.log_mu, zero_sd, box)
+    curves = reduced(measurements.select_points(is_clear), fitted, fitted.log_mu, zero_sd, box)
     logarithms = np.log([prior.median for prior in priors(errors, CAUTIOUS)])
     return _with_surface(curves, fitted, logarithms, box)
 
 
 def _next_fit(
-    measurements: Measurements, errors: RunErrorSizes, box: ConditionBox, last: _Fit
+    measurements: Measurements, errors: RunErrorSizes, box: ConditionBox, previous: _Fit
 ) -> _Fit:
     """Law and sizes by the retained curves.
 
@@ -411,14 +422,14 @@ def _next_fit(
         measurements: The points of the retained curves.
         errors: Sizes of the errors of the rig, before the data.
         box: The box of the tested conditions.
-        last: The fit before.
+        previous: The fit before.
     """
-    largest_zero = _LARGEST_ZERO * last.zero_sd
-    law = quick_law(last.law.law, measurements, largest_zero, last.law)
-    curves = reduced(measurements, law, last.log_mu, largest_zero, box)
+    largest_zero = _LARGEST_ZERO * previous.zero_sd
+    law = quick_law(previous.law.law, measurements, largest_zero, previous.law)
+    curves = reduced(measurements, law, previous.log_mu, largest_zero, box)
     # a search that did not end gives sizes that are good enough: faults are far beyond the limits
-    found = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), last.logarithms)
-    return _with_surface(curves, law, found.logarithms, box)
+    most_likely = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), previous.logarithms)
+    return _with_surface(curves, law, most_likely.logarithms, box)
 
 
 def _as_known(fit: _Fit, errors: RunErrorSizes) -> RunErrorSizes:
@@ -430,11 +441,13 @@ def _as_known(fit: _Fit, errors: RunErrorSizes) -> RunErrorSizes:
     """
     names = [field.name for field in fields(errors)]
     sizes = np.exp(fit.logarithms[: len(names)])
-    known = {}
+    known_sizes = {}
     for name, size in zip(names, sizes, strict=True):
-        reach = np.exp(_KNOWN_LN_SD)
-        known[name] = LogNormal(float(size), _KNOWN_LN_SD, float(size / reach), float(size * reach))
-    return RunErrorSizes(**known)
+        range_factor = np.exp(_KNOWN_LN_SD)
+        known_sizes[name] = LogNormal(
+            float(size), _KNOWN_LN_SD, float(size / range_factor), float(size * range_factor)
+        )
+    return RunErrorSizes(**known_sizes)
 
 
 def _with_surface(
@@ -478,7 +491,7 @@ def _parts(conditions: FloatArray) -> list[IndexArray]:
             finished.append(rows)
             continue
         widest = int(first_largest(np.ptp(conditions[rows], axis=0)))
-        by_value = rows[np.argsort(conditions[rows, widest], kind="stable")]
+        sorted_rows = rows[np.argsort(conditions[rows, widest], kind="stable")]
         middle = len(rows) // 2
-        open_parts += [np.sort(by_value[:middle]), np.sort(by_value[middle:])]
+        open_parts += [np.sort(sorted_rows[:middle]), np.sort(sorted_rows[middle:])]
     return finished

@@ -9,6 +9,7 @@ Decides: when the runs of a campaign are not steady.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -54,7 +55,7 @@ class ChangeSizes:
     slip_scale: float
     temperature_k: float
 
-    def of_effect(self, effect: str) -> float:
+    def size_of(self, effect: str) -> float:
         """The size of one of `oilfilm.surface.effects.EFFECTS`."""
         return float(getattr(self, effect))
 
@@ -176,12 +177,12 @@ def largest_change(
     )
     changes = []
     for effect, likelihood in effect_likelihoods(covariance).items():
-        precision = limits.usual.of_effect(effect) ** -2
-        profile = _Profile.of(effect, likelihood, precision, len(order) <= LARGEST_DENSE)
+        precision = limits.usual.size_of(effect) ** -2
+        profile = _Profile.at_variances(effect, likelihood, precision, len(order) <= LARGEST_DENSE)
         candidates = [profile.best(patterns) for patterns in families if patterns.count]
         changes.extend(profile.changes([*candidates, *profile.groups()], limits))
     possible = [
-        change for change in changes if abs(change.size) <= limits.largest.of_effect(change.effect)
+        change for change in changes if abs(change.size) <= limits.largest.size_of(change.effect)
     ]
     if not possible:
         return None
@@ -203,12 +204,12 @@ def smallest_changes(
     limits = limits or SteadinessLimits()
     trend = (order / max(len(order) - 1, 1))[:, np.newaxis]
     step = (order >= len(order) / 2)[:, np.newaxis].astype(float)
-    of_trend: dict[str, float] = {}
-    of_step: dict[str, float] = {}
+    trend_sizes: dict[str, float] = {}
+    step_sizes: dict[str, float] = {}
     for effect, likelihood in effect_likelihoods(covariance).items():
-        of_trend[effect] = _smallest(effect, likelihood, trend, limits)
-        of_step[effect] = _smallest(effect, likelihood, step, limits)
-    return SmallestChanges(of_trend, of_step)
+        trend_sizes[effect] = _smallest_seen_size(effect, likelihood, trend, limits)
+        step_sizes[effect] = _smallest_seen_size(effect, likelihood, step, limits)
+    return SmallestChanges(trend_sizes, step_sizes)
 
 
 @with_one_blas_thread
@@ -227,21 +228,25 @@ def smallest_seen(
         limits: The number of standard deviations.
     """
     likelihood = effect_likelihoods(covariance)[effect]
-    return _smallest(effect, likelihood, pattern[:, np.newaxis], limits or SteadinessLimits())
+    return _smallest_seen_size(
+        effect, likelihood, pattern[:, np.newaxis], limits or SteadinessLimits()
+    )
 
 
-def _smallest(
+def _smallest_seen_size(
     effect: str, likelihood: EffectLikelihood, pattern: FloatArray, limits: SteadinessLimits
 ) -> float:
     """The smallest size of a pattern, shape (curves, 1), that would be seen."""
     information = likelihood.information(EXPECTED)
-    power = float(information.between(pattern, pattern)[0])
+    pattern_information = float(information.between(pattern, pattern)[0])
     # the conditions may take up all of a pattern
-    if not power > 0:
+    if not pattern_information > 0:
         return float("inf")
-    before = limits.usual.of_effect(effect) ** -2
+    prior_precision = limits.usual.size_of(effect) ** -2
     factor = limits.factor_on_score(share_of_information(information, pattern[:, 0]))
-    return limits.seen_at * float(np.sqrt(factor * (power + before)) / power)
+    return limits.seen_at * float(
+        np.sqrt(factor * (pattern_information + prior_precision)) / pattern_information
+    )
 
 
 @dataclass(frozen=True)
@@ -259,6 +264,20 @@ class _Candidate:
     columns: FloatArray
     ln_chances: float
     label: str
+
+
+class _Likeliest(NamedTuple):
+    """A candidate at the variance under which it is likeliest.
+
+    Attributes:
+        twice_ln_likelihood: Twice the logarithm of its likelihood, up to a constant.
+        size: Most likely size of each of its columns.
+        share: Information on it, over that of patterns in a random order.
+    """
+
+    twice_ln_likelihood: float
+    size: FloatArray
+    share: float
 
 
 @dataclass(frozen=True)
@@ -280,12 +299,12 @@ class _Profile:
     compared: dict[int, Information]
 
     @classmethod
-    def of(
-        cls, effect: str, likelihood: EffectLikelihood, precision: float, is_small: bool
+    def at_variances(
+        cls, effect: str, likelihood: EffectLikelihood, precision: float, is_small_campaign: bool
     ) -> "_Profile":
         """All variances in a small campaign, else the most likely one of steady runs."""
         steady = likelihood.steady
-        numbers = range(len(steady)) if is_small else [int(np.argmax(steady))]
+        numbers = range(len(steady)) if is_small_campaign else [int(np.argmax(steady))]
         compared = {number: likelihood.information(number) for number in numbers}
         return cls(effect, likelihood, precision, steady, compared)
 
@@ -318,32 +337,34 @@ class _Profile:
 
     def changes(self, candidates: list[_Candidate], limits: SteadinessLimits) -> list[Change]:
         """The change by each candidate, with the variance under which it is likeliest."""
-        best: list[tuple[float, FloatArray, float]] = [(-np.inf, np.zeros(1), 1.0)] * len(
-            candidates
-        )
+        likeliest = [_Likeliest(-np.inf, np.zeros(1), 1.0)] * len(candidates)
         for number, steady in enumerate(self.steady):
             # the large ones are made one by one, because together they do not fit into memory
             information = self.compared.get(number) or self.likelihood.information(number)
             for row, candidate in enumerate(candidates):
                 columns = candidate.columns
-                power = columns.T @ information.times(columns)
+                precision_of_size = columns.T @ information.times(columns)
                 pull = information.pull @ columns
-                power = power + self.precision * np.eye(len(pull))
-                size = np.asarray(np.linalg.solve(power, pull), dtype=float)
-                ratio = float(steady + pull @ size)
-                if ratio > best[row][0]:
+                precision_of_size = precision_of_size + self.precision * np.eye(len(pull))
+                size = np.asarray(np.linalg.solve(precision_of_size, pull), dtype=float)
+                twice_ln_likelihood = float(steady + pull @ size)
+                if twice_ln_likelihood > likeliest[row].twice_ln_likelihood:
                     share = share_of_information(information, columns @ size)
-                    best[row] = ratio, size, share
+                    likeliest[row] = _Likeliest(twice_ln_likelihood, size, share)
         changes = []
-        for candidate, (ratio, size, share) in zip(candidates, best, strict=True):
-            amount = float(size[0]) if len(size) == 1 else float(np.linalg.norm(size))
+        for candidate, (twice_ln_likelihood, size, share) in zip(
+            candidates, likeliest, strict=True
+        ):
+            total_size = float(size[0]) if len(size) == 1 else float(np.linalg.norm(size))
             pattern = candidate.columns[:, 0]
-            if len(size) > 1 and amount > 0:
-                pattern = candidate.columns @ size / amount
-            score = ratio - float(self.steady.max()) - 2 * candidate.ln_chances
+            if len(size) > 1 and total_size > 0:
+                pattern = candidate.columns @ size / total_size
+            score = twice_ln_likelihood - float(self.steady.max()) - 2 * candidate.ln_chances
             alarm = limits.alarm_of(candidate.kind) * limits.factor_on_score(share)
             changes.append(
-                Change(self.effect, candidate.kind, pattern, amount, score, alarm, candidate.label)
+                Change(
+                    self.effect, candidate.kind, pattern, total_size, score, alarm, candidate.label
+                )
             )
         return changes
 
@@ -359,10 +380,10 @@ def share_of_information(information: Information, pattern: FloatArray) -> float
     """
     runs = len(pattern)
     ones = np.ones(runs)
-    of_mean = ones @ information.times(ones) / runs
-    at_random = (np.sum(information.diagonal()) - of_mean) / (runs - 1)
+    mean_information = ones @ information.times(ones) / runs
+    random_information = (np.sum(information.diagonal()) - mean_information) / (runs - 1)
     centred = pattern - pattern.mean()
-    expected = centred @ centred * at_random
+    expected = centred @ centred * random_information
     if not expected > 0:
         return _SMALLEST_SHARE
     return float(max(pattern @ information.times(pattern) / expected, _SMALLEST_SHARE))
@@ -376,9 +397,9 @@ def _with_suspects(change: Change, order: IndexArray) -> Change:
     if change.kind in ("trend", "season", "label"):
         return change
     members = change.pattern > 0.5
-    others = len(members) - np.count_nonzero(members)
-    is_tie = np.count_nonzero(members) == others
-    is_larger = np.count_nonzero(members) > others
+    count_of_others = len(members) - np.count_nonzero(members)
+    is_tie = np.count_nonzero(members) == count_of_others
+    is_larger = np.count_nonzero(members) > count_of_others
     if is_larger or (is_tie and members[np.argmin(order)]):
         return replace(change, pattern=1 - change.pattern, size=-change.size)
     return change

@@ -41,11 +41,11 @@ class SlipCoverage:
     per_curve: float
 
     @classmethod
-    def of_measurements(cls, measurements: Measurements) -> "SlipCoverage":
+    def from_measurements(cls, measurements: Measurements) -> "SlipCoverage":
         """The tested slips of points in canonical order."""
         scaled = scaled_slip(measurements.slip)
         ends = np.flatnonzero(np.diff(measurements.curve)) + 1
-        gaps = [np.diff(of_curve) for of_curve in np.split(scaled, ends)]
+        gaps = [np.diff(scaled_of_curve) for scaled_of_curve in np.split(scaled, ends)]
         counts = [1 + np.count_nonzero(gap > SAME_SLIP) for gap in gaps]
         widest = [gap.max(initial=0.0) for gap in gaps]
         return cls(np.unique(scaled), float(np.median(widest)), float(np.median(counts)))
@@ -62,8 +62,8 @@ class SlipCoverage:
         """
         scaled = scaled_slip(slip)
         beyond = (scaled < self.scaled[0]) | (scaled > self.scaled[-1])
-        reach = reach_in_gaps * self.widest_gap * np.where(beyond, 0.5, 1.0)
-        return self.distance(slip) > reach + SAME_SLIP
+        largest_distance = reach_in_gaps * self.widest_gap * np.where(beyond, 0.5, 1.0)
+        return self.distance(slip) > largest_distance + SAME_SLIP
 
     def distance(self, slip: FloatArray) -> FloatArray:
         """Distance of each slip from the nearest tested one, scaled, shape (points,)."""
@@ -79,7 +79,7 @@ def support_codes(
     slips: SlipCoverage,
     slip: FloatArray,
     spread: FloatArray,
-    of_constants: FloatArray,
+    bound_spreads: FloatArray,
     ranges_beyond: FloatArray,
 ) -> IndexArray:
     """Code of `Support` of each point; the last reason that applies counts, shape (points,).
@@ -89,13 +89,13 @@ def support_codes(
         slips: The tested slips.
         slip: Slide-roll ratio of each point, shape (points,).
         spread: Standard deviation of the surface in ln mu, shape (points,).
-        of_constants: Standard deviation in ln mu by each constant that is at its bound,
+        bound_spreads: Standard deviation in ln mu by each constant that is at its bound,
             shape (points, constants at a bound).
         ranges_beyond: As `ConditionBox.ranges_beyond`, shape (points,).
     """
     is_between = slips.distance(slip) > SAME_SLIP
     too_few = slips.per_curve < limits.fewest_slips
-    at_bound = np.any(of_constants > limits.largest_spread_of_bound, axis=1)
+    at_bound = np.any(bound_spreads > limits.largest_spread_of_bound, axis=1)
     reasons: list[tuple[Support, BoolArray]] = [
         (Support.CONSTANT_AT_BOUND, at_bound),
         (Support.SPREAD_TOO_LARGE, spread > limits.largest_spread),

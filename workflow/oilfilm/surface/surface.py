@@ -153,15 +153,15 @@ class Surface:
         if not np.all(slip > 0):
             raise ValueError("a slip is not above 0; at pure rolling mu is 0, without an interval")
         box, sizes = self.covariance.box, self.covariance.sizes
-        rigs = self._numbers(rig)
-        departure, variance, of_bounds, beyond = [], [], [], []
+        rigs = self._rigs_of_next_run(rig)
+        departure, variance, bound_spreads, ranges_beyond = [], [], [], []
         for rows in _blocks(len(slip)):
-            places = at_points(self.law, box, conditions[rows], slip[rows])
-            mean_of_block, variance_of_block = self._on_rigs(places, rigs)
+            targets = at_points(self.law, box, conditions[rows], slip[rows])
+            mean_of_block, variance_of_block = self._on_rigs(targets, rigs)
             departure.append(mean_of_block)
             variance.append(variance_of_block)
-            of_bounds.append(self._spread_of_bounds(places.law_slopes))
-            beyond.append(box.ranges_beyond(places.conditions)[places.row])
+            bound_spreads.append(self._spread_of_bounds(targets.law_slopes))
+            ranges_beyond.append(box.ranges_beyond(targets.conditions)[targets.row])
         surface_variance = np.concatenate(variance)
         effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
         noise = sizes.noise * self.measurements.noise_ratio_at(slip)
@@ -178,12 +178,12 @@ class Surface:
                 self.slips,
                 slip,
                 spread,
-                np.concatenate(of_bounds),
-                np.concatenate(beyond),
+                np.concatenate(bound_spreads),
+                np.concatenate(ranges_beyond),
             ),
         )
 
-    def _numbers(self, rig: int | None) -> list[int]:
+    def _rigs_of_next_run(self, rig: int | None) -> list[int]:
         """Numbers of the rigs on one of which the next run is; `ANOTHER_RIG` is a gain of 0.
 
         Args:
@@ -192,24 +192,26 @@ class Surface:
         Raises:
             ValueError: No run is of this rig.
         """
-        of_runs = [] if self.measurements.rig is None else np.unique(self.measurements.rig).tolist()
-        if rig is not None and rig != ANOTHER_RIG and rig not in of_runs:
+        tested_rigs = (
+            [] if self.measurements.rig is None else np.unique(self.measurements.rig).tolist()
+        )
+        if rig is not None and rig != ANOTHER_RIG and rig not in tested_rigs:
             raise ValueError(f"no run is of the rig number {rig}")
         if not self.covariance.sizes.rig_gain:
             # one rig, or rigs that are not named: their gain is part of the surface
             return [ANOTHER_RIG]
-        return of_runs if rig is None else [rig]
+        return tested_rigs if rig is None else [rig]
 
-    def _on_rigs(self, places: Coordinates, rigs: list[int]) -> tuple[FloatArray, FloatArray]:
+    def _on_rigs(self, targets: Coordinates, rigs: list[int]) -> tuple[FloatArray, FloatArray]:
         """Mean and variance of the departure on one of some rigs, shape (points,) each.
 
         Args:
-            places: The points.
+            targets: The points.
             rigs: Numbers of the rigs, each of which is as likely.
         """
         means, variances = [], []
         for rig in rigs:
-            on_rig = replace(places, rig=np.full(len(places.row), rig))
+            on_rig = replace(targets, rig=np.full(len(targets.row), rig))
             means.append(self.posterior.mean(on_rig))
             variances.append(self.posterior.variance(on_rig))
         return np.mean(means, axis=0), np.mean(variances, axis=0) + np.var(means, axis=0)
@@ -328,16 +330,18 @@ def most_likely_surface(
     first = most_likely_sizes(first_curves, box, priors(errors, CAUTIOUS))
     log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first.sizes)
     curves = reduced(sample, law, log_mu, zero_sd, box)
-    of_misfit = most_likely_sizes(curves, box, priors(errors, MISFIT), first.logarithms)
-    rigs = sample.rig_count > 1
-    known = priors(errors, CAUTIOUS, rigs=rigs)
-    start = np.append(first.logarithms, np.log([errors.rig_gain.median] if rigs else []))
-    cautious = most_likely_sizes(curves, box, known, start)
+    misfit_sizes = most_likely_sizes(curves, box, priors(errors, MISFIT), first.logarithms)
+    tells_rigs_apart = sample.rig_count > 1
+    cautious_priors = priors(errors, CAUTIOUS, tells_rigs_apart=tells_rigs_apart)
+    start = np.append(
+        first.logarithms, np.log([errors.rig_gain.median] if tells_rigs_apart else [])
+    )
+    cautious = most_likely_sizes(curves, box, cautious_priors, start)
     return SurfaceSizes(
         first=first.logarithms,
-        misfit=of_misfit.logarithms,
+        misfit=misfit_sizes.logarithms,
         interval=cautious.logarithms,
-        converged=of_misfit.converged and cautious.converged,
+        converged=misfit_sizes.converged and cautious.converged,
     )
 
 
@@ -372,7 +376,7 @@ def surface_of_sizes(
         law=law,
         posterior=posterior,
         covariance=covariance,
-        slips=SlipCoverage.of_measurements(ordered),
+        slips=SlipCoverage.from_measurements(ordered),
         measurements=ordered,
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
@@ -396,7 +400,7 @@ def _clear_curves(
             f"no mu is above ten times the error of the zero, {zero_sd:g}; check the unit of mu "
             "and the zero of the rig"
         )
-    return reduced(sample.of_points(is_clear), law, law.log_mu, zero_sd, box)
+    return reduced(sample.select_points(is_clear), law, law.log_mu, zero_sd, box)
 
 
 def _first_surface(
@@ -418,11 +422,11 @@ def log_mu_of(
     law: FreeLaw, posterior: Posterior, box: ConditionBox, conditions: FloatArray, slip: FloatArray
 ) -> FloatArray:
     """ln mu of the law and its departure, shape (points,)."""
-    parts = [np.empty(0)]
+    blocks = [np.empty(0)]
     for rows in _blocks(len(slip)):
-        places = at_points(law, box, conditions[rows], slip[rows])
-        parts.append(law.log_mu(conditions[rows], slip[rows]) + posterior.mean(places))
-    return np.concatenate(parts)
+        targets = at_points(law, box, conditions[rows], slip[rows])
+        blocks.append(law.log_mu(conditions[rows], slip[rows]) + posterior.mean(targets))
+    return np.concatenate(blocks)
 
 
 def _posterior(
@@ -432,10 +436,14 @@ def _posterior(
     covariance = CurveCovariance(curves, box, sizes)
     if len(curves.conditions) <= LARGEST_DENSE:
         return DensePosterior(covariance), covariance
-    of_conditions = spread_out(curves.conditions, _INDUCING_CONDITIONS)
+    chosen_for_conditions = spread_out(curves.conditions, _INDUCING_CONDITIONS)
     # a rig without such a curve would share nothing among its runs
-    _, of_rigs = np.unique(curves.rig, return_index=True)
-    chosen = np.union1d(of_conditions, of_rigs) if covariance.sizes.rig_gain else of_conditions
+    _, chosen_for_rigs = np.unique(curves.rig, return_index=True)
+    chosen = (
+        np.union1d(chosen_for_conditions, chosen_for_rigs)
+        if covariance.sizes.rig_gain
+        else chosen_for_conditions
+    )
     inducing = np.flatnonzero(np.isin(curves.curve, chosen))
     return NystromPosterior(covariance, inducing), covariance
 
@@ -465,13 +473,13 @@ def _sample(ordered: Measurements) -> Measurements:
     if curves <= _CURVES_FOR_SIZES:
         return ordered
     chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
-    next_ones = np.minimum(chosen + 1, curves - 1)
-    rows = np.union1d(chosen, next_ones)
+    next_rows = np.minimum(chosen + 1, curves - 1)
+    rows = np.union1d(chosen, next_rows)
     if ordered.rig is not None:
         # a rig of few runs shows what rigs differ by as well
-        _, of_rigs = np.unique(ordered.rig, return_index=True)
-        rows = np.union1d(rows, of_rigs)
-    return ordered.of_curves(rows)
+        _, first_rows_of_rigs = np.unique(ordered.rig, return_index=True)
+        rows = np.union1d(rows, first_rows_of_rigs)
+    return ordered.select_curves(rows)
 
 
 def _blocks(points: int) -> Iterator[slice]:

@@ -17,7 +17,7 @@ from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.inputs import INPUTS
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils, best_shares
 from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, UNCERTAIN
 
@@ -105,9 +105,9 @@ def duty_points(settings: Settings, bearing: Bearing) -> FloatArray:
 
     They are those of the plan, else of the torque tests, else of the cage-slip map.
     """
-    named = settings.plan.duty_points
-    if named:
-        return np.array([[getattr(point, name) for name in DUTY] for point in named])
+    duty_of_plan = settings.plan.duty_points
+    if duty_of_plan:
+        return np.array([[getattr(point, name) for name in DUTY] for point in duty_of_plan])
     torque = settings.campaign.torque
     if torque is not None and torque.matrix is not None:
         loads, speeds, temperatures = (getattr(torque.matrix, name) for name in DUTY)
@@ -159,7 +159,7 @@ def answers(
         settings: `bearing`, `gates` and `seed`.
         shares_at: Which rows of `Answers.points` shall have shares of variance.
     """
-    cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
+    cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
     terms, draws, drawing = cases.assessed(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
     lambda_limit = settings.gates.lambda_limit
@@ -170,7 +170,7 @@ def answers(
     shares = drawing.shares(np.flatnonzero(shares_at(terms)))
     keys = terms[["oil", "bearing", *names]]
     shares = shares.join(keys, on="point")
-    law_errors = pd.Series(drawing.law_errors, drawing.which)
+    law_errors = pd.Series(drawing.law_errors, drawing.drawn_points)
     return Answers(terms, _with_ranges(shares, law_errors, oils, bearing))
 
 
@@ -222,7 +222,7 @@ class Budget(NamedTuple):
     law_share: float
 
     @property
-    def is_of_law(self) -> bool:
+    def is_by_traction(self) -> bool:
         """Whether tests of traction reduce the largest share, or nothing larger is known."""
         return self.cause in ("", *_BY_TRACTION_TESTS)
 
@@ -239,27 +239,29 @@ def budgets(
         settings: `bearing` and `seed`.
     """
     points = operating_points(bearing, *duty.T)
-    terms, _, drawing = Cases(bearing, [(oil, "stress", points)]).assessed(settings.seed)
+    terms, _, drawing = Cases(bearing, [CaseGroup(oil, "stress", points)]).assessed(settings.seed)
     uncertainties = {
         "torque": terms["torque_n_m_uncertainty"] / terms["torque_n_m"],
         "cage_slip": terms["cage_slip_uncertainty"],
     }
-    of_causes = drawing.shares(np.flatnonzero(_chosen_points(len(points))))
+    shares_by_cause = drawing.shares(np.flatnonzero(_chosen_points(len(points))))
     irreducible = drawing.shares(np.arange(len(points)), _BESIDE_THE_LAW).set_index("point")
     columns = {"torque": "torque_share", "cage_slip": "slip_share"}
-    result = {}
+    budget_by_target = {}
     for target, uncertainty in uncertainties.items():
         rms = float(np.sqrt((uncertainty**2).mean()))
         share_left = irreducible[columns[target]].reindex(terms.index).astype(float)
-        left = (uncertainty * np.sqrt(share_left)).to_numpy(dtype=float)
-        median = of_causes.groupby("variance_cause")[columns[target]].median().dropna()
+        irreducible_uncertainty = (uncertainty * np.sqrt(share_left)).to_numpy(dtype=float)
+        median = shares_by_cause.groupby("variance_cause")[columns[target]].median().dropna()
         if median.empty:
-            result[target] = Budget(rms, left, "", np.nan, np.nan)
+            budget_by_target[target] = Budget(rms, irreducible_uncertainty, "", np.nan, np.nan)
             continue
         cause = str(median.idxmax())
         law_share = float(median[list(_BY_TRACTION_TESTS)].sum())
-        result[target] = Budget(rms, left, cause, float(median[cause]), law_share)
-    return result
+        budget_by_target[target] = Budget(
+            rms, irreducible_uncertainty, cause, float(median[cause]), law_share
+        )
+    return budget_by_target
 
 
 def _chosen_points(count: int) -> BoolArray:
@@ -291,11 +293,11 @@ def _with_ranges(
     is_law = shares["variance_cause"] == "law"
     standard = standard.where(~is_law, shares["point"].map(law_errors))
     for oil in oils:
-        of_oil = shares["oil"] == oil.name
+        is_of_oil = shares["oil"] == oil.name
         run_sd = np.nan_to_num(oil.laws["stress"].fitted.coefficients.run_sd)
         viscosity = settings.stand_in_uncertainty.viscosity * oil.oil.stand_in
-        standard = standard.mask(of_oil & (shares["variance_cause"] == "runs"), run_sd)
-        standard = standard.mask(of_oil & (shares["variance_cause"] == "viscosity"), viscosity)
+        standard = standard.mask(is_of_oil & (shares["variance_cause"] == "runs"), run_sd)
+        standard = standard.mask(is_of_oil & (shares["variance_cause"] == "viscosity"), viscosity)
     return shares.assign(
         range_low=shares["variance_cause"].map(low).astype(float),
         range_high=shares["variance_cause"].map(high).astype(float),
@@ -317,7 +319,7 @@ def with_interval(value: float, lower: float, upper: float) -> str:
     return f"{three_digits(value)} ({three_digits(lower)} to {three_digits(upper)})"
 
 
-def range_words(row: "pd.Series[float]") -> str:
+def range_text(row: "pd.Series[float]") -> str:
     """The range of a row of `Answers.shares`, as `4 to 16 L/min` or `10 %`."""
     cause = CAUSES[str(row["variance_cause"])]
     if np.isfinite(row["range_low"]):

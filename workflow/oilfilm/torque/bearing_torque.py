@@ -3,7 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -57,8 +57,6 @@ _RANGES_OF_TERM = {
     "drag": ("oil_volume_fraction",),
     "momentum": ("feed_flow_m3_s", "momentum_share"),
 }
-# Oil, key of its laws (`OilInBearing.laws`), and operating points.
-CaseGroup = tuple["OilInBearing", str, pd.DataFrame]
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,22 @@ class OilInBearing:
                 "traction_factor": factor,
             }
         )
-        return Cases(bearing, [(self, load_variable, points)]).run()
+        return Cases(bearing, [CaseGroup(self, load_variable, points)]).run()
+
+
+class CaseGroup(NamedTuple):
+    """Operating points with one oil and one of its laws.
+
+    Attributes:
+        oil: The oil.
+        load_variable: Key of its laws (`OilInBearing.laws`).
+        points: Operating points with the columns axial_load_n, inner_speed_rpm,
+            inlet_temperature_c and any other.
+    """
+
+    oil: OilInBearing
+    load_variable: str
+    points: pd.DataFrame
 
 
 class Cases:
@@ -142,8 +155,7 @@ class Cases:
 
         Args:
             bearing: The bearing.
-            groups: Oil, load variable and operating points with the columns axial_load_n,
-                inner_speed_rpm, inlet_temperature_c and any other.
+            groups: Operating points, each group with its oil and law.
             inputs: Uncertain inputs of each point; by default the values of bearing and settings.
         """
         self.oils = [oil for oil, _, _ in groups]
@@ -156,7 +168,7 @@ class Cases:
                 points.assign(oil=oil.name, bearing=bearing.name, load_variable=variable)
             )
             lubrications.append(
-                Lubrication.of(
+                Lubrication.flooded(
                     oil.oil,
                     points["inlet_temperature_c"].to_numpy(dtype=float),
                     oil.settings.drag_coefficient,
@@ -175,7 +187,9 @@ class Cases:
         if inputs is None:
             inputs = Inputs.joined(
                 [
-                    Inputs.of({**bearing.uncertain, **oil.settings.uncertain()}, len(points))
+                    Inputs.without_draws(
+                        {**bearing.uncertain, **oil.settings.uncertain()}, len(points)
+                    )
                     for oil, _, points in groups
                 ]
             )
@@ -287,26 +301,26 @@ def oils_in_bearings(
         refits_of_law = dict(list(refits.groupby(["oil", "law"])))
     quality_of_oil = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
     oils = []
-    for name in settings.oils:
-        oil = settings.properties_of(name)
-        if oil is None or name not in quality_of_oil:
+    for oil_name in settings.oils:
+        oil = settings.properties_of(oil_name)
+        if oil is None or oil_name not in quality_of_oil:
             continue
-        fit_quality = quality_of_oil[name]
-        available_laws = laws_of(name, settings)
-        fitted_laws = set(coefficients.loc[coefficients["oil"] == name, "law"])
+        fit_quality = quality_of_oil[oil_name]
+        available_laws = laws_of(oil_name, settings)
+        fitted_laws = set(coefficients.loc[coefficients["oil"] == oil_name, "law"])
         law_names = _law_names(fit_quality["law"], fitted_laws & set(available_laws))
         fits = {}
         for law_name in set(law_names.values()):
             fit = FittedLaw.from_tables(
                 coefficients,
-                name,
-                refits_of_law.get((name, law_name)),
+                oil_name,
+                refits_of_law.get((oil_name, law_name)),
                 quality,
                 available_laws[law_name],
                 surfaces=surfaces,
             )
             if surface_of is not None:
-                fit = replace(fit, read_surface=partial(surface_of, name))
+                fit = replace(fit, read_surface=partial(surface_of, oil_name))
             fits[law_name] = fit
         laws = _laws_in_bearing(fits, law_names, rig, settings.bearing)
         # the campaign's law follows all conditions
@@ -316,7 +330,7 @@ def oils_in_bearings(
                 lowest = float(fit_quality[f"tested_min_{quantity}"])
                 highest = float(fit_quality[f"tested_max_{quantity}"])
                 tested[quantity] = (lowest, highest)
-            oils.append(OilInBearing(name, oil, laws, tested, settings.bearing))
+            oils.append(OilInBearing(oil_name, oil, laws, tested, settings.bearing))
     return oils
 
 
@@ -371,7 +385,7 @@ def _laws_in_bearing(
     for variable, law_name in law_names.items():
         coefficients = fits[law_name].coefficients
         if coefficients.followed.all() and not np.isnan(coefficients.constants).any():
-            laws[variable] = LawInBearing.of(fits[law_name], variable, rig, floor)
+            laws[variable] = LawInBearing.from_fit(fits[law_name], variable, rig, floor)
     return laws
 
 
@@ -427,7 +441,7 @@ def torque_table(
     groups: list[CaseGroup] = []
     for oil in measured_oils:
         plateaus = measured[measured["oil"] == oil.name]
-        groups += [(oil, variable, plateaus) for variable in oil.laws]
+        groups += [CaseGroup(oil, variable, plateaus) for variable in oil.laws]
     bearing = settings.tested_bearing()
     calculated, _, _ = Cases(bearing, groups).assessed(settings.seed)
     terms = _compared(bearing, calculated, measured_oils, settings)
@@ -486,16 +500,16 @@ def _inversion(
     scaled = plateaus.loc[repeated_rows, ["oil", *_LOAD_SPEED_TEMPERATURE]].assign(
         traction_factor=np.tile(_TRACTION_FACTORS, count)
     )
-    groups = [(oil, "stress", scaled[scaled["oil"] == oil.name]) for oil in oils]
+    groups = [CaseGroup(oil, "stress", scaled[scaled["oil"] == oil.name]) for oil in oils]
     calculated = Cases(bearing, groups).run()
 
-    def by_factor(column: str) -> FloatArray:
+    def column_by_factor(column: str) -> FloatArray:
         """A calculated column, shape (factors, plateaus)."""
         values = calculated[column].to_numpy()
         return np.asarray(values.reshape(count, len(_TRACTION_FACTORS)).T)
 
-    torque = by_factor("torque_n_m")
-    mean_mu = by_factor("mean_traction_coefficient")
+    torque = column_by_factor("torque_n_m")
+    mean_mu = column_by_factor("mean_traction_coefficient")
     excess_torque = torque - plateaus["measured_torque_n_m"].to_numpy()
     # shape (pairs of neighbouring factors, plateaus)
     encloses = excess_torque[:-1] * excess_torque[1:] <= 0
@@ -507,20 +521,24 @@ def _inversion(
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = np.where(torque_step != 0, mu_step / torque_step, np.inf)
         mu = mu_at_lower_factor - excess_torque[lower_factor] * slope
-        random = np.abs(slope) * plateaus["measured_torque_n_m_se"].to_numpy()
-        systematic = np.abs(slope) * _traction_torque_uncertainty_n_m(plateaus, settings)
-    is_solved = np.isfinite(mu) & np.isfinite(random) & np.isfinite(systematic)
+        random_uncertainty = np.abs(slope) * plateaus["measured_torque_n_m_se"].to_numpy()
+        systematic_uncertainty = np.abs(slope) * _traction_torque_uncertainty_n_m(
+            plateaus, settings
+        )
+    is_solved = (
+        np.isfinite(mu) & np.isfinite(random_uncertainty) & np.isfinite(systematic_uncertainty)
+    )
     # without the torque of both neighbouring factors nothing is known
     is_unknown = np.isnan(torque).any(axis=0) & ~is_enclosed
     verdict = np.select(
-        [is_unknown, ~is_solved, np.hypot(random, systematic) < mu],
+        [is_unknown, ~is_solved, np.hypot(random_uncertainty, systematic_uncertainty) < mu],
         ["not known", "no solution", "determined"],
         "undetermined",
     )
     return plateaus.assign(
         traction_coefficient=np.where(is_solved, mu, np.nan),
-        traction_coefficient_se=np.where(is_solved, random, np.nan),
-        traction_coefficient_systematic=np.where(is_solved, systematic, np.nan),
+        traction_coefficient_se=np.where(is_solved, random_uncertainty, np.nan),
+        traction_coefficient_systematic=np.where(is_solved, systematic_uncertainty, np.nan),
         traction_share=plateaus["traction_torque_n_m"] / plateaus["torque_n_m"],
         law_traction_coefficient=plateaus["mean_traction_coefficient"],
         verdict=verdict,
@@ -557,7 +575,9 @@ def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) ->
     relative = {term: random_factor(bearing, term, normal).std() for term in FACTOR_TERMS}
     ranges = {**settings.tested_bearing().uncertain, **bearing.uncertain()}
     for term, names in _RANGES_OF_TERM.items():
-        spreads = [ranges[name].at(probabilities).std() / ranges[name].value for name in names]
+        spreads = [
+            ranges[name].quantiles(probabilities).std() / ranges[name].value for name in names
+        ]
         relative[term] = np.linalg.norm(spreads)
     uncertainties = [_calibration_n_m(terms, settings)]
     for term, spread in relative.items():
@@ -575,14 +595,14 @@ def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
 
 def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
     """Cage slip of each oil over the speeds and axial loads of `bearing.cage_slip`."""
-    levels = settings.bearing.cage_slip
+    map_levels = settings.bearing.cage_slip
     return _map_of_cage_slip(
         "cage_slip",
         oils,
         settings,
-        levels.pitch_speed_mm_rpm,
-        levels.axial_load_n,
-        [levels.inlet_temperature_c],
+        map_levels.pitch_speed_mm_rpm,
+        map_levels.axial_load_n,
+        [map_levels.inlet_temperature_c],
     )
 
 
@@ -590,18 +610,18 @@ def cage_slip_by_temperature_table(
     oils: Sequence[OilInBearing], settings: Settings
 ) -> pd.DataFrame:
     """Cage slip of each oil at further temperatures, at every second speed and axial load."""
-    levels = settings.bearing.cage_slip
+    map_levels = settings.bearing.cage_slip
     temperatures = [
         temperature
-        for temperature in levels.further_temperature_c
-        if temperature != levels.inlet_temperature_c
+        for temperature in map_levels.further_temperature_c
+        if temperature != map_levels.inlet_temperature_c
     ]
     return _map_of_cage_slip(
         "cage_slip_by_temperature",
         oils,
         settings,
-        every_second(levels.pitch_speed_mm_rpm),
-        every_second(levels.axial_load_n),
+        every_second(map_levels.pitch_speed_mm_rpm),
+        every_second(map_levels.axial_load_n),
         temperatures,
     )
 
@@ -650,7 +670,7 @@ def _map_of_cage_slip(
             "inlet_temperature_c": temperature.ravel(),
         }
     )
-    cases = Cases(bearing, [(oil, "stress", points) for oil in oils])
+    cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
     terms, draws, _ = cases.assessed(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
     shares = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
@@ -674,7 +694,7 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
     for groove in variation.groove_curvatures:
         variant = replace(bearing, groove_curvature=(groove, groove))
         variants.append(("conformity", variant, 1.0))
-    parts = []
+    terms_of_variants = []
     for varied, variant, size_factor in variants:
         # areas of contact grow with the square of the size, surface speeds with the size
         point = pd.DataFrame(
@@ -684,12 +704,12 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
                 "inlet_temperature_c": variation.inlet_temperature_c,
             }
         )
-        groups = [(oil, variable, point) for oil in oils for variable in oil.laws]
+        groups = [CaseGroup(oil, variable, point) for oil in oils for variable in oil.laws]
         terms = Cases(variant, groups).run()
         traction = terms.set_index(["oil", "load_variable"])["traction_torque_n_m"]
         # of the oil of each row
         by_stress = traction.xs("stress", level="load_variable")[terms["oil"]].to_numpy()
-        parts.append(
+        terms_of_variants.append(
             terms.assign(
                 varied=varied,
                 ball_diameter_mm=variant.ball_diameter_m * MM_PER_M,
@@ -697,7 +717,7 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
                 relative_to_stress=terms["traction_torque_n_m"] / by_stress - 1,
             )
         )
-    table = joined(parts, "size_effect")
+    table = joined(terms_of_variants, "size_effect")
     rank_of_oil = {oil.name: rank for rank, oil in enumerate(oils)}
     return table.sort_values(
         "oil", key=lambda names: names.map(rank_of_oil), kind="stable", ignore_index=True

@@ -52,22 +52,22 @@ def enough_film(film: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolA
         film: Film thickness over roughness; NaN where it is not known.
         lambda_limit: A film is full above this ratio.
     """
-    enough = exceeds(film, lambda_limit)
-    return enough, enough | np.isnan(film)
+    is_enough = exceeds(film, lambda_limit)
+    return is_enough, is_enough | np.isnan(film)
 
 
 def best_index(
-    slip: FloatArray, torque: FloatArray, enough: BoolArray, slip_limit: float
+    slip: FloatArray, torque: FloatArray, has_film: BoolArray, slip_limit: float
 ) -> IntArray:
     """Index of the best oil of those with an equilibrium; -1 where none has enough film.
 
     Args:
         slip: Cage slip, shape (oils, ...); NaN without an equilibrium.
         torque: Friction torque, of the same shape.
-        enough: Whether the film is thick enough, of the same shape.
+        has_film: Whether the film is thick enough, of the same shape.
         slip_limit: Largest cage slip of a held cage.
     """
-    candidate = enough & np.isfinite(slip)
+    candidate = has_film & np.isfinite(slip)
     holds_cage = candidate & reaches(slip_limit, slip)
     smallest_torque = first_smallest(np.where(holds_cage, torque, np.inf), axis=0)
     smallest_slip = first_smallest(np.where(candidate, slip, np.inf), axis=0)
@@ -90,7 +90,7 @@ class Best:
     lacks_film: BoolArray
 
     @property
-    def known(self) -> BoolArray:
+    def is_known(self) -> BoolArray:
         """True where no unknown equilibrium or film can change the best oil."""
         return ~(self.lacks_equilibrium | self.lacks_film)
 
@@ -107,10 +107,10 @@ def best_of(
         slip_limit: Largest cage slip of a held cage.
         lambda_limit: A film is full above this ratio.
     """
-    enough, perhaps_enough = enough_film(film, lambda_limit)
-    best = best_index(slip, torque, enough, slip_limit)
-    best_with_unknown_films = best_index(slip, torque, perhaps_enough, slip_limit)
-    without_equilibrium = perhaps_enough & ~np.isfinite(slip)
+    has_film, may_have_film = enough_film(film, lambda_limit)
+    best = best_index(slip, torque, has_film, slip_limit)
+    best_with_unknown_films = best_index(slip, torque, may_have_film, slip_limit)
+    without_equilibrium = may_have_film & ~np.isfinite(slip)
     return Best(
         oil=best,
         lacks_equilibrium=np.asarray(without_equilibrium.any(axis=0)),
@@ -127,12 +127,14 @@ def best_oils(cage_slip: pd.DataFrame, slip_limit: float, lambda_limit: float) -
     oils = list(dict.fromkeys(cage_slip["oil"]))
     slip, torque, film = by_oil(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio")
     best = best_of(slip, torque, film, slip_limit, lambda_limit)
-    names = np.array([*oils, ""])[best.oil]
-    return operating_points(cage_slip).assign(best_oil=np.where(best.known, names, NOT_KNOWN))
+    oil_names = np.array([*oils, ""])[best.oil]
+    return operating_points(cage_slip).assign(
+        best_oil=np.where(best.is_known, oil_names, NOT_KNOWN)
+    )
 
 
 def best_shares(
-    draws: FloatArray, oils: int, slip_limit: float, lambda_limit: float
+    draws: FloatArray, oil_count: int, slip_limit: float, lambda_limit: float
 ) -> dict[str, FloatArray | IndexArray]:
     """Share of the draws in which each oil is the best oil of its operating point.
 
@@ -140,27 +142,27 @@ def best_shares(
     not known counts for no oil.
 
     Args:
-        draws: Torque, cage slip and lambda, shape (3, draws, oils * points). All points of an oil
-            are next to each other.
-        oils: Number of oils.
+        draws: Torque, cage slip and lambda, shape (3, draws, oil_count * points). All points of an
+            oil are next to each other.
+        oil_count: Number of oils.
         slip_limit: Largest cage slip of a held cage.
         lambda_limit: A film is full above this ratio.
 
     Returns:
         The columns `best_share`, `draws_answered` and `draws_unanswered` of the table of cage slip,
-        each of shape (oils * points,). The share is null where no draw has an answer.
+        each of shape (oil_count * points,). The share is null where no draw has an answer.
     """
-    results, count, columns = draws.shape
-    draws_by_oil = draws.reshape(results, count, oils, columns // oils)
+    quantities, count, columns = draws.shape
+    draws_by_oil = draws.reshape(quantities, count, oil_count, columns // oil_count)
     torque, slip, film = draws_by_oil.swapaxes(1, 2)
     best = best_of(slip, torque, film, slip_limit, lambda_limit)
-    answered = best.known.sum(axis=0)
-    counts = np.array([(best.known & (best.oil == oil)).sum(axis=0) for oil in range(oils)])
+    answered = best.is_known.sum(axis=0)
+    counts = np.array([(best.is_known & (best.oil == oil)).sum(axis=0) for oil in range(oil_count)])
     shares = np.divide(counts, answered, out=np.full(counts.shape, np.nan), where=answered > 0)
     return {
         "best_share": shares.ravel(),
-        "draws_answered": np.tile(answered, oils),
-        "draws_unanswered": np.tile(count - answered, oils),
+        "draws_answered": np.tile(answered, oil_count),
+        "draws_unanswered": np.tile(count - answered, oil_count),
     }
 
 
@@ -176,8 +178,8 @@ def stays_best(cage_slip: pd.DataFrame, share: float) -> pd.DataFrame:
         that have no answer. `perhaps` is true if it depends on these draws. The other columns are
         `draws_answered` and `draws_unanswered`.
     """
-    names = ["best_share", "draws_answered", "draws_unanswered"]
-    points = cage_slip.groupby(OPERATING_POINT, sort=False)[names].max()
+    columns = ["best_share", "draws_answered", "draws_unanswered"]
+    points = cage_slip.groupby(OPERATING_POINT, sort=False)[columns].max()
     answered, unanswered = points["draws_answered"], points["draws_unanswered"]
     best_draws = points["best_share"].fillna(0.0) * answered
     needed_draws = share * (answered + unanswered)

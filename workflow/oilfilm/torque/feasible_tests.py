@@ -39,7 +39,7 @@ class PlannedRig:
     contact: Contact
 
     @classmethod
-    def of_campaign(cls, settings: Settings) -> "PlannedRig":
+    def from_settings(cls, settings: Settings) -> "PlannedRig":
         """The only rig of a campaign, or its only rig with limits.
 
         Raises:
@@ -129,7 +129,7 @@ class JudgedTests:
         return self.lambda_ratio[self._last_reached]
 
 
-def counted(left_out: dict[str, int]) -> str:
+def limits_with_counts(left_out: dict[str, int]) -> str:
     """Limits with the number of tests beyond each, as in `the rig's largest speed (12)`."""
     return ", ".join(f"{limit} ({count})" for limit, count in left_out.items() if count)
 

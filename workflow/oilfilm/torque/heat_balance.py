@@ -20,7 +20,7 @@ from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import Cases, OilInBearing, joined
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils
 
 # Highest temperature of an oil in a bearing; no oil is a liquid above.
@@ -98,9 +98,11 @@ def heat_balance(
     points = np.arange(len(inlet_temperature_c))
 
     def contact_c(rise: FloatArray, which: IndexArray) -> FloatArray:
+        """Temperature (degC) of the oil in the contacts at this rise of the oil."""
         return np.asarray(inlet_temperature_c[which] + supply.outlet_weight * rise)
 
     def excess_cooling_w(rise: FloatArray, which: IndexArray) -> FloatArray:
+        """Heat taken by the oil less the friction heat; 0 in the balance."""
         inlet = inlet_temperature_c[which]
         friction_heat = supply.heat_share * friction_heat_w(contact_c(rise, which), which)
         return heat_to_oil_w(oil, supply, inlet, inlet + rise) - friction_heat
@@ -119,9 +121,9 @@ def heat_balance(
         args=(points,),
         tolerances={"xatol": _TOLERANCE_K, "frtol": 1e-3 * _LARGEST_ERROR},
     )
-    scale = np.maximum(np.abs(heat_at_inlet), np.finfo(float).tiny)
+    heat_scale = np.maximum(np.abs(heat_at_inlet), np.finfo(float).tiny)
     without_heat = heat_at_inlet == 0
-    solved = root.success & (np.abs(root.f_x) <= _LARGEST_ERROR * scale)
+    solved = root.success & (np.abs(root.f_x) <= _LARGEST_ERROR * heat_scale)
     balanced = without_heat | solved
     rise = np.where(balanced, np.where(without_heat, 0.0, root.x), np.nan)
     return HeatBalance(inlet_temperature_c + rise, contact_c(rise, points), balanced)
@@ -188,10 +190,10 @@ def _heated(
 ) -> pd.DataFrame:
     """Friction at the points of one oil, with the oil at the temperature of its heat balance."""
     speed, _, inlet = points[_POINT].to_numpy(dtype=float).T
-    inlet_problem = Cases(bearing, [(oil, "stress", points[_POINT])]).problem
+    inlet_problem = Cases(bearing, [CaseGroup(oil, "stress", points[_POINT])]).problem
     at_inlet = friction_equilibrium(inlet_problem)
     # the motion at the last temperature of each point
-    latest = Neighbour.of(inlet_problem, at_inlet.solution.unknowns)
+    latest_motion = Neighbour.from_unknowns(inlet_problem, at_inlet.solution.unknowns)
 
     def friction_heat_w(contact_temperature_c: FloatArray, which: IndexArray) -> FloatArray:
         """Friction heat by the equilibrium near the motion at the last temperature."""
@@ -202,10 +204,10 @@ def _heated(
             return heat
         heated_points = points[_POINT].iloc[solved_points]
         heated_points = heated_points.assign(inlet_temperature_c=contact_temperature_c[solvable])
-        problem = Cases(bearing, [(oil, "stress", heated_points)]).problem
-        motion = friction_equilibrium(problem, latest.at_points(solved_points))
+        problem = Cases(bearing, [CaseGroup(oil, "stress", heated_points)]).problem
+        motion = friction_equilibrium(problem, latest_motion.at_points(solved_points))
         converged = motion.solution.converged
-        latest.unknowns[solved_points[converged]] = motion.solution.unknowns[converged]
+        latest_motion.unknowns[solved_points[converged]] = motion.solution.unknowns[converged]
         power = motion.torque_n_m() * speed[solved_points] * RAD_S_PER_RPM
         heat[solvable] = np.where(converged, power, np.nan)
         return heat
@@ -213,7 +215,7 @@ def _heated(
     balance = heat_balance(friction_heat_w, oil.oil, supply, inlet)
     temperature = np.where(balance.balanced, balance.contact_temperature_c, inlet)
     balanced_points = points[_POINT].assign(inlet_temperature_c=temperature)
-    terms = Cases(bearing, [(oil, "stress", balanced_points)]).run(latest)
+    terms = Cases(bearing, [CaseGroup(oil, "stress", balanced_points)]).run(latest_motion)
     terms.loc[~balance.balanced, _COMPARED] = np.nan
     keys = points[["run_id", "first_row", "oil", "bearing", "pitch_speed_mm_rpm", *_POINT]]
     return keys.reset_index(drop=True).assign(

@@ -67,7 +67,7 @@ class Levels:
     values: tuple[FloatArray, ...]
 
     @classmethod
-    def of_conditions(cls, conditions: FloatArray) -> "Levels":
+    def from_conditions(cls, conditions: FloatArray) -> "Levels":
         """The levels of conditions in any order, of which some may be equal."""
         conditions = distinct(conditions)
         values = []
@@ -107,33 +107,40 @@ class Levels:
             middle.append(between)
         return np.array(middle)
 
-    def nearest(self, target: FloatArray, among: BoolArray, over: BoolArray) -> FloatArray:
+    def nearest(
+        self, target: FloatArray, may_be_taken: BoolArray, compared: BoolArray
+    ) -> FloatArray:
         """The condition that is nearest to a target, shape (3,); of equal ones the first.
 
         Args:
             target: P, U and T, shape (3,).
-            among: Which conditions may be taken, shape (conditions,).
-            over: Over which of P, U and T the distance is taken, shape (3,).
+            may_be_taken: Which conditions may be taken, shape (conditions,).
+            compared: Over which of P, U and T the distance is taken, shape (3,).
         """
         scaled = scaled_conditions(self.conditions)
         span = np.maximum(np.ptp(scaled, axis=0), _LEVEL_WIDTHS)
-        away = (scaled - scaled_conditions(target[np.newaxis])) / span
-        distance = np.sum(away[:, over] ** 2, axis=1)
-        row = int(first_smallest(np.where(among, distance, np.inf)))
+        scaled_distance = (scaled - scaled_conditions(target[np.newaxis])) / span
+        distance = np.sum(scaled_distance[:, compared] ** 2, axis=1)
+        row = int(first_smallest(np.where(may_be_taken, distance, np.inf)))
         return np.asarray(self.conditions[row])
 
     def has_level(self, dimension: int, value: float) -> BoolArray:
-        """Which conditions have a level of P, U or T, shape (conditions,)."""
+        """Which conditions have a level of P, U or T, shape (conditions,).
+
+        Args:
+            dimension: Column of the condition: 0 for P, 1 for U, 2 for T.
+            value: The level.
+        """
         target = self.conditions.copy()
         target[:, dimension] = value
-        away = scaled_conditions(self.conditions) - scaled_conditions(target)
-        return ~_is_wider(away[:, dimension], _LEVEL_WIDTHS[dimension])
+        scaled_distance = scaled_conditions(self.conditions) - scaled_conditions(target)
+        return ~_is_wider(scaled_distance[:, dimension], _LEVEL_WIDTHS[dimension])
 
 
-def _is_wider(away: FloatArray, width: FloatArray) -> BoolArray:
+def _is_wider(scaled_distance: FloatArray, width: FloatArray) -> BoolArray:
     """Whether scaled distances are larger than a width, by more than rounding."""
     # scaled conditions are of the size of 1
-    return exceeds(np.abs(away), width, size=1.0)
+    return exceeds(np.abs(scaled_distance), width, size=1.0)
 
 
 def distinct(conditions: FloatArray) -> FloatArray:
@@ -147,10 +154,10 @@ def distinct(conditions: FloatArray) -> FloatArray:
     return ordered[np.sort(first)]
 
 
-def is_among(conditions: FloatArray, others: FloatArray) -> BoolArray:
+def is_among(conditions: FloatArray, listed: FloatArray) -> BoolArray:
     """Which conditions are the same as one of the others, shape (conditions,)."""
-    away = scaled_conditions(conditions)[:, np.newaxis] - scaled_conditions(others)
-    is_same = np.all(~_is_wider(away, _LEVEL_WIDTHS), axis=2)
+    scaled_distance = scaled_conditions(conditions)[:, np.newaxis] - scaled_conditions(listed)
+    is_same = np.all(~_is_wider(scaled_distance, _LEVEL_WIDTHS), axis=2)
     return np.asarray(np.any(is_same, axis=1))
 
 
@@ -158,6 +165,12 @@ def spaced(lowest: float, highest: float, count: int, dimension: int) -> FloatAr
     """Values of P, U or T at equal distances in its scale, shape (count,).
 
     Those between the ends have three significant digits, as a set point may have.
+
+    Args:
+        lowest: First value.
+        highest: Last value.
+        count: Number of values, the ends among them.
+        dimension: Column of the condition: 0 for P, 1 for U, 2 for T.
 
     Examples:
         >>> spaced(25, 40, 3, CONDITIONS.index("entrainment_speed_m_s"))
@@ -185,28 +198,28 @@ def lacking_runs(
             not varied.
         runnable: Which conditions the rig can run.
     """
-    tested = Levels.of_conditions(conditions)
+    tested = Levels.from_conditions(conditions)
     runs = _third_levels(tested)
     runs += _levels_of_constant_conditions(tested, levels_to_choose, runnable)
     extended = tested.conditions
     for run in runs:
-        row = run.conditions[np.newaxis]
-        if runnable(row).all():
-            extended = np.concatenate([extended, row])
-    runs += _corners(Levels.of_conditions(extended))
-    return _different(runs, tested.conditions)
+        one_row = run.conditions[np.newaxis]
+        if runnable(one_row).all():
+            extended = np.concatenate([extended, one_row])
+    runs += _corners(Levels.from_conditions(extended))
+    return _new_runs(runs, tested.conditions)
 
 
-def _different(runs: list[PlannedRun], tested: FloatArray) -> list[PlannedRun]:
+def _new_runs(runs: list[PlannedRun], tested: FloatArray) -> list[PlannedRun]:
     """The runs at conditions that neither were tested nor occur before in the list."""
-    different = []
+    new_runs = []
     seen = tested
     for run in runs:
-        row = run.conditions[np.newaxis]
-        if not is_among(row, seen).any():
-            different.append(run)
-            seen = np.concatenate([seen, row])
-    return different
+        one_row = run.conditions[np.newaxis]
+        if not is_among(one_row, seen).any():
+            new_runs.append(run)
+            seen = np.concatenate([seen, one_row])
+    return new_runs
 
 
 def _third_levels(tested: Levels) -> list[PlannedRun]:
@@ -235,17 +248,17 @@ def _third_levels(tested: Levels) -> list[PlannedRun]:
 
 
 def _at_middle(
-    tested: Levels, target: FloatArray, is_between: BoolArray, among: BoolArray
+    tested: Levels, target: FloatArray, is_between: BoolArray, may_be_taken: BoolArray
 ) -> PlannedRun:
     """A run with some conditions as in the target, and the others as in the nearest tested one."""
     conditions = target
     if not is_between.all():
-        nearest = tested.nearest(target, among, ~is_between)
+        nearest = tested.nearest(target, may_be_taken, ~is_between)
         conditions = np.where(is_between, target, nearest)
-    return PlannedRun(conditions, "third_level", _names(is_between))
+    return PlannedRun(conditions, "third_level", _names_of(is_between))
 
 
-def _names(is_chosen: BoolArray) -> tuple[str, ...]:
+def _names_of(is_chosen: BoolArray) -> tuple[str, ...]:
     """Names of the chosen conditions."""
     return tuple(CONDITIONS[dimension] for dimension in np.flatnonzero(is_chosen))
 
@@ -258,26 +271,26 @@ def _levels_of_constant_conditions(
     They are at tested values of the other conditions: in the middle and at their ends.
     """
     runs = []
-    sites = _middle_and_ends(tested)
+    base_conditions = _middle_and_ends(tested)
     for dimension in np.flatnonzero(tested.is_constant).tolist():
         is_new = np.arange(len(CONDITIONS)) == dimension
         for value in _two_levels(tested, dimension, levels_to_choose[dimension], runnable):
-            for site in sites:
-                conditions = np.where(is_new, value, site)
-                runs.append(PlannedRun(conditions, "not_varied", _names(is_new)))
+            for base in base_conditions:
+                conditions = np.where(is_new, value, base)
+                runs.append(PlannedRun(conditions, "not_varied", _names_of(is_new)))
     return runs
 
 
 def _middle_and_ends(tested: Levels) -> list[FloatArray]:
     """The tested conditions nearest to the middle of the box, and to that of each face."""
-    all_three = np.ones(len(CONDITIONS), dtype=bool)
+    all_conditions = np.ones(len(CONDITIONS), dtype=bool)
     everywhere = np.ones(len(tested.conditions), dtype=bool)
-    sites = [tested.nearest(tested.middle, everywhere, all_three)]
+    base_conditions = [tested.nearest(tested.middle, everywhere, all_conditions)]
     for dimension in np.flatnonzero(~tested.is_constant).tolist():
         for end in (tested.lowest, tested.highest):
             on_face = tested.has_level(dimension, end[dimension])
-            sites.append(tested.nearest(tested.middle, on_face, all_three))
-    return sites
+            base_conditions.append(tested.nearest(tested.middle, on_face, all_conditions))
+    return base_conditions
 
 
 def _two_levels(
@@ -341,12 +354,12 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) 
     for dimension, (lowest, highest) in enumerate(box):
         values.append(spaced(lowest, highest, _FIRST_LEVELS[dimension], dimension))
     pressures, speeds, temperatures = values
-    half = len(temperatures) // _TEMPERATURES_PER_PAIR
+    temperature_step = len(temperatures) // _TEMPERATURES_PER_PAIR
     rows = []
     for i, pressure in enumerate(pressures):
         for j, speed in enumerate(speeds):
             for number in range(_TEMPERATURES_PER_PAIR):
-                k = (i + j + number * half) % len(temperatures)
+                k = (i + j + number * temperature_step) % len(temperatures)
                 rows.append((pressure, speed, temperatures[k]))
     return [PlannedRun(row, "first_plan") for row in distinct(np.array(rows))]
 

@@ -46,7 +46,7 @@ class LawInBearing:
     internal: FloatArray
 
     @classmethod
-    def of(
+    def from_fit(
         cls, fitted: FittedLaw, load_variable: str, rig: Contact, floor: Mapping[str, float]
     ) -> "LawInBearing":
         """A fitted law with the constants of its fit."""
@@ -65,27 +65,29 @@ class LawInBearing:
     def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
         law = self.fitted.law
-        levels = {
+        values_by_condition = {
             "max_hertz_pressure_gpa": self._stress_gpa(conditions),
             "load_n": conditions.load_n,
             "entrainment_speed_m_s": conditions.entrainment_speed_m_s,
             "inlet_temperature_c": conditions.inlet_temperature_c,
         }
         # fmax replaces a NaN of a failed trial, which then ends without equilibrium
-        limited = [np.fmax(levels[name], self.floor[name]) for name in law.conditions]
-        stacked = np.stack(limited, axis=-1)
+        limited_values = [
+            np.fmax(values_by_condition[name], self.floor[name]) for name in law.conditions
+        ]
+        conditions_of_law = np.stack(limited_values, axis=-1)
         law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
-        rows = stacked.reshape(-1, stacked.shape[-1])
+        rows = conditions_of_law.reshape(-1, conditions_of_law.shape[-1])
         design = law.design(rows, self.fitted.coefficients.followed)
-        design = design.reshape(*stacked.shape[:-1], -1)
+        design = design.reshape(*conditions_of_law.shape[:-1], -1)
         # axes: points, contacts, nodes, coefficients of the law, constants of a coefficient
         constants = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)
         sizes = np.exp(np.einsum("...d,...ld->l...", design, constants))
         mu = law.value(sizes, slide_roll_ratio)
         # at small slip a law may give more traction than the creep of the bodies allows
         relative_pressure = np.fmax(conditions.relative_pressure, _SMALLEST_RELATIVE_PRESSURE)
-        slope = creep_slope(relative_pressure, conditions.ellipticity)
-        return np.minimum(mu, slope * slide_roll_ratio, out=mu)
+        creep = creep_slope(relative_pressure, conditions.ellipticity)
+        return np.minimum(mu, creep * slide_roll_ratio, out=mu)
 
     def _stress_gpa(self, conditions: Conditions) -> FloatArray:
         """Stress at which the rig's contact has the load variable of the bearing's contact."""
@@ -93,9 +95,9 @@ class LawInBearing:
             return conditions.max_hertz_pressure_gpa
         load_ratio = conditions.load_n / self.rig.load_n(1.0)
         if self.load_variable == "dimensionless_load":
-            rig_scale = self.rig.reduced_modulus_pa * self.rig.radius_m**2
-            scale = conditions.reduced_modulus_pa * conditions.radius_x_m**2
-            load_ratio = load_ratio * rig_scale / scale
+            rig_scale_n = self.rig.reduced_modulus_pa * self.rig.radius_m**2
+            bearing_scale_n = conditions.reduced_modulus_pa * conditions.radius_x_m**2
+            load_ratio = load_ratio * rig_scale_n / bearing_scale_n
         return np.cbrt(load_ratio)
 
 
@@ -115,12 +117,12 @@ class JoinedLaw:
         """See `TractionLaw`."""
         mu = np.empty_like(slide_roll_ratio)
         for number, law in enumerate(self.laws):
-            which = np.flatnonzero(self.law_of_point == number)
-            if len(which) == 0:
+            points_of_law = np.flatnonzero(self.law_of_point == number)
+            if len(points_of_law) == 0:
                 continue
             # the last axes are points, contacts and nodes
-            index = (..., which, slice(None), slice(None))
-            law_of_points = law.at_points(which)
+            index = (..., points_of_law, slice(None), slice(None))
+            law_of_points = law.at_points(points_of_law)
             mu[index] = law_of_points(conditions.select(*index), slide_roll_ratio[index])
         return mu
 
@@ -138,17 +140,18 @@ def law_of_groups(laws: Sequence[LawInBearing], counts: Sequence[int]) -> Tracti
         laws: Law of each group.
         counts: Number of operating points of each group.
     """
+    # laws of one kind differ only in their constants
     kind_of_group = [(law.fitted.law, law.load_variable) for law in laws]
     kinds = list(dict.fromkeys(kind_of_group))
     laws_of_kinds = []
     for kind in kinds:
-        first = laws[kind_of_group.index(kind)]
-        rows = []
+        first_of_kind = laws[kind_of_group.index(kind)]
+        internal_of_groups = []
         for law, group_kind, count in zip(laws, kind_of_group, counts, strict=True):
             # groups of another kind have rows as well, which are not used
-            internal = law.internal if group_kind == kind else first.internal
-            rows.append(np.resize(internal, (count, first.internal.shape[1])))
-        laws_of_kinds.append(replace(first, internal=np.concatenate(rows)))
+            internal = law.internal if group_kind == kind else first_of_kind.internal
+            internal_of_groups.append(np.resize(internal, (count, first_of_kind.internal.shape[1])))
+        laws_of_kinds.append(replace(first_of_kind, internal=np.concatenate(internal_of_groups)))
     if len(laws_of_kinds) == 1:
         return laws_of_kinds[0]
     law_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], counts)

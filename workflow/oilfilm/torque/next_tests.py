@@ -38,7 +38,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import DUTY, Budget, budgets, duty_points
 from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_of_results
-from oilfilm.torque.feasible_tests import PlannedRig, counted, judge_tests
+from oilfilm.torque.feasible_tests import PlannedRig, judge_tests, limits_with_counts
 from oilfilm.torque.operating_grid import Film, Grid
 from oilfilm.torque.wanted_quantities import (
     BEARING_TARGETS,
@@ -97,8 +97,8 @@ def candidates(
     if not is_feasible.any():
         raise OilfilmError(
             f"config/rigs/{rig.name}.yaml, plan.levels: none of {len(tests)} conditions can be "
-            f"run; they are beyond {counted(judged.left_out)}. Change plan.levels, or correct the "
-            "rig's limits."
+            f"run; they are beyond {limits_with_counts(judged.left_out)}. Change plan.levels, or "
+            "correct the rig's limits."
         )
     tests = tests.assign(
         load_n=load, slide_roll_ratio=judged.largest_slip, lambda_ratio=judged.smallest_lambda
@@ -169,9 +169,9 @@ class NextTests:
     gradients: FloatArray
     design: Design
 
-    def whole(self, of_law: Floats) -> FloatArray:
+    def with_irreducible(self, uncertainty_by_law: Floats) -> FloatArray:
         """The whole uncertainty with some parts by the law, of the shape of these parts."""
-        return np.hypot(of_law, self.irreducible)
+        return np.hypot(uncertainty_by_law, self.irreducible)
 
     def table(self) -> pd.DataFrame:
         """Rows of the table `test_plan`."""
@@ -180,15 +180,15 @@ class NextTests:
         order = np.zeros(len(tests), dtype=np.int64)
         order[design.chosen] = np.arange(1, len(design.chosen) + 1)
         uncertainty_with_plan = np.full(len(tests), np.nan)
-        uncertainty_with_plan[design.chosen] = self.whole(design.after)
+        uncertainty_with_plan[design.chosen] = self.with_irreducible(design.after)
         return tests.assign(
             oil=self.oil,
             bearing=self.bearing,
             target=self.wanted.target,
             test_order=order,
             uncertainty_without_law=self.irreducible,
-            uncertainty_now=float(self.whole(design.before)),
-            uncertainty_with_test=self.whole(design.alone),
+            uncertainty_now=float(self.with_irreducible(design.before)),
+            uncertainty_with_test=self.with_irreducible(design.with_one_candidate),
             uncertainty_with_plan=uncertainty_with_plan,
         )
 
@@ -240,30 +240,32 @@ def plan_oil(
     Raises:
         OilfilmError: Rig, oil or fit lack something that a plan needs.
     """
-    rig = PlannedRig.of_campaign(settings)
+    rig = PlannedRig.from_settings(settings)
     properties = settings.properties_of(oil)
     if properties is None:
         raise OilfilmError(
             f"{oil}: its properties are not known, so that no film can be calculated. Write "
             f"config/oils/{oil}.yaml and list it under `oils` of the campaign."
         )
-    fitted = FittedLaw.of_configured(results, oil)
-    beyond = settings.bearing.law_error_beyond
-    information = measured_information(fitted, results.points, oil, rig.calibration, beyond)
+    fitted = FittedLaw.from_results(results, oil)
+    error_beyond_tests = settings.bearing.law_error_beyond
+    information = measured_information(
+        fitted, results.points, oil, rig.calibration, error_beyond_tests
+    )
     film = Film(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels
     feasible = candidates(levels, rig, film, settings.gates.lambda_limit, information)
     plans = []
-    of_bearing = [target for target in request.targets if target in BEARING_TARGETS]
-    if request.bearing is not None and of_bearing:
+    targets_in_bearing = [target for target in request.targets if target in BEARING_TARGETS]
+    if request.bearing is not None and targets_in_bearing:
         in_bearing = _in_bearing(results, settings, oil)
         wanted_by_target = wanted_in_bearing(
             in_bearing, request.bearing, request.duty, information, rig.contact
         )
         budget_by_target = budgets(in_bearing, request.bearing, request.duty, settings)
-        for target in of_bearing:
+        for target in targets_in_bearing:
             budget = budget_by_target[target]
-            wanted = wanted_by_target[target].where(
+            wanted = wanted_by_target[target].at_known_points(
                 np.isfinite(budget.irreducible), "too many draws have no equilibrium"
             )
             plans.append(
@@ -310,8 +312,8 @@ def _next_tests(
         feasible: Tests that the rig can run.
         budget: What makes the quantities uncertain in a bearing; None for mu.
     """
-    form = _form_error(plan, wanted, information, feasible.curves)
-    information_with_form = replace(information, form=form)
+    form_process = _form_error(plan, wanted, information, feasible.curves)
+    information_with_form = replace(information, form_process=form_process)
     gradients = information_with_form.gradients(
         wanted.gradients, wanted.by_form_error, wanted.coordinates
     )
@@ -321,11 +323,11 @@ def _next_tests(
     if request.bearing is not None and budget is not None:
         bearing = request.bearing.name
         irreducible = float(np.sqrt(np.mean(budget.irreducible[wanted.points] ** 2)))
-        if wanted.target == "torque" and not budget.is_of_law:
+        if wanted.target == "torque" and not budget.is_by_traction:
             count = 0
     design = choose(
         information_with_form.precision,
-        information_with_form.of_curves(feasible.curves, feasible.form_error),
+        information_with_form.precision_of_curves(feasible.curves, feasible.form_error),
         gradients,
         count,
         plan.smallest_gain,
@@ -347,12 +349,12 @@ def _form_error(
     plan: PlanSettings, wanted: Wanted, information: Information, tests: Curves
 ) -> FormError:
     """Error of the law's form over its size, with lengths relative to the span of the tests."""
-    of_tests = information.form_coordinates(tests)
-    of_wanted = wanted.coordinates.reshape(-1, of_tests.shape[1])
-    of_measured = information.form_coordinates(information.curves)
-    span = np.maximum(np.ptp(of_tests, axis=0), _SMALLEST_SPAN)
+    test_coordinates = information.form_coordinates(tests)
+    wanted_coordinates = wanted.coordinates.reshape(-1, test_coordinates.shape[1])
+    measured_coordinates = information.form_coordinates(information.curves)
+    span = np.maximum(np.ptp(test_coordinates, axis=0), _SMALLEST_SPAN)
     length = plan.form_error_length * span
-    coordinates = np.concatenate([of_wanted, of_measured, of_tests])
+    coordinates = np.concatenate([wanted_coordinates, measured_coordinates, test_coordinates])
     return FormError.spread_over(length, coordinates)
 
 

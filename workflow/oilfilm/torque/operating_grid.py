@@ -48,9 +48,9 @@ class Grid:
             np.asarray(slide_roll_ratio, dtype=float),
         )
 
-    def at(self, **levels: Sequence[float] | FloatArray) -> "Grid":
+    def with_levels(self, **values_by_axis: Sequence[float] | FloatArray) -> "Grid":
         """The grid with other levels on some of its axes."""
-        arrays = {name: np.asarray(values, dtype=float) for name, values in levels.items()}
+        arrays = {name: np.asarray(values, dtype=float) for name, values in values_by_axis.items()}
         return replace(self, **arrays)
 
     @property
@@ -69,18 +69,18 @@ class Grid:
         return pd.DataFrame({name: values.ravel() for name, values in zip(AXES, mesh, strict=True)})
 
 
-def traction(law: FittedLaw, grid: Grid) -> FloatArray:
+def traction(fitted: FittedLaw, grid: Grid) -> FloatArray:
     """mu at all points of a grid, shape `grid.shape`, of a law whose constants are all known."""
     pressure, speed, temperature, slip = grid.levels
     mesh = np.meshgrid(pressure, speed, temperature, indexing="ij")
     conditions = np.stack(mesh, axis=-1).reshape(-1, len(mesh))
     observations = Observations(
-        design=law.law.design(conditions),
+        design=fitted.law.design(conditions),
         curve=np.repeat(np.arange(len(conditions)), len(slip)),
         slip=np.tile(slip, len(conditions)),
     )
-    internal = to_internal(law.law, law.coefficients.constants)
-    return law.law.traction(internal, observations).reshape(grid.shape)
+    internal = to_internal(fitted.law, fitted.coefficients.constants)
+    return fitted.law.traction(internal, observations).reshape(grid.shape)
 
 
 @dataclass(frozen=True)
@@ -132,17 +132,17 @@ def films(settings: Settings) -> dict[str, Film]:
     }
 
 
-def obstacle(law: FittedLaw) -> str:
+def obstacle(fitted: FittedLaw) -> str:
     """Reason why a law has no value at some pressure, speed and temperature; empty if it has."""
-    if law.law.conditions != CONDITIONS:
-        return f"the law {law.law.name} is not one of pressure, speed and temperature"
-    if np.isnan(law.coefficients.constants).any():
+    if fitted.law.conditions != CONDITIONS:
+        return f"the law {fitted.law.name} is not one of pressure, speed and temperature"
+    if np.isnan(fitted.coefficients.constants).any():
         return "nothing could be fitted"
-    unknown_symbols = [
+    symbols_not_followed = [
         QUANTITIES[name].symbol
-        for name, known in zip(CONDITIONS, law.coefficients.followed, strict=True)
-        if not known
+        for name, is_followed in zip(CONDITIONS, fitted.coefficients.followed, strict=True)
+        if not is_followed
     ]
-    if unknown_symbols:
-        return f"the effect of {', '.join(unknown_symbols)} alone is not known"
+    if symbols_not_followed:
+        return f"the effect of {', '.join(symbols_not_followed)} alone is not known"
     return ""

@@ -50,7 +50,8 @@ def ordered_by(conditions: FloatArray) -> str:
         return ""
     widths = LevelWidths().scaled()
     ratios = [
-        _successive_difference_ratio(*of_one) for of_one in zip(scaled.T, widths, strict=True)
+        _successive_difference_ratio(column, width)
+        for column, width in zip(scaled.T, widths.tolist(), strict=True)
     ]
     smallest = int(first_smallest(ratios))
     return CONDITIONS[smallest] if exceeds(_ORDERED_BELOW, ratios[smallest]) else ""
@@ -70,11 +71,11 @@ def _successive_difference_ratio(scaled: FloatArray, level_width: float) -> floa
 def _share_within_conditions(scaled: FloatArray) -> float:
     """Share of the variance of the position in time that is among runs of one condition."""
     numbers = level_numbers(scaled, LevelWidths())
-    _, condition = np.unique(numbers, axis=0, return_inverse=True)
-    condition = condition.ravel()
+    _, condition_index = np.unique(numbers, axis=0, return_inverse=True)
+    condition_index = condition_index.ravel()
     position = np.arange(len(scaled)) - (len(scaled) - 1) / 2
-    mean_position = np.bincount(condition, position) / np.bincount(condition)
-    within = np.sum((position - mean_position[condition]) ** 2)
+    mean_position = np.bincount(condition_index, position) / np.bincount(condition_index)
+    within = np.sum((position - mean_position[condition_index]) ** 2)
     return float(within / np.sum(position**2))
 
 

@@ -62,7 +62,7 @@ class MeasuredRuns:
     largest_slip: FloatArray
 
     @classmethod
-    def of_oil(cls, results: CampaignTables, settings: Settings, oil: str) -> "MeasuredRuns":
+    def from_results(cls, results: CampaignTables, settings: Settings, oil: str) -> "MeasuredRuns":
         """The accepted runs of an oil, at the levels that their set points mean.
 
         Runs without a set point have their measured mean. Runs of unknown conditions are left out.
@@ -70,12 +70,16 @@ class MeasuredRuns:
         points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
         by_run = points.groupby("run_id")
         runs = results.runs[results.runs["run_id"].isin(list(by_run.groups))]
-        noted = with_levels(with_measured(runs, points), settings).set_index("run_id")
-        noted = noted.loc[sorted(noted.index, key=natural_key)]
-        conditions = noted[[f"nominal_{name}" for name in CONDITIONS]].to_numpy(dtype=float)
+        runs_at_levels = with_levels(with_measured(runs, points), settings).set_index("run_id")
+        runs_at_levels = runs_at_levels.loc[sorted(runs_at_levels.index, key=natural_key)]
+        conditions = runs_at_levels[[f"nominal_{name}" for name in CONDITIONS]].to_numpy(
+            dtype=float
+        )
         # pressure and speed have a logarithmic scale
         is_known = np.isfinite(conditions).all(axis=1) & (conditions[:, :2] > 0).all(axis=1)
-        largest = by_run[["traction_coefficient", "slide_roll_ratio"]].max().loc[noted.index]
+        largest = (
+            by_run[["traction_coefficient", "slide_roll_ratio"]].max().loc[runs_at_levels.index]
+        )
         return cls(
             conditions=conditions[is_known],
             largest_mu=largest["traction_coefficient"].to_numpy(dtype=float)[is_known],
@@ -96,14 +100,14 @@ class RunLimits:
         rig: The rig.
         film: Film of the oil; None where its properties are not known.
         lambda_limit: A film is full above this ratio.
-        runs: The measured runs.
+        measured: The measured runs.
         largest_traction: Expected largest traction coefficient where no run was measured.
     """
 
     rig: PlannedRig
     film: Film | None
     lambda_limit: float
-    runs: MeasuredRuns
+    measured: MeasuredRuns
     largest_traction: float
 
     def judge(self, conditions: FloatArray) -> JudgedTests:
@@ -119,19 +123,19 @@ class RunLimits:
     def slips(self) -> FloatArray:
         """Slips of a planned run, shape (slips,)."""
         largest = self.rig.limits.slide_roll_ratio
-        if len(self.runs.largest_slip):
-            largest = min(largest, float(np.median(self.runs.largest_slip)))
+        if len(self.measured.largest_slip):
+            largest = min(largest, float(np.median(self.measured.largest_slip)))
         return largest * _SLIP_SHARES
 
     def _expected_mu(self, conditions: FloatArray) -> FloatArray:
         """Largest mu of the nearest measured run, shape (runs,)."""
-        if not len(self.runs.conditions):
+        if not len(self.measured.conditions):
             return np.full(len(conditions), self.largest_traction)
-        measured = scaled_conditions(self.runs.conditions)
-        away = scaled_conditions(conditions)[:, np.newaxis] - measured
-        distance = np.sum(away**2, axis=2)
+        scaled_measured = scaled_conditions(self.measured.conditions)
+        scaled_distance = scaled_conditions(conditions)[:, np.newaxis] - scaled_measured
+        distance = np.sum(scaled_distance**2, axis=2)
         is_nearest = ~exceeds(distance, distance.min(axis=1, keepdims=True))
-        return np.max(np.where(is_nearest, self.runs.largest_mu, -np.inf), axis=1)
+        return np.max(np.where(is_nearest, self.measured.largest_mu, -np.inf), axis=1)
 
 
 @dataclass(frozen=True)
@@ -190,7 +194,7 @@ def plan_runs(measured: MeasuredRuns, settings: Settings, oil: str) -> RunPlan:
     Raises:
         OilfilmError: The rig is not known well enough.
     """
-    rig = PlannedRig.of_campaign(settings)
+    rig = PlannedRig.from_settings(settings)
     properties = settings.properties_of(oil)
     film = None
     if properties is not None:
@@ -230,15 +234,15 @@ def _wanted_runs(
     measured: MeasuredRuns, matrix: FloatArray, plan: PlanSettings, limits: RunLimits
 ) -> list[PlannedRun]:
     """The runs that the campaign lacks: those of its matrix, then levels and corners."""
-    levels = [getattr(plan.levels, name) for name in CONDITIONS]
+    levels_to_choose = [getattr(plan.levels, name) for name in CONDITIONS]
     is_missing = ~is_among(matrix, measured.conditions)
     runs = [PlannedRun(row, "planned") for row in matrix[is_missing]]
     planned = matrix[is_missing]
     planned = planned[limits.runnable(planned)]
     conditions = np.concatenate([measured.conditions, planned])
     if not len(conditions):
-        return runs + first_runs(levels, limits.runnable)
-    return runs + lacking_runs(conditions, levels, limits.runnable)
+        return runs + first_runs(levels_to_choose, limits.runnable)
+    return runs + lacking_runs(conditions, levels_to_choose, limits.runnable)
 
 
 def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
@@ -248,14 +252,14 @@ def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
     repeated, over the range of their conditions, where fewer are repeats yet.
     """
     conditions = measured.conditions
-    different = distinct(conditions)
+    distinct_conditions = distinct(conditions)
     if is_ordered:
         count = _REPEATS
         # in the order in which they were made
         candidates = conditions
     else:
-        count = _REPEATS - (len(conditions) - len(different))
-        candidates = different
+        count = _REPEATS - (len(conditions) - len(distinct_conditions))
+        candidates = distinct_conditions
     if count <= 0 or not len(candidates):
         return []
     rows = np.linspace(0, len(candidates) - 1, min(count, len(candidates))).round().astype(int)
@@ -268,13 +272,13 @@ def _in_order(
     """The runs in random order, with the reference runs between them."""
     if not runs:
         return []
-    by_value = sorted(runs, key=lambda run: tuple(run.conditions))
-    reference = PlannedRun(_reference(by_value, measured, limits), "reference")
+    sorted_runs = sorted(runs, key=lambda run: tuple(run.conditions))
+    reference = PlannedRun(_reference(sorted_runs, measured, limits), "reference")
     ordered = []
-    for number, row in enumerate(random_order(_conditions_of(by_value), seed)):
+    for number, row in enumerate(random_order(_conditions_of(sorted_runs), seed)):
         if number % RUNS_BETWEEN_REFERENCES == 0:
             ordered.append(reference)
-        ordered.append(by_value[row])
+        ordered.append(sorted_runs[row])
     return ordered
 
 
@@ -284,10 +288,12 @@ def _reference(runs: list[PlannedRun], measured: FloatArray, limits: RunLimits) 
     A measured condition joins the new runs to the old ones. Without data it is one of the plan.
     """
     planned = _conditions_of(runs)
-    box = Levels.of_conditions(np.concatenate([measured, planned]))
-    possible = measured[limits.runnable(measured)]
-    among = is_among(box.conditions, possible if len(possible) else planned)
-    return box.nearest(box.middle, among, np.ones(len(CONDITIONS), dtype=bool))
+    box = Levels.from_conditions(np.concatenate([measured, planned]))
+    runnable_measured = measured[limits.runnable(measured)]
+    may_be_taken = is_among(
+        box.conditions, runnable_measured if len(runnable_measured) else planned
+    )
+    return box.nearest(box.middle, may_be_taken, np.ones(len(CONDITIONS), dtype=bool))
 
 
 def run_plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:
@@ -296,7 +302,7 @@ def run_plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.Data
     reasons = []
     for oil in settings.oils:
         try:
-            measured = MeasuredRuns.of_oil(results, settings, oil)
+            measured = MeasuredRuns.from_results(results, settings, oil)
             plans.append(plan_runs(measured, settings, oil).table())
         except OilfilmError as reason:
             reasons.append(str(reason))

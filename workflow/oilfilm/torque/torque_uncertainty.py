@@ -51,7 +51,7 @@ DRAWN = ("torque_n_m", "cage_slip", "lambda_ratio")
 FACTOR_TERMS = ("rolling", "hysteresis", "pocket", "land")
 # Sensors of a traction rig whose calibration changes a fit.
 _SENSORS = tuple(f"sensor {number}" for number in range(8))
-_OF_OIL: Mapping[str, tuple[str, ...]] = {
+_CAUSES_OF_OIL: Mapping[str, tuple[str, ...]] = {
     "viscosity": ("viscosity", "pressure viscosity"),
     "law": ("refit", "law error"),
     "runs": ("run",),
@@ -60,14 +60,14 @@ _OF_OIL: Mapping[str, tuple[str, ...]] = {
 UNCERTAIN: Mapping[str, tuple[str, ...]] = {
     **{name: (name,) for name in (*INPUTS, *FACTOR_TERMS)},
     "rig": _SENSORS,
-    **_OF_OIL,
+    **_CAUSES_OF_OIL,
 }
 # Random numbers that all oils share, and those of each oil.
-_OWN_NAMES = tuple(name for names in _OF_OIL.values() for name in names)
+_NAMES_OF_OIL = tuple(name for names in _CAUSES_OF_OIL.values() for name in names)
 _SHARED_NAMES = tuple(
-    name for names in UNCERTAIN.values() for name in names if name not in _OWN_NAMES
+    name for names in UNCERTAIN.values() for name in names if name not in _NAMES_OF_OIL
 )
-_ALL_NAMES = (*_SHARED_NAMES, *_OWN_NAMES)
+_ALL_NAMES = (*_SHARED_NAMES, *_NAMES_OF_OIL)
 # Pairs of draws by which the share of one cause is estimated.
 _PAIRS = 50
 # Multiplier of the lattice of such pairs; it has no common divisor with their number.
@@ -102,7 +102,9 @@ def has_draws(fitted: FittedLaw) -> bool:
     return len(coefficients.spread) >= 2 and not np.isnan(coefficients.constants).any()
 
 
-def law_error(law: LawInBearing, calculated: pd.DataFrame, beyond: float) -> FloatArray:
+def law_error(
+    law: LawInBearing, calculated: pd.DataFrame, error_without_interval: float
+) -> FloatArray:
     """Relative standard error of the law's form at operating points, shape (points,).
 
     It is the larger one of both contacts.
@@ -110,24 +112,28 @@ def law_error(law: LawInBearing, calculated: pd.DataFrame, beyond: float) -> Flo
     Args:
         law: The law.
         calculated: Pressures, speed, oil temperature and slip of the contacts.
-        beyond: The error where the surface of measured mu has no interval.
+        error_without_interval: The error where the surface of measured mu has no interval.
     """
     slip = calculated["inner_slide_roll_ratio"].to_numpy(dtype=float)
     errors = []
     for ring in ("inner", "outer"):
         pressure = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
-        levels: dict[str, FloatArray] = {
+        values_by_condition: dict[str, FloatArray] = {
             "max_hertz_pressure_gpa": pressure,
             "load_n": law.rig.load_n(pressure),
             "entrainment_speed_m_s": calculated["entrainment_speed_m_s"].to_numpy(dtype=float),
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
-        conditions = np.column_stack([levels[name] for name in law.fitted.law.conditions])
-        errors.append(law.fitted.form_error(conditions, slip, beyond))
+        conditions = np.column_stack(
+            [values_by_condition[name] for name in law.fitted.law.conditions]
+        )
+        errors.append(law.fitted.form_error(conditions, slip, error_without_interval))
     return np.maximum(*errors)
 
 
-def _normal(draws: int, names: Sequence[str], random: np.random.Generator) -> dict[str, FloatArray]:
+def _normal_numbers(
+    draws: int, names: Sequence[str], random: np.random.Generator
+) -> dict[str, FloatArray]:
     """Standard normal numbers by name, with one draw from each equal slice."""
     shape = (len(names), draws)
     slices = np.array([random.permutation(draws) for _ in names])
@@ -143,7 +149,7 @@ def _moved_numbers(normal: FloatArray, shift: int, position: FloatArray) -> Floa
     twice as exact as a random order does.
 
     Args:
-        normal: The numbers of the first order, from `_normal`.
+        normal: The numbers of the first order, from `_normal_numbers`.
         shift: Number of slices by which the lattice is moved.
         position: Positions in the slices, 0 to 1.
     """
@@ -170,7 +176,7 @@ class Drawing:
     """The draws of operating points.
 
     Attributes:
-        which: Indices of the points that have draws.
+        drawn_points: Indices of the points that have draws.
         law_errors: Relative standard error of the law's form at these points.
     """
 
@@ -200,26 +206,30 @@ class Drawing:
         self._points = len(group_of_point)
         group_has_draws = np.array([has_draws(group.law.fitted) for group in groups], dtype=bool)
         converged = calculated["converged"].to_numpy(dtype=bool)
-        self.which = np.flatnonzero(group_has_draws[group_of_point] & converged)
-        self._group_of_point = group_of_point[self.which]
-        self.law_errors = np.empty(len(self.which))
-        if len(self.which) == 0:
+        self.drawn_points = np.flatnonzero(group_has_draws[group_of_point] & converged)
+        self._group_of_point = group_of_point[self.drawn_points]
+        self.law_errors = np.empty(len(self.drawn_points))
+        if len(self.drawn_points) == 0:
             return
         for number in np.unique(self._group_of_point):
-            of_group = self._group_of_point == number
-            rows = calculated.iloc[self.which[of_group]]
-            self.law_errors[of_group] = law_error(
+            is_of_group = self._group_of_point == number
+            rows = calculated.iloc[self.drawn_points[is_of_group]]
+            self.law_errors[is_of_group] = law_error(
                 groups[number].law, rows, settings.law_error_beyond
             )
-        self._coarse = replace(equilibrium.problem.at_points(self.which), rule=gauss_rule(*COARSE))
+        self._coarse = replace(
+            equilibrium.problem.at_points(self.drawn_points), rule=gauss_rule(*COARSE)
+        )
         # A draw starts from the equilibrium of its point without draws. It stays on that branch
         # while the branch exists. Otherwise its equilibrium is searched without a neighbour.
-        start = Neighbour.of(self._coarse, equilibrium.solution.unknowns[self.which])
+        start = Neighbour.from_unknowns(
+            self._coarse, equilibrium.solution.unknowns[self.drawn_points]
+        )
         without_draws = friction_equilibrium(self._coarse, start)
-        self._start = Neighbour.of(self._coarse, without_draws.solution.unknowns)
+        self._start = Neighbour.from_unknowns(self._coarse, without_draws.solution.unknowns)
         # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
-        fine = calculated.iloc[self.which][list(DRAWN)].to_numpy(dtype=float).T
-        correction = fine - _results(without_draws)
+        fine_results = calculated.iloc[self.drawn_points][list(DRAWN)].to_numpy(dtype=float).T
+        correction = fine_results - _results(without_draws)
         same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
         self._correction = np.where(same_branch, correction, 0.0)
 
@@ -230,9 +240,11 @@ class Drawing:
         """
         count = self._settings.uncertainty.draws
         results = np.full((len(DRAWN), count, self._points), np.nan)
-        if len(self.which):
+        if len(self.drawn_points):
             numbers = self._numbers(count, "torque uncertainty")
-            results[..., self.which] = self._solved(numbers, np.arange(len(self.which)))
+            results[..., self.drawn_points] = self._solved(
+                numbers, np.arange(len(self.drawn_points))
+            )
         return results
 
     def shares(
@@ -251,7 +263,7 @@ class Drawing:
         Returns:
             One row per point and cause: `point`, `variance_cause`, `torque_share`, `slip_share`.
         """
-        chosen = np.flatnonzero(np.isin(self.which, wanted))
+        chosen = np.flatnonzero(np.isin(self.drawn_points, wanted))
         if len(chosen) == 0:
             return pd.DataFrame(columns=["point", "variance_cause", "torque_share", "slip_share"])
         first = self._numbers(_PAIRS, "shares of variance")
@@ -263,13 +275,15 @@ class Drawing:
             for numbers in first
         ]
         # the first numbers, then those with one cause redrawn after the other
-        joined = []
-        for numbers, others in zip(first, second, strict=True):
+        joined_numbers = []
+        for numbers, second_numbers in zip(first, second, strict=True):
             variants = [numbers]
             for names in causes.values():
-                variants.append({**numbers, **{name: others[name] for name in names}})
-            joined.append({name: np.concatenate([v[name] for v in variants]) for name in numbers})
-        solved = self._solved(joined, chosen)
+                variants.append({**numbers, **{name: second_numbers[name] for name in names}})
+            joined_numbers.append(
+                {name: np.concatenate([variant[name] for variant in variants]) for name in numbers}
+            )
+        solved = self._solved(joined_numbers, chosen)
         values = solved.reshape(len(DRAWN), 1 + len(causes), _PAIRS, len(chosen))
         first_values, redrawn = values[:, :1], values[:, 1:]
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -278,7 +292,7 @@ class Drawing:
         torque_share, slip_share, _ = shares
         return pd.DataFrame(
             {
-                "point": np.tile(self.which[chosen], len(causes)),
+                "point": np.tile(self.drawn_points[chosen], len(causes)),
                 "variance_cause": np.repeat(list(causes), len(chosen)),
                 "torque_share": torque_share.ravel(),
                 "slip_share": slip_share.ravel(),
@@ -287,9 +301,12 @@ class Drawing:
 
     def _numbers(self, count: int, purpose: str) -> list[Numbers]:
         """Random numbers of each group."""
-        shared = _normal(count, _SHARED_NAMES, generator(self._seed, purpose))
+        shared = _normal_numbers(count, _SHARED_NAMES, generator(self._seed, purpose))
         return [
-            {**shared, **_normal(count, _OWN_NAMES, generator(self._seed, purpose, group.name))}
+            {
+                **shared,
+                **_normal_numbers(count, _NAMES_OF_OIL, generator(self._seed, purpose, group.name)),
+            }
             for group in self._groups
         ]
 
@@ -298,18 +315,18 @@ class Drawing:
 
         Args:
             numbers: Random numbers of each group.
-            chosen: Positions in `which`.
+            chosen: Positions in `drawn_points`.
         """
         count = len(numbers[0]["run"])
         points_at_once = max(_SOLVED_AT_ONCE // count, 1)
         parts = []
         for start in range(0, len(chosen), points_at_once):
-            some = chosen[start : start + points_at_once]
-            problem = self._drawn_problem(numbers, some, count)
-            neighbour = self._start.at_points(np.repeat(some, count))
+            chunk = chosen[start : start + points_at_once]
+            problem = self._drawn_problem(numbers, chunk, count)
+            neighbour = self._start.at_points(np.repeat(chunk, count))
             drawn = _results(friction_equilibrium(problem, neighbour))
-            drawn = np.swapaxes(drawn.reshape(len(DRAWN), len(some), count), 1, 2)
-            parts.append(drawn + self._correction[:, np.newaxis, some])
+            drawn = np.swapaxes(drawn.reshape(len(DRAWN), len(chunk), count), 1, 2)
+            parts.append(drawn + self._correction[:, np.newaxis, chunk])
         return np.concatenate(parts, axis=2)
 
     def _drawn_problem(
@@ -328,27 +345,31 @@ class Drawing:
         for term in FACTOR_TERMS:
             factor = random_factor(self._settings, term, shared[term])
             factors[:, FACTORS.index(term)] *= np.tile(factor, points)
-        of_points = [numbers[group] for group in group_of_point]
+        numbers_of_points = [numbers[group] for group in group_of_point]
         run_sd = [
             np.nan_to_num(self._groups[group].law.fitted.coefficients.run_sd)
             for group in group_of_point
         ]
         traction_errors = [
-            sd * of_oil["run"] + error * of_oil["law error"]
-            for of_oil, sd, error in zip(of_points, run_sd, self.law_errors[chosen], strict=True)
+            sd * oil_numbers["run"] + error * oil_numbers["law error"]
+            for oil_numbers, sd, error in zip(
+                numbers_of_points, run_sd, self.law_errors[chosen], strict=True
+            )
         ]
         factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors))
         uncertainty = self._settings.stand_in_uncertainty
         stand_in = np.repeat([self._groups[group].oil.stand_in for group in group_of_point], count)
-        viscosity = np.concatenate([of_oil["viscosity"] for of_oil in of_points])
-        pressure = np.concatenate([of_oil["pressure viscosity"] for of_oil in of_points])
+        viscosity = np.concatenate([oil_numbers["viscosity"] for oil_numbers in numbers_of_points])
+        pressure_viscosity = np.concatenate(
+            [oil_numbers["pressure viscosity"] for oil_numbers in numbers_of_points]
+        )
         inlet = lubrication.oil
         oil = replace(
             inlet,
             dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s
             * np.exp(uncertainty.viscosity * stand_in * viscosity),
             pressure_viscosity_coefficient_1_pa=inlet.pressure_viscosity_coefficient_1_pa
-            * np.exp(uncertainty.pressure_viscosity_coefficient * stand_in * pressure),
+            * np.exp(uncertainty.pressure_viscosity_coefficient * stand_in * pressure_viscosity),
         )
         constants = {
             group: _drawn_constants(self._groups[group].law.fitted, numbers[group])
@@ -400,22 +421,22 @@ def with_uncertainty(
     """
     torque, slip, _ = draws
     has_equilibrium = np.isfinite(torque)
-    enough = _has_enough_draws(has_equilibrium, settings.lost_share_max)
+    has_enough_draws = _has_enough_draws(has_equilibrium, settings.lost_share_max)
     drawn = {"torque_n_m": torque, "cage_slip": slip, "power_w": torque * speed_rad_s}
     columns: dict[str, FloatArray] = {}
     for name, values in drawn.items():
-        counted = np.where(enough, values, 0.0)
+        usable_values = np.where(has_enough_draws, values, 0.0)
         # between these ranks the next draw is with 95 %; the usual ranks hold 93 % with 100 draws
-        lower, upper = np.nanquantile(counted, _INTERVAL, axis=0, method="weibull")
-        spread = np.nanstd(counted, axis=0, ddof=1)
-        columns[f"{name}_uncertainty"] = np.where(enough, spread, np.nan)
-        columns[f"{name}_lower"] = np.where(enough, lower, np.nan)
-        columns[f"{name}_upper"] = np.where(enough, upper, np.nan)
+        lower, upper = np.nanquantile(usable_values, _INTERVAL, axis=0, method="weibull")
+        spread = np.nanstd(usable_values, axis=0, ddof=1)
+        columns[f"{name}_uncertainty"] = np.where(has_enough_draws, spread, np.nan)
+        columns[f"{name}_lower"] = np.where(has_enough_draws, lower, np.nan)
+        columns[f"{name}_upper"] = np.where(has_enough_draws, upper, np.nan)
     split = pd.Series(_is_split(slip, settings), calculated.index, dtype="boolean")
     return calculated.assign(
         power_w=calculated["torque_n_m"] * speed_rad_s,
         **columns,
-        draws_split=split.where(enough),
+        draws_split=split.where(has_enough_draws),
         draws_lost=np.where(was_drawn, (~has_equilibrium).sum(axis=0), np.nan),
     )
 

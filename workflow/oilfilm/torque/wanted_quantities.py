@@ -60,7 +60,7 @@ class Wanted:
     coordinates: FloatArray
     left_out: list[str]
 
-    def where(self, is_known: BoolArray, reason: str) -> "Wanted":
+    def at_known_points(self, is_known: BoolArray, reason: str) -> "Wanted":
         """The quantities without those of some operating points.
 
         Args:
@@ -70,21 +70,21 @@ class Wanted:
         Raises:
             OilfilmError: None stays.
         """
-        stays = is_known[self.points]
-        dropped = [label for label, keep in zip(self.labels, stays, strict=True) if not keep]
+        is_kept = is_known[self.points]
+        dropped = [label for label, keep in zip(self.labels, is_kept, strict=True) if not keep]
         left_out = self.left_out + [f"{label}: {reason}" for label in dropped]
-        if not stays.any():
+        if not is_kept.any():
             raise OilfilmError(
                 f"no duty point has a known uncertainty ({left_out[0]}). Choose other duty points."
             )
         return replace(
             self,
-            labels=[label for label, keep in zip(self.labels, stays, strict=True) if keep],
-            points=self.points[stays],
-            gradients=self.gradients[stays],
-            lever=self.lever[stays],
-            form_error=self.form_error[stays],
-            coordinates=self.coordinates[stays],
+            labels=[label for label, keep in zip(self.labels, is_kept, strict=True) if keep],
+            points=self.points[is_kept],
+            gradients=self.gradients[is_kept],
+            lever=self.lever[is_kept],
+            form_error=self.form_error[is_kept],
+            coordinates=self.coordinates[is_kept],
             left_out=left_out,
         )
 
@@ -116,14 +116,14 @@ def wanted_in_bearing(
         OilfilmError: No operating point has a gradient.
     """
     moves = _moves_of_constants(information)
-    terms = _run_with_moves(oil, bearing, duty, information, moves)
+    results = _run_with_moves(oil, bearing, duty, information, moves)
     # one axis for the moves, one for the operating points
     shape = (len(moves), len(duty))
     values = {
-        "torque": terms["torque_n_m"].to_numpy(dtype=float).reshape(shape),
-        "cage_slip": terms["cage_slip"].to_numpy(dtype=float).reshape(shape),
+        "torque": results["torque_n_m"].to_numpy(dtype=float).reshape(shape),
+        "cage_slip": results["cage_slip"].to_numpy(dtype=float).reshape(shape),
     }
-    converged = terms["converged"].to_numpy(dtype=bool).reshape(shape)
+    converged = results["converged"].to_numpy(dtype=bool).reshape(shape)
     is_solved: BoolArray = np.asarray(converged.all(axis=0))
     is_smooth: BoolArray = is_solved.copy()
     for value in values.values():
@@ -134,7 +134,7 @@ def wanted_in_bearing(
             f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
             f"law's constants ({left_out[0]}). Choose other duty points."
         )
-    unmoved = terms.iloc[: len(duty)]
+    unmoved = results.iloc[: len(duty)]
     coordinates = _coordinates_of_contacts(unmoved, duty, contact)[is_smooth]
     form_error = law_error(oil.laws["stress"], unmoved[is_smooth], oil.settings.law_error_beyond)
     wanted = {}
@@ -210,10 +210,12 @@ def _labels(
     return labels, left_out
 
 
-def _coordinates_of_contacts(terms: pd.DataFrame, duty: FloatArray, contact: Contact) -> FloatArray:
+def _coordinates_of_contacts(
+    results: pd.DataFrame, duty: FloatArray, contact: Contact
+) -> FloatArray:
     """Conditions of both contacts at each operating point, shape (operating points, 2, 3)."""
-    load = contact.load_n(terms[_PRESSURES].to_numpy())
-    speed = terms[["entrainment_speed_m_s"]].to_numpy()
+    load = contact.load_n(results[_PRESSURES].to_numpy())
+    speed = results[["entrainment_speed_m_s"]].to_numpy()
     temperature = duty[:, [2]]
     return form_coordinates(
         load, np.broadcast_to(speed, load.shape), np.broadcast_to(temperature, load.shape)
@@ -227,11 +229,11 @@ def _is_smooth(values: FloatArray) -> BoolArray:
         values: A quantity by moves (`_moves_of_constants`) and operating points.
     """
     forward, backward = np.split(values[1:], 2)
-    first = np.linalg.norm(forward - backward, axis=0) / 2
-    second = np.linalg.norm(forward + backward - 2 * values[0], axis=0)
+    first_difference = np.linalg.norm(forward - backward, axis=0) / 2
+    second_difference = np.linalg.norm(forward + backward - 2 * values[0], axis=0)
     # rounding of the equilibrium, for a quantity that does not depend on the law
     rounding = 1e-9 * np.maximum(np.abs(values[0]), 1e-3)
-    return np.asarray(second <= _LARGEST_CURVATURE * first + rounding)
+    return np.asarray(second_difference <= _LARGEST_CURVATURE * first_difference + rounding)
 
 
 def wanted_traction(
@@ -247,16 +249,16 @@ def wanted_traction(
     Raises:
         OilfilmError: The law depends on a condition that the points do not have.
     """
-    levels = pd.DataFrame([point.model_dump() for point in points])
+    points_table = pd.DataFrame([point.model_dump() for point in points])
     law = information.law
-    missing = sorted(set(law.conditions) - set(levels))
+    missing = sorted(set(law.conditions) - set(points_table))
     if missing:
         raise OilfilmError(
             f"plan.traction_at: the law {law.name} needs {', '.join(missing)}; plan for torque or "
             "cage slip."
         )
-    slip = levels["slide_roll_ratio"].to_numpy(dtype=float)
-    conditions = levels[list(law.conditions)].to_numpy(dtype=float)
+    slip = points_table["slide_roll_ratio"].to_numpy(dtype=float)
+    conditions = points_table[list(law.conditions)].to_numpy(dtype=float)
     # the law takes no load here, so that any load will do
     curves = Curves(conditions, np.ones(len(slip)), np.arange(len(slip)), slip)
     observations = curves.observations(law)
@@ -267,7 +269,7 @@ def wanted_traction(
         f"{point.inlet_temperature_c:g} degC, S {point.slide_roll_ratio:g}"
         for point in points
     ]
-    pressure, speed, temperature = levels[list(CONDITIONS)].to_numpy(dtype=float).T
+    pressure, speed, temperature = points_table[list(CONDITIONS)].to_numpy(dtype=float).T
     coordinates = form_coordinates(contact.load_n(pressure), speed, temperature)
     return Wanted(
         target="traction",

@@ -164,6 +164,7 @@ def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]
         nodes[part] = parse(definition, nodes)
 
     def build(tree: ast.expr) -> Node:
+        """The graph of a part of the text, from Python's syntax tree of it."""
         match tree:
             case ast.Constant(value=int() | float() as value):
                 return number(float(value))
@@ -216,6 +217,7 @@ def logarithmic_derivative(node: Node, variable: str) -> Node:
     derivatives: dict[Node, Node] = {}
 
     def derive(f: Node) -> Node:
+        """x df/dx of a part of the graph, computed once."""
         if f not in derivatives:
             changes = [derive(operand) for operand in f.operands]
             derivatives[f] = _derivative(f, changes, variable)
@@ -289,17 +291,18 @@ def in_steps(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node
     written: dict[Node, Node] = {}
 
     def write_out(node: Node) -> Node:
+        """The node with names of steps for its repeated parts; itself a name if it is repeated."""
         if not node.operands:
             return node
         if node not in written:
             operands = [write_out(operand) for operand in node.operands]
             # made without `_BUILD`, so that the order of operations does not change
-            plain = _node(node.operation, *operands)
+            written_node = _node(node.operation, *operands)
             if uses[node] > 1:
                 step = f"x{len(steps)}"
-                steps.append((step, plain))
-                plain = name(step)
-            written[node] = plain
+                steps.append((step, written_node))
+                written_node = name(step)
+            written[node] = written_node
         return written[node]
 
     return steps, [write_out(result) for result in results]

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from oilfilm.base.ties import exceeds
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
-from oilfilm.report.words import load_variable
+from oilfilm.report.names import load_variable
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.torque_control import is_bistable
@@ -67,7 +67,7 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
         width=style.DOUBLE_COLUMN_IN,
     )
     looks = _looks_of_series(table)
-    lowest, highest = _reach_of_errors(table[table["load_variable"].isin(_COMPARED_LAWS)])
+    lowest, highest = _limits_of_error_axis(table[table["load_variable"].isin(_COMPARED_LAWS)])
     for panel, law, oil in panels:
         rows = table[table["oil"] == oil]
         if law:
@@ -78,18 +78,19 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     for number, axis in enumerate(sheet.axes):
         axis.set_ylabel("Friction torque (N m)" if number < len(panels) / 3 else "Error (%)")
     sheet.label(style.SPEED_LABEL, fontsize=7)
+    look_of_load = {load: look for (load, _), look in looks.items()}
     handles: list[Any] = [
-        Patch(color=look["color"], label=_in_kn(load))
-        for load, look in {load: look for (load, _), look in looks.items()}.items()
+        Patch(color=look["color"], label=_in_kn(load)) for load, look in look_of_load.items()
     ]
-    for level, look in {level: look for (_, level), look in looks.items()}.items():
+    look_of_temperature = {temperature_c: look for (_, temperature_c), look in looks.items()}
+    for temperature_c, look in look_of_temperature.items():
         black = {**look, "color": "black"}
-        handles.append(style.line_handle(f"{level:.0f} \N{DEGREE SIGN}C", **black))
+        handles.append(style.line_handle(f"{temperature_c:.0f} \N{DEGREE SIGN}C", **black))
     sheet.legend(handles + _motion_handles(table))
     return sheet
 
 
-def _reach_of_errors(rows: pd.DataFrame) -> tuple[float, float]:
+def _limits_of_error_axis(rows: pd.DataFrame) -> tuple[float, float]:
     """Ends of the scale of errors (%): all errors, and what of the intervals is not far off."""
     measured = rows["measured_torque_n_m"]
     errors = 100 * rows["relative_error"]
@@ -101,13 +102,13 @@ def _reach_of_errors(rows: pd.DataFrame) -> tuple[float, float]:
 
 def _looks_of_series(table: pd.DataFrame) -> dict[tuple[float, float], style.Look]:
     """Look of the symbols of each set point of load (N) and temperature (degC)."""
-    loads, levels = (sorted(set(table[name])) for name in ("load", "level"))
+    loads, temperatures = (sorted(set(table[name])) for name in ("load", "temperature_c"))
     colours = colormaps["viridis"](np.linspace(0, 0.85, len(loads)))
-    of_level = list(zip(levels, itertools.cycle(_TEMPERATURE_LOOKS), strict=False))
+    temperature_looks = list(zip(temperatures, itertools.cycle(_TEMPERATURE_LOOKS), strict=False))
     looks = {}
     for load, colour in zip(loads, colours, strict=True):
-        for level, (fill, dashes) in of_level:
-            looks[round(load), level] = {
+        for temperature_c, (fill, dashes) in temperature_looks:
+            looks[round(load), temperature_c] = {
                 "color": tuple(colour),
                 "fillstyle": fill,
                 "linestyle": dashes,
@@ -122,16 +123,25 @@ def _draw_torque(
     panel: Panel, rows: pd.DataFrame, looks: Mapping[tuple[float, float], style.Look]
 ) -> None:
     """Draw the measured symbols and the calculated lines of one oil, one series per set point."""
-    for (load, level), look in looks.items():
-        of_series = _of_set_point(rows, load, level)
-        about = {"oil": of_series["oil"], "label": f"{_in_kn(load)}, {level:.0f} degC"}
+    for (load, temperature_c), look in looks.items():
+        rows_of_set_point = _rows_at_set_point(rows, load, temperature_c)
+        details = {
+            "oil": rows_of_set_point["oil"],
+            "label": f"{_in_kn(load)}, {temperature_c:.0f} degC",
+        }
         line = {name: look[name] for name in ("color", "linestyle", "linewidth")}
-        panel.line("calculated", of_series["speed"], of_series["torque_n_m"], line, **about)
+        panel.line(
+            "calculated",
+            rows_of_set_point["speed"],
+            rows_of_set_point["torque_n_m"],
+            line,
+            **details,
+        )
         dots = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
-        measured = of_series["measured_torque_n_m"]
-        half_bar = style.SE_DRAWN * of_series["measured_torque_n_m_uncertainty"]
+        measured = rows_of_set_point["measured_torque_n_m"]
+        half_bar = style.SE_DRAWN * rows_of_set_point["measured_torque_n_m_uncertainty"]
         ends = {"lower": measured - half_bar, "upper": measured + half_bar}
-        panel.dots("measured", of_series["speed"], measured, dots, **about, **ends)
+        panel.dots("measured", rows_of_set_point["speed"], measured, dots, **details, **ends)
     _draw_motions(panel, rows, "speed", "torque_n_m")
     panel.axis.set_ylim(bottom=0)
 
@@ -143,19 +153,19 @@ def _draw_errors(
     panel.axis.axhline(0, color="black", linewidth=0.6)
     gaps = np.diff(np.unique(rows["speed"].round(1)))
     step = gaps.min() / (len(looks) + 2) if len(gaps) else 0.0
-    for number, ((load, level), look) in enumerate(looks.items()):
-        of_series = _of_set_point(rows, load, level)
-        measured = of_series["measured_torque_n_m"]
+    for number, ((load, temperature_c), look) in enumerate(looks.items()):
+        rows_of_set_point = _rows_at_set_point(rows, load, temperature_c)
+        measured = rows_of_set_point["measured_torque_n_m"]
         error, low, high = (
-            100 * (of_series[name] / measured - 1)
+            100 * (rows_of_set_point[name] / measured - 1)
             for name in ("torque_n_m", "torque_n_m_lower", "torque_n_m_upper")
         )
-        beside = of_series["speed"] + (number - (len(looks) - 1) / 2) * step
+        speed_beside = rows_of_set_point["speed"] + (number - (len(looks) - 1) / 2) * step
         dots = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
-        motions = _motion_labels(of_series, two_motions=", bistable", one_motion="")
-        label = f"{_in_kn(load)}, {level:.0f} degC" + motions
-        about = {"oil": of_series["oil"], "label": label, "lower": low, "upper": high}
-        panel.dots("error", beside, error, {**dots, "elinewidth": 0.6}, **about)
+        motions = _motion_labels(rows_of_set_point, two_motions=", bistable", one_motion="")
+        label = f"{_in_kn(load)}, {temperature_c:.0f} degC" + motions
+        details = {"oil": rows_of_set_point["oil"], "label": label, "lower": low, "upper": high}
+        panel.dots("error", speed_beside, error, {**dots, "elinewidth": 0.6}, **details)
 
 
 def _in_kn(load_n: float) -> str:
@@ -163,26 +173,30 @@ def _in_kn(load_n: float) -> str:
     return f"{round(load_n / 1e3, 1):g} kN"
 
 
-def _of_set_point(rows: pd.DataFrame, load: float, level: float) -> pd.DataFrame:
+def _rows_at_set_point(rows: pd.DataFrame, load: float, temperature_c: float) -> pd.DataFrame:
     """The rows of one set point, by speed."""
-    at_point = (rows["load"].round() == load) & (rows["level"] == level)
+    at_point = (rows["load"].round() == load) & (rows["temperature_c"] == temperature_c)
     return rows[at_point].sort_values("speed", kind="stable")
 
 
 def _with_set_points(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-    """The table with the set points of each row: `load` (N) and temperature `level` (degC).
+    """The table with the set points of each row: `load` (N) and `temperature_c`.
 
     A set point is the mean of neighbouring measured values that are the same within the setting.
     """
-    within = settings.figures.torque.same_within
+    same_within = settings.figures.torque.same_within
 
     def set_points(measured: "pd.Series[float]") -> "pd.Series[float]":
+        """The set point of each measured value."""
         ranked = measured.sort_values()
-        is_first_of_set = pd.Series(exceeds(ranked.diff(), within * ranked.shift()), ranked.index)
+        is_first_of_set = pd.Series(
+            exceeds(ranked.diff(), same_within * ranked.shift()), ranked.index
+        )
         return measured.groupby(is_first_of_set.cumsum()).transform("mean")
 
     return table.assign(
-        load=set_points(table["axial_load_n"]), level=set_points(table["inlet_temperature_c"])
+        load=set_points(table["axial_load_n"]),
+        temperature_c=set_points(table["inlet_temperature_c"]),
     )
 
 
@@ -257,14 +271,16 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-def _draw_pressures(panel: Panel, of_oil: pd.DataFrame, limits: Sequence[float]) -> Iterator[float]:
+def _draw_pressures(
+    panel: Panel, rows_of_oil: pd.DataFrame, limits: Sequence[float]
+) -> Iterator[float]:
     """Draw where the larger contact pressure reaches each limit (GPa), with the limit beside it.
 
     Yields:
         The limits that are reached on the map.
     """
     contacts = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
-    pressures = of_oil.assign(pressure=of_oil[contacts].max(axis=1))
+    pressures = rows_of_oil.assign(pressure=rows_of_oil[contacts].max(axis=1))
     field = pressures.pivot(index="load_kn", columns="speed", values="pressure")
     pressure = np.ma.masked_invalid(field.to_numpy())
     for limit in limits:
@@ -286,14 +302,14 @@ def in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
     return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load_kn": rows["axial_load_n"] / 1e3}
 
 
-def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> Any:
+def _draw_slip(panel: Panel, rows_of_oil: pd.DataFrame, oil: str, limit: float) -> Any:
     """Draw the cage slip over speed and load, and where it reaches the limit.
 
     Returns:
         The coloured cells, for the colour bar.
     """
     axis = panel.axis
-    fields = of_oil.pivot(index="load_kn", columns="speed")
+    fields = rows_of_oil.pivot(index="load_kn", columns="speed")
     slip = np.ma.masked_invalid(fields["cage_slip"].to_numpy())
     lower = np.ma.masked_invalid(fields["cage_slip_lower"].to_numpy())
     upper = np.ma.masked_invalid(fields["cage_slip_upper"].to_numpy())
@@ -308,16 +324,16 @@ def _draw_slip(panel: Panel, of_oil: pd.DataFrame, oil: str, limit: float) -> An
     for field, look in ((slip, full), (lower, dashed), (upper, dashed)):
         if field.count():
             axis.contour(speed, load_kn, field, [limit], colors="black", **look)
-    _draw_motions(panel, of_oil, "speed", "load_kn")
+    _draw_motions(panel, rows_of_oil, "speed", "load_kn")
     axis.grid(False)
     panel.keep(
-        _motion_labels(of_oil, two_motions="bistable", one_motion="cell"),
-        of_oil["speed"],
-        of_oil["load_kn"],
+        _motion_labels(rows_of_oil, two_motions="bistable", one_motion="cell"),
+        rows_of_oil["speed"],
+        rows_of_oil["load_kn"],
         oil=oil,
-        value=of_oil["cage_slip"],
-        lower=of_oil["cage_slip_lower"],
-        upper=of_oil["cage_slip_upper"],
+        value=rows_of_oil["cage_slip"],
+        lower=rows_of_oil["cage_slip_lower"],
+        upper=rows_of_oil["cage_slip_upper"],
     )
     return cells
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import MaxNLocator
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
-from oilfilm.report.words import CONDITIONS as CONDITION_WORDS
+from oilfilm.report.names import CONDITIONS as CONDITION_NAMES
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels, with_measured
@@ -41,7 +41,7 @@ class Series:
         label: For the legend.
         oil: Name of the oil.
         points: Rows of the table of points.
-        law: The fitted law.
+        fitted_law: The fitted law.
         colour: Colour of points and line.
         marker: Symbol of the points.
     """
@@ -49,15 +49,17 @@ class Series:
     label: str
     oil: str
     points: pd.DataFrame
-    law: FittedLaw
+    fitted_law: FittedLaw
     colour: Any
     marker: str
 
     def fit(self, largest_slip: float) -> tuple[Any, Any]:
         """Slip from 0 to `largest_slip`, and fitted mu at the mean conditions of the points."""
-        condition = self.points[list(self.law.law.conditions)].mean().to_numpy(dtype=np.float64)
+        condition = (
+            self.points[list(self.fitted_law.law.conditions)].mean().to_numpy(dtype=np.float64)
+        )
         slip = np.linspace(0, largest_slip, 151)
-        return slip, self.law.traction(condition, slip)
+        return slip, self.fitted_law.traction(condition, slip)
 
 
 def draw_series(panel: Panel, series: Iterable[Series]) -> None:
@@ -93,20 +95,22 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     # runs without a stated speed get their measured one: they need not be repeats
     runs = with_levels(with_measured(results.runs, results.points), settings)
     for panel, _, oil in panels:
-        of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-        if of_oil.empty:
+        points_of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+        if points_of_oil.empty:
             panel.say("no accepted point")
             continue
-        law = FittedLaw.from_tables(results.configured.coefficients, oil)
+        fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
         # one table per condition: columns that nobody draws would take most of the memory
-        conditions = _conditions(runs, of_oil[["run_id", *law.law.conditions, *_MEASURED]])
+        conditions = _conditions(
+            runs, points_of_oil[["run_id", *fitted.law.conditions, *_MEASURED]]
+        )
         colour = style.oil_colour(oil, oils)
         few_conditions = len(conditions) <= _CONDITIONS_TOLD_APART
-        few_points = len(of_oil) <= _POINTS_TOLD_APART
+        few_points = len(points_of_oil) <= _POINTS_TOLD_APART
         shades = style.shades(colour, len(conditions))
         markers = itertools.cycle(style.MARKERS)
         series = [
-            Series(label, oil, points, law, shade, marker)
+            Series(label, oil, points, fitted, shade, marker)
             for (label, points), shade, marker in zip(
                 conditions.items(), shades, markers, strict=False
             )
@@ -136,10 +140,10 @@ def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, pd.DataFr
     points_of_condition = {}
     with_set_points = points.merge(runs[["run_id", *names]], on="run_id")
     for _, group in with_set_points.groupby(names, dropna=False):
-        levels = group[names].iloc[0]
+        set_points = group[names].iloc[0]
         stated = [
             f"{level:.4g} {unit}"
-            for level, unit in zip(levels, units, strict=True)
+            for level, unit in zip(set_points, units, strict=True)
             if not np.isnan(level)
         ]
         points_of_condition[", ".join(stated)] = group
@@ -189,14 +193,14 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
     """
     oils = list(settings.oils)
     runs = with_levels(results.runs, settings)
-    columns = len(CONDITION_WORDS)
+    columns = len(CONDITION_NAMES)
     layout: style.Look = {"height": 1.1, "down": 0.3, "sharex": "col", "sharey": "row"}
     sheet = Sheet(len(oils) * columns, columns, **layout)
     delta_mu = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})"
     for row, oil in enumerate(oils):
         points = _residuals(results, runs, oil)
         colour = style.oil_colour(oil, oils)
-        for column, (condition, (symbol, _, unit)) in enumerate(CONDITION_WORDS.items()):
+        for column, (condition, (symbol, _, unit)) in enumerate(CONDITION_NAMES.items()):
             panel = sheet.panel(row * columns + column)
             panel.axis.set_xlabel(f"{symbol} ({unit})" if unit else f"|{symbol}|")
             panel.axis.set_ylabel(f"{oil}: {delta_mu}", fontsize=7)
@@ -230,7 +234,7 @@ def _draw_residuals(
     dot_look["color"] = colour
     panel.dots("point", points[condition], points["residual"], dot_look, oil=oil)
     panel.axis.axhline(0, color="black", linewidth=0.6)
-    groups = points.groupby(_levels(points, condition), observed=True)
+    groups = points.groupby(_levels_of_points(points, condition), observed=True)
     means = groups.agg(x=(condition, "mean"), y=("residual", "mean"), sd=("residual", "std"))
     level, mean, deviation = means.to_numpy().T
     mean_look: style.Look = {"marker": "o", "color": "black"}
@@ -242,23 +246,25 @@ def _draw_residuals(
 def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.DataFrame | None:
     """Accepted points with residual (1e-3) and the set points of the run; None without a fit."""
     coefficients = results.configured.coefficients
-    of_oil = coefficients[coefficients["oil"] == oil]
+    coefficients_of_oil = coefficients[coefficients["oil"] == oil]
     points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
-    if of_oil.empty or points.empty:
+    if coefficients_of_oil.empty or points.empty:
         return None
-    law = FittedLaw.from_tables(of_oil, oil)
+    fitted_law = FittedLaw.from_tables(coefficients_of_oil, oil)
     slip = points["slide_roll_ratio"].to_numpy()
-    fitted = law.predict(points[list(law.law.conditions)].to_numpy(), slip).traction_coefficient
-    if np.isnan(fitted).all():
+    fitted_mu = fitted_law.predict(
+        points[list(fitted_law.law.conditions)].to_numpy(), slip
+    ).traction_coefficient
+    if np.isnan(fitted_mu).all():
         return None
     # slip and traction of a rig that reverses the slip change sign together
-    residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted)
+    residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted_mu)
     points = points.assign(residual=_THOUSANDTHS_PER_UNIT * residual, slide_roll_ratio=np.abs(slip))
     set_points = [f"nominal_{name}" for name in CONDITIONS]
     return points.merge(runs[["run_id", *set_points]], on="run_id")
 
 
-def _levels(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
+def _levels_of_points(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
     """The level of each point: its set point, or one of `_GROUPS` groups of equally many points."""
     nominal = f"nominal_{condition}"
     if nominal in points and points[nominal].notna().all():
@@ -294,20 +300,20 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     has_accepted = cells["runs_accepted"] > 0
     has_runs = cells["runs"] > 0
     cells["state"] = np.select([has_accepted, has_runs], ["accepted", "refused"], "missing")
-    levels = sorted(cells[load_column].unique())
-    if not 0 < len(levels) <= _MOST_ROWS:
+    rows_of_panels = sorted(cells[load_column].unique())
+    if not 0 < len(rows_of_panels) <= _MOST_ROWS:
         return _measured_coverage(results.points, settings)
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
-        rows=levels,
+        rows=rows_of_panels,
         title=lambda level, oil: f"{oil}, {level_phrase.format(level)}",
         height=1.1,
     )
     for panel, level, oil in panels:
-        of_panel = cells[(cells["oil"] == oil) & (cells[load_column] == level)]
+        cells_of_panel = cells[(cells["oil"] == oil) & (cells[load_column] == level)]
         panel.axis.margins(0.15)
-        for state, of_state in of_panel.groupby("state"):
-            _draw_state(panel, str(state), of_state, oil)
+        for state, cells_of_state in cells_of_panel.groupby("state"):
+            _draw_state(panel, str(state), cells_of_state, oil)
     sheet.label("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
     counts = cells["state"].value_counts()
     handles = [
@@ -336,11 +342,13 @@ def _measured_coverage(points: pd.DataFrame, settings: Settings) -> Sheet:
     for panel, _, oil in panels:
         panel.axis.margins(0.15)
         panel.axis.xaxis.set_major_locator(MaxNLocator(4))  # speeds of slow rigs have many decimals
-        for state, of_state in means[means["oil"] == oil].groupby("state"):
+        for state, runs_of_state in means[means["oil"] == oil].groupby("state"):
             look = _symbol(str(state))
             look["markersize"] = 3.0
-            about: style.Look = {"oil": oil, "label": of_state["run_id"]}
-            panel.dots(str(state), of_state["speed"], of_state["temperature"], look, **about)
+            details: style.Look = {"oil": oil, "label": runs_of_state["run_id"]}
+            panel.dots(
+                str(state), runs_of_state["speed"], runs_of_state["temperature"], look, **details
+            )
     sheet.label("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
     counts = means["state"].value_counts()
     handles = [

@@ -33,7 +33,7 @@ from oilfilm.report.figures.sheet import (
     register,
     table_page,
 )
-from oilfilm.report.words import law_name
+from oilfilm.report.names import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import Grid, films, obstacle, traction
@@ -85,19 +85,26 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
     sheet, panel, write = table_page(width, len(constants_shown), _ROW_IN, 2 * _ROW_IN, notes)
     write(0, "", constants_shown, fontweight="bold")
     for number_of_oil, oil in enumerate(oils):
-        left = names_share + number_of_oil * oil_share
+        left_edge = names_share + number_of_oil * oil_share
         colour = style.oil_colour(oil, oils)
-        write(left + 0.53 * oil_share, f"{oil}\n", [], ha="center", color=colour, fontweight="bold")
+        write(
+            left_edge + 0.53 * oil_share,
+            f"{oil}\n",
+            [],
+            ha="center",
+            color=colour,
+            fontweight="bold",
+        )
         rows = table[table["oil"] == oil].set_index("constant").reindex(constants_shown)
         for right_edge, head, texts in _columns_of_oil(rows):
-            x = left + right_edge * oil_share
+            x = left_edge + right_edge * oil_share
             write(x, f"\n{head}", texts, {"color": style.GREY}, ha="right")
-    names = {"oil": table["oil"], "label": table["constant"]}
+    details = {"oil": table["oil"], "label": table["constant"]}
     value = table["value"]
     error = table["standard_error"]
-    panel.keep("fitted", np.nan, value=value, lower=value - error, upper=value + error, **names)
+    panel.keep("fitted", np.nan, value=value, lower=value - error, upper=value + error, **details)
     if any_printed:
-        panel.keep("printed", np.nan, value=table["printed_value"], **names)
+        panel.keep("printed", np.nan, value=table["printed_value"], **details)
     return sheet
 
 
@@ -124,6 +131,7 @@ def _columns_of_oil(rows: pd.DataFrame) -> list[tuple[float, str, list[str]]]:
     digits = [significant(error) for error in errors]
 
     def texts(column: str, digits: Sequence[str]) -> list[str]:
+        """The column's values, each in its own number format."""
         return [number(form)(value) for value, form in zip(rows[column], digits, strict=True)]
 
     fitted_texts = texts("value", digits)
@@ -212,7 +220,9 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-def starts_of(results: CampaignTables, oil: str, law_key: str, settings: Settings) -> pd.DataFrame:
+def mu_at_zero_slip(
+    results: CampaignTables, oil: str, law_key: str, settings: Settings
+) -> pd.DataFrame:
     """mu of a law at zero slip for each curve (`run_id`, `y`), in order of rising temperature.
 
     Args:
@@ -222,8 +232,8 @@ def starts_of(results: CampaignTables, oil: str, law_key: str, settings: Setting
         settings: Settings of the campaign.
     """
     fits = results.coefficients
-    of_fit = (fits["oil"] == oil) & (fits["law"] == law_key)
-    if fits.loc[of_fit, "value"].isna().all():
+    is_of_fit = (fits["oil"] == oil) & (fits["law"] == law_key)
+    if fits.loc[is_of_fit, "value"].isna().all():
         return pd.DataFrame({"run_id": [], "y": []})
     law = laws_of(oil, settings)[law_key]
     data = curve_data(results.points[results.points["oil"] == oil], law.conditions)
@@ -310,10 +320,10 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     (Bair and Winer 1979); no film carries more. Dashed line: limit of lambda, below which the film
     is not full. Frame: tested conditions.
     """
-    choice = settings.figures.friction_map
+    map_settings = settings.figures.friction_map
     laws = _laws(results)
-    pressures = choice.max_hertz_pressure_gpa
-    temperature = choice.inlet_temperature_c
+    pressures = map_settings.max_hertz_pressure_gpa
+    temperature = map_settings.inlet_temperature_c
     sheet, panels = oil_grid(
         list(laws),
         "No oil has a fitted law of pressure, speed and temperature.",
@@ -324,8 +334,8 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         across=0.25,
         width=style.DOUBLE_COLUMN_IN,
     )
-    slowest, fastest = choice.entrainment_speed_m_s
-    smallest_slip, largest_slip = choice.slide_roll_ratio
+    slowest, fastest = map_settings.entrainment_speed_m_s
+    smallest_slip, largest_slip = map_settings.slide_roll_ratio
     speed = np.geomspace(slowest, fastest, _GRID_POINTS)
     slip = np.geomspace(smallest_slip, largest_slip, _GRID_POINTS)
     speed_mesh, slip_mesh = np.meshgrid(speed, slip)
@@ -336,8 +346,8 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         _, lambda_of_oil[oil] = film.over(grid)
     lambda_limit = settings.gates.lambda_limit
     highest = max(float(np.nanmax(mu)) for mu in mu_of_oil.values())
-    levels = _levels_up_to(highest)
-    colours: style.Look = {"norm": LogNorm(levels[0], levels[-1]), "extend": "min"}
+    mu_levels = _levels_up_to(highest)
+    colours: style.Look = {"norm": LogNorm(mu_levels[0], mu_levels[-1]), "extend": "min"}
     level_lines: style.Look = {"colors": "white", "linewidths": 0.4}
     handles: dict[str, Any] = {}
     for panel, (number_of_pressure, pressure), oil in panels:
@@ -346,8 +356,8 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         lambda_ratio = np.full_like(mu, np.nan)
         if oil in lambda_of_oil:
             lambda_ratio = lambda_of_oil[oil][number_of_pressure, :, 0].T
-        image = panel.axis.contourf(speed, slip, mu, levels, **colours)
-        lines_of_levels = panel.axis.contour(speed, slip, mu, levels, **level_lines)
+        image = panel.axis.contourf(speed, slip, mu, mu_levels, **colours)
+        lines_of_levels = panel.axis.contour(speed, slip, mu, mu_levels, **level_lines)
         panel.axis.clabel(lines_of_levels, fmt="%g", fontsize=5)
         stress_limit = laws[oil].coefficients.limiting_stress_ratio
         for label, field, level, dashes, width in (
@@ -369,7 +379,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
     sheet.label("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
-    bar = sheet.colour_bar(image, style.TRACTION_LABEL, ticks=levels)
+    bar = sheet.colour_bar(image, style.TRACTION_LABEL, ticks=mu_levels)
     bar.yaxis.set_major_formatter("{x:g}")
     bar.minorticks_off()
     frame_handle = Rectangle((0, 0), 1, 1, label="tested", **_TESTED_FRAME)
@@ -393,7 +403,7 @@ def _draw_tested_frame(
     panel: Panel, law: FittedLaw, pressure_gpa: float, temperature_c: float
 ) -> None:
     """Draw a frame round the tested speeds and slips, if pressure and temperature were tested."""
-    pressures, speeds, temperatures, slips = law.reach
+    pressures, speeds, temperatures, slips = law.widened_box
     pressure_tested = pressures[0] * 0.99 <= pressure_gpa <= pressures[1] * 1.01
     temperature_tested = temperatures[0] - 1 <= temperature_c <= temperatures[1] + 1
     if pressure_tested and temperature_tested:
@@ -423,7 +433,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     at the fastest run of the highest pressure. Dashed line: limit of a full film.
     """
     level = settings.figures.stribeck.slide_roll_ratio
-    points = _of_one_slip(results.points, level).dropna(subset="lambda_ratio")
+    points = _points_near_slip(results.points, level).dropna(subset="lambda_ratio")
     points = _with_set_points(points, results.runs)
     sheet, panels = oil_grid(
         style.oils_in(points, settings),
@@ -435,11 +445,11 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     colours = _colours_of(pressures)
     limit = settings.gates.lambda_limit
     for panel, _, oil in panels:
-        of_oil = points[points["oil"] == oil]
+        points_of_oil = points[points["oil"] == oil]
         for pressure in pressures:
-            of_pressure = of_oil[of_oil["level_gpa"] == pressure]
+            points_of_pressure = points_of_oil[points_of_oil["level_gpa"] == pressure]
             look: style.Look = {"color": colours[pressure], "linewidth": 0.8}
-            for temperature, line in of_pressure.groupby("level_c"):
+            for temperature, line in points_of_pressure.groupby("level_c"):
                 by_speed = line.sort_values("entrainment_speed_m_s")
                 lambda_ratio = by_speed["lambda_ratio"]
                 mu = by_speed["traction_coefficient"].abs()
@@ -500,7 +510,7 @@ def _colours_of(pressures: Sequence[float]) -> dict[float, Any]:
     return dict(zip(pressures, colormaps["viridis"](shades), strict=True))
 
 
-def _of_one_slip(points: pd.DataFrame, slide_roll_ratio: float) -> pd.DataFrame:
+def _points_near_slip(points: pd.DataFrame, slide_roll_ratio: float) -> pd.DataFrame:
     """The accepted point of each run that is nearest to a slip, if within a quarter of the slip."""
     accepted = points[points["accepted"]]
     distance = (accepted["slide_roll_ratio"].abs() - slide_roll_ratio).abs()
@@ -527,7 +537,7 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     largest slip by as much. They are also left out where the result is impossible: the traction
     grows by more than the oil's viscosity does (Barus), or faster than in proportion to the slip.
     """
-    choice = settings.figures.isothermal
+    figure_settings = settings.figures.isothermal
     laws = _laws(results)
     contacts = [rig.contact() for rig in settings.rigs.values()]
     known_contacts = [contact for contact in contacts if contact is not None]
@@ -540,7 +550,9 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     marker_of_pressure: dict[float, str] = {}
     for panel, _, oil in panels:
         colour = style.oil_colour(oil, list(settings.oils))
-        for run_id, curve in _curves_of(results.points, oil, choice).groupby("run_id"):
+        for run_id, curve in _points_at_conditions(results.points, oil, figure_settings).groupby(
+            "run_id"
+        ):
             # to steps of 0.05 GPa
             pressure = 0.05 * round(20 * float(curve["max_hertz_pressure_gpa"].mean()))
             next_marker = style.MARKERS[len(marker_of_pressure) % len(style.MARKERS)]
@@ -551,14 +563,14 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
                 "color": colour,
                 "markerfacecolor": "white",
             }
-            names = {"oil": oil, "label": str(run_id)}
+            details = {"oil": oil, "label": str(run_id)}
             slip = curve["slide_roll_ratio"].abs()
             measured = curve["traction_coefficient"].abs()
-            panel.dots("measured", slip, measured, open_symbol, **names)
+            panel.dots("measured", slip, measured, open_symbol, **details)
             corrected = without_heat(curve, laws[oil], contact, settings)
             isothermal_mu = corrected["traction_coefficient"].abs()
             rise_k = corrected["rise_k"]
-            panel.dots("isothermal", slip, isothermal_mu, filled, value=rise_k, **names)
+            panel.dots("isothermal", slip, isothermal_mu, filled, value=rise_k, **details)
         if not panel.axis.lines:
             panel.say("no accepted point here\n(config: figures, isothermal)")
     sheet.axes[0].set(xlim=(0, None), ylim=(0, None))
@@ -570,20 +582,22 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     ]
     handles.append(style.symbol_handle("measured", "o", markerfacecolor="white", **grey))
     handles.append(style.symbol_handle("isothermal", "o", **grey))
-    levels = choice.model_dump(include={"entrainment_speed_m_s", "inlet_temperature_c"})
-    sheet.legend(handles, style.level_phrases(levels))
+    conditions_shown = figure_settings.model_dump(
+        include={"entrainment_speed_m_s", "inlet_temperature_c"}
+    )
+    sheet.legend(handles, style.level_phrases(conditions_shown))
     return sheet
 
 
-def _curves_of(points: pd.DataFrame, oil: str, choice: Any) -> pd.DataFrame:
+def _points_at_conditions(points: pd.DataFrame, oil: str, figure_settings: Any) -> pd.DataFrame:
     """Accepted points of an oil at the chosen speed and temperature."""
-    of_oil = points[points["accepted"] & (points["oil"] == oil)]
-    means = of_oil.groupby("run_id")[list(CONDITIONS)].transform("mean")
-    relative_speed = means["entrainment_speed_m_s"] / choice.entrainment_speed_m_s - 1
-    warmer_by = means["inlet_temperature_c"] - choice.inlet_temperature_c
-    same_speed = relative_speed.abs() < choice.same_within
-    same_temperature = warmer_by.abs() < choice.same_temperature_c
-    return of_oil[same_speed & same_temperature]
+    points_of_oil = points[points["accepted"] & (points["oil"] == oil)]
+    means = points_of_oil.groupby("run_id")[list(CONDITIONS)].transform("mean")
+    relative_speed = means["entrainment_speed_m_s"] / figure_settings.entrainment_speed_m_s - 1
+    warmer_by = means["inlet_temperature_c"] - figure_settings.inlet_temperature_c
+    same_speed = relative_speed.abs() < figure_settings.same_within
+    same_temperature = warmer_by.abs() < figure_settings.same_temperature_c
+    return points_of_oil[same_speed & same_temperature]
 
 
 def without_heat(
@@ -608,7 +622,7 @@ def without_heat(
         contact: Geometry and stiffness of the rig's contact.
         settings: Settings of the campaign.
     """
-    choice = settings.figures.isothermal
+    figure_settings = settings.figures.isothermal
     oil = settings.known_oil(str(curve["oil"].iloc[0]))
     load_n = curve["load_n"].to_numpy(dtype=float)
     pressure = curve["max_hertz_pressure_gpa"].to_numpy(dtype=float)
@@ -616,19 +630,21 @@ def without_heat(
     temperature = curve["inlet_temperature_c"].to_numpy(dtype=float)
     slip = curve["slide_roll_ratio"].to_numpy(dtype=float)
     mu = curve["traction_coefficient"].to_numpy(dtype=float)
-    _, speeds, temperatures, slips = law.reach
+    _, speeds, temperatures, slips = law.widened_box
     coldest = temperatures[0]
     slowest = _EXTRAPOLATED * speeds[0]
     largest_slip = slips[1] / _EXTRAPOLATED
     radius = np.asarray(contact.radius_m)
 
     def film_state(speed: FloatArray, inlet_c: FloatArray) -> tuple[InletOil, Conditions]:
+        """Oil and conditions of each point at other speeds and inlet temperatures."""
         conditions = Conditions(
             load_n, pressure, speed, inlet_c, radius, contact.reduced_modulus_pa
         )
-        return InletOil.of(oil, inlet_c), conditions
+        return InletOil.from_oil(oil, inlet_c), conditions
 
     def mu_by_law(speed: FloatArray, inlet_c: FloatArray, slip: FloatArray) -> FloatArray:
+        """mu of the fitted law at other speeds, inlet temperatures and slips."""
         conditions = np.column_stack([pressure, speed, inlet_c])
         return law.predict(conditions, slip).traction_coefficient
 
@@ -654,8 +670,8 @@ def without_heat(
             *cold_state,
             cold_mu,
             cold_slip,
-            choice.solid_conductivity_w_mk,
-            choice.solid_volumetric_heat_j_m3k,
+            figure_settings.solid_conductivity_w_mk,
+            figure_settings.solid_volumetric_heat_j_m3k,
         )
         cold_law_mu = mu_by_law(cold_speed, cold_inlet_c, cold_slip)
         cold_mu = mu * np.where(no_traction, 1.0, cold_law_mu / divisor)
@@ -663,8 +679,8 @@ def without_heat(
         *film_state(speed, temperature),
         mu,
         slip,
-        choice.solid_conductivity_w_mk,
-        choice.solid_volumetric_heat_j_m3k,
+        figure_settings.solid_conductivity_w_mk,
+        figure_settings.solid_volumetric_heat_j_m3k,
     )
     viscosity_ratio = film_viscosity_ratio(oil, pressure, temperature, measured_rise_k)
     is_possible = np.abs(cold_mu) <= viscosity_ratio * np.abs(mu)

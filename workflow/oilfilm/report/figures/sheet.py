@@ -64,14 +64,14 @@ class Panel:
         self.letter = letter
         self.parts = parts
 
-    def keep(self, series: Any, x: Any, y: Any = np.nan, **about: Any) -> None:
+    def keep(self, series: Any, x: Any, y: Any = np.nan, **details: Any) -> None:
         """Keep marks without drawing them: arrays of one length, or one value for all marks.
 
         Args:
             series: Name of the line or symbol, or the row of the panel.
             x: Abscissa.
             y: Ordinate.
-            about: `oil`; `label`, which is drawn beside the mark or distinguishes it; `value`,
+            details: `oil`; `label`, which is drawn beside the mark or distinguishes it; `value`,
                 which a colour or a number shows; `lower` and `upper` end of a bar or band; `panel`,
                 a column of a table, in place of the panel's letter.
         """
@@ -86,28 +86,28 @@ class Panel:
             "lower": np.nan,
             "upper": np.nan,
         }
-        columns.update(about)
+        columns.update(details)
         arrays = [np.atleast_1d(np.asarray(values)) for values in columns.values()]
         rows = np.broadcast_arrays(*arrays)
         self.parts.append(dict(zip(tables.columns("drawn"), rows, strict=True)))
 
-    def line(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
+    def line(self, series: Any, x: Any, y: Any, look: Look, **details: Any) -> None:
         """Draw and keep a line, with a band from `lower` to `upper` where these are given."""
         self.axis.plot(x, y, **look)
-        if "lower" in about:
+        if "lower" in details:
             band: Look = {"color": look.get("color"), "alpha": 0.25, "linewidth": 0}
-            self.axis.fill_between(x, about["lower"], about["upper"], **band)
-        self.keep(series, x, y, **about)
+            self.axis.fill_between(x, details["lower"], details["upper"], **band)
+        self.keep(series, x, y, **details)
 
-    def dots(self, series: Any, x: Any, y: Any, look: Look, **about: Any) -> None:
+    def dots(self, series: Any, x: Any, y: Any, look: Look, **details: Any) -> None:
         """Draw and keep symbols, with bars from `lower` to `upper` where these are given."""
         look = {"linestyle": "", **look}
-        if "lower" in about:
-            ends = np.abs(np.asarray([y - about["lower"], about["upper"] - y]))
+        if "lower" in details:
+            ends = np.abs(np.asarray([y - details["lower"], details["upper"] - y]))
             self.axis.errorbar(x, y, yerr=ends, **look)
         else:
             self.axis.plot(x, y, **look)
-        self.keep(series, x, y, **about)
+        self.keep(series, x, y, **details)
 
     def say(self, sentence: str, **look: Any) -> None:
         """Write in the middle of the panel why it is empty."""
@@ -173,7 +173,9 @@ class Sheet:
             return tables.empty("drawn")
         columns = {}
         for name in self.parts[0]:
-            columns[name] = np.concatenate([part[name] for part in self.parts])
+            columns[name] = np.concatenate(
+                [columns_of_call[name] for columns_of_call in self.parts]
+            )
         return tables.conform(pd.DataFrame(columns), "drawn", "a figure")
 
     def panel(self, number: int = 0, title: str | None = "", **look: Any) -> Panel:
@@ -308,7 +310,7 @@ class NothingToDrawError(Exception):
 
 def oil_grid(
     oils: Sequence[str],
-    otherwise: str = "",
+    message_without_oils: str = "",
     rows: Sequence[Any] = ("",),
     title: Callable[[Any, str], str] = lambda _, oil: oil,
     **layout: Any,
@@ -317,7 +319,7 @@ def oil_grid(
 
     Args:
         oils: Oils that are shown.
-        otherwise: The message where there is no oil.
+        message_without_oils: The message where there is no oil.
         rows: Level or quantity of each row of panels.
         title: Of a panel, from its row and oil.
         layout: As `Sheet`. All panels have the same axes unless `sharex` or `sharey` changes that.
@@ -329,7 +331,7 @@ def oil_grid(
         NothingToDrawError: There is no oil.
     """
     if not oils:
-        raise NothingToDrawError(otherwise)
+        raise NothingToDrawError(message_without_oils)
     cells = list(itertools.product(rows, oils))
     columns = len(oils) if len(rows) > 1 else min(len(oils), 3)
     layout.setdefault("sharex", True)
@@ -448,6 +450,7 @@ def _with_stable_clip_paths(svg: str) -> str:
         stable_names[name] = stable_name
 
     def stable(match: re.Match[str]) -> str:
+        """The name that depends on the path's content alone."""
         return stable_names.get(match[0], match[0])
 
     return re.sub(r"\bp[0-9a-f]{10}\b", stable, svg)

@@ -18,7 +18,7 @@ from matplotlib.ticker import FixedLocator, NullFormatter, NullLocator
 
 from oilfilm.base.units import FloatArray
 from oilfilm.bearing.kinematics import entrainment_speed_m_s
-from oilfilm.report import words
+from oilfilm.report import names
 from oilfilm.settings.resolved import Settings
 
 # Widths of figures: one column of a page (84 mm), and two (174 mm).
@@ -26,7 +26,7 @@ SINGLE_COLUMN_IN = 84 / 25.4
 DOUBLE_COLUMN_IN = 174 / 25.4
 
 Look = dict[str, Any]  # keywords of a function of matplotlib
-oil_colour = words.oil_colour
+oil_colour = names.oil_colour
 MARKERS = ("o", "s", "^", "D", "v", "P")
 # One line style per meaning: the basis of a law, or the source of its constants.
 LINES: Look = {
@@ -46,11 +46,11 @@ THOUSANDTHS = "10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT THREE}"
 # Name of each condition on an axis, and one level of it in a title.
 CONDITION_LABELS = {
     name: f"{label} {symbol} ({unit})".removesuffix(" ()")
-    for name, (symbol, label, unit) in words.CONDITIONS.items()
+    for name, (symbol, label, unit) in names.CONDITIONS.items()
 }
 LEVEL_PHRASES = {
     name: f"{symbol} = {{:g}} {unit}".rstrip()
-    for name, (symbol, _, unit) in words.CONDITIONS.items()
+    for name, (symbol, _, unit) in names.CONDITIONS.items()
 }
 TRACTION_LABEL = f"Traction coefficient {MU}"
 SPEED_LABEL = "Speed of the inner ring (1000 rpm)"
@@ -136,14 +136,14 @@ def cell_edges(centres: FloatArray, scale: str = "linear") -> FloatArray:
         centres: Rising, shape (n,).
         scale: `linear`, or `log` for half way along a logarithmic scale.
     """
-    levels = np.log(centres) if scale == "log" else centres
-    if len(levels) == 1:
-        below = levels - 1.0
-        above = levels + 1.0
+    scaled_centres = np.log(centres) if scale == "log" else centres
+    if len(scaled_centres) == 1:
+        below = scaled_centres - 1.0
+        above = scaled_centres + 1.0
     else:
-        below = 2 * levels[0] - levels[1:2]
-        above = 2 * levels[-1] - levels[-2:-1]
-    extended = np.concatenate([below, levels, above])
+        below = 2 * scaled_centres[0] - scaled_centres[1:2]
+        above = 2 * scaled_centres[-1] - scaled_centres[-2:-1]
+    extended = np.concatenate([below, scaled_centres, above])
     edges = (extended[1:] + extended[:-1]) / 2
     return np.exp(edges) if scale == "log" else edges
 

@@ -9,7 +9,7 @@ Decides: which sections a report has, and what they tell.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import quote
 
 import numpy as np
@@ -19,12 +19,12 @@ from oilfilm import tables
 from oilfilm.base import studies
 from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.best_law import FEWEST_CURVES
-from oilfilm.fits.certificate_words import certificate
-from oilfilm.fits.conditions import from_text
+from oilfilm.fits.certificate_sentences import certificate
+from oilfilm.fits.conditions import fixed_from_text
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE, normal_quantile
-from oilfilm.fits.soundness_words import what_is_wrong
-from oilfilm.fits.surface_words import of_spinning_rigs, of_surface
+from oilfilm.fits.soundness_sentences import soundness_warnings
+from oilfilm.fits.surface_sentences import spin_sentence, surface_sentences
 from oilfilm.logs.run_sheet import REMARKS
 from oilfilm.report.document import (
     Fact,
@@ -36,12 +36,12 @@ from oilfilm.report.document import (
     significant,
 )
 from oilfilm.report.enough import shortfalls, unread_logs
-from oilfilm.report.explorer import Axis, explored_fits, load_at_1_gpa, plain, sliders
-from oilfilm.report.words import CONDITIONS, gate_name, law_name
+from oilfilm.report.explorer import Axis, as_json, explored_fits, load_at_1_gpa, sliders
+from oilfilm.report.names import CONDITIONS, gate_name, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.answers import CAUSES, range_words, what_to_measure, with_interval
+from oilfilm.torque.answers import CAUSES, range_text, what_to_measure, with_interval
 from oilfilm.torque.best_oil import NOT_KNOWN
 from oilfilm.torque.operating_grid import AXES
 from oilfilm.torque.torque_control import (
@@ -77,8 +77,8 @@ def fits(results: CampaignTables) -> Section:
     sentences = facts(
         "report/sections/fits.jinja",
         fitted=tables.rows(quality[quality["rmse"].notna()]),
-        wrong={oil: what_is_wrong(row) for oil, row in verdicts.items()},
-        of_surface={oil: _of_surface(results, oil, row) for oil, row in verdicts.items()},
+        warnings={oil: soundness_warnings(row) for oil, row in verdicts.items()},
+        surface_sentences={oil: _surface_facts(results, oil, row) for oil, row in verdicts.items()},
         lost=[
             {"oil": row["oil"], "certificate": certificate(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
@@ -95,11 +95,11 @@ def fits(results: CampaignTables) -> Section:
     return Section("fits", "Fits", sentences, shown_tables)
 
 
-def _of_surface(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
+def _surface_facts(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
     """What the surface of an oil says, and what its interval does not know."""
-    sentences = of_surface(results, oil, verdict)
-    of_spin = of_spinning_rigs(results.runs, oil)
-    return [*sentences, of_spin] if sentences and of_spin else sentences
+    sentences = surface_sentences(results, oil, verdict)
+    spin_text = spin_sentence(results.runs, oil)
+    return [*sentences, spin_text] if sentences and spin_text else sentences
 
 
 def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
@@ -134,7 +134,7 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
     rows = {}
     accepted = results.points[results.points["accepted"]]
     for oil in results.configured.fit_quality["oil"]:
-        fit = FittedLaw.of_configured(results, oil)
+        fit = FittedLaw.from_results(results, oil)
         points = accepted[accepted["oil"] == oil]
         conditions = points[list(fit.law.conditions)].to_numpy(float)
         slip = points["slide_roll_ratio"].to_numpy(float)
@@ -151,25 +151,34 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
 _COMPARISON_WORDS = {"best": "best of those compared", "tie": "ties with others"}
 
 
+class _Predicted(NamedTuple):
+    """mu at one operating point, and its interval in words."""
+
+    mu: float
+    interval: str
+
+
 def answer(results: CampaignTables, settings: Settings) -> Section:
     """One row per oil: mu at one operating point with its interval, the law, runs, soundness."""
-    load_n = load_at_1_gpa(settings)
-    fits = explored_fits(results, load_n)
-    axes = sliders(fits, results.points, settings)
+    load_n_at_1_gpa = load_at_1_gpa(settings)
+    fit_of_oil = explored_fits(results, load_n_at_1_gpa)
+    axes = sliders(fit_of_oil, results.points, settings)
     operating_point = [np.nan if axis.idle else axis.start for axis in axes]
-    predictions = {oil: _predicted(fit, operating_point, load_n) for oil, fit in fits.items()}
+    predictions = {
+        oil: _predicted(fit, operating_point, load_n_at_1_gpa) for oil, fit in fit_of_oil.items()
+    }
     comparisons = {row["oil"]: _comparison(row) for row in tables.rows(results.law_verdicts)}
     soundness = {row["oil"]: _soundness(row) for row in tables.rows(results.soundness)}
     is_accepted = results.runs["verdict"] == "accepted"
     runs = {
-        oil: f"{of_oil.sum()} of {len(of_oil)}"
-        for oil, of_oil in is_accepted.groupby(results.runs["oil"])
+        oil: f"{accepted_of_oil.sum()} of {len(accepted_of_oil)}"
+        for oil, accepted_of_oil in is_accepted.groupby(results.runs["oil"])
     }
     oils = results.configured.fit_quality["oil"]
-    not_predicted = (np.nan, "not known")
+    not_predicted = _Predicted(np.nan, "not known")
     answers = results.configured.fit_quality.assign(
-        mu=[predictions.get(oil, not_predicted)[0] for oil in oils],
-        interval=[predictions.get(oil, not_predicted)[1] for oil in oils],
+        mu=[predictions.get(oil, not_predicted).mu for oil in oils],
+        interval=[predictions.get(oil, not_predicted).interval for oil in oils],
         beside=[comparisons.get(oil, "not compared") for oil in oils],
         fit=[soundness.get(oil, "not sound") for oil in oils],
         runs=[runs.get(oil, "none") for oil in oils],
@@ -180,18 +189,18 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
 
 def _point_in_words(axes: Sequence[Axis]) -> str:
     """The first values of sliders, as `P 1.25 GPa, U 25 m/s`; without idle ones."""
-    levels = []
+    texts = []
     for axis in axes:
         if not axis.idle:
             symbol, _, unit = CONDITIONS[axis.name]
-            levels.append(f"{symbol} {axis.start:.{axis.digits}f} {unit}".rstrip())
-    return ", ".join(levels)
+            texts.append(f"{symbol} {axis.start:.{axis.digits}f} {unit}".rstrip())
+    return ", ".join(texts)
 
 
 def _predicted(
     fit: FittedLaw, operating_point: Sequence[float], load_at_1_gpa: float | None
-) -> tuple[float, str]:
-    """mu of a fit, and its interval in words.
+) -> _Predicted:
+    """mu of a fit with its interval.
 
     Args:
         fit: The fit.
@@ -213,7 +222,7 @@ def _predicted(
         interval += ", not tested there"
     if prediction.over_limit[0]:
         interval += ", above the limiting shear stress"
-    return prediction.traction_coefficient[0], interval
+    return _Predicted(prediction.traction_coefficient[0], interval)
 
 
 def _soundness(row: Mapping[str, Any]) -> str:
@@ -247,7 +256,7 @@ def constants(results: CampaignTables) -> Section:
     for oil, rows in coefficients.groupby("oil", sort=False):
         shown_tables.append(_constants_table(rows, f"constants{len(shown_tables)}"))
         if rows["value"].notna().any():
-            fixed_conditions = from_text(quality["fixed_conditions"][oil])
+            fixed_conditions = fixed_from_text(quality["fixed_conditions"][oil])
             fits.append(
                 {
                     "oil": str(oil),
@@ -340,17 +349,17 @@ def _law_comparison(row: Mapping[str, Any], quality: pd.DataFrame) -> dict[str, 
     }
 
 
-def _best_usable_law(law: str, fits: Mapping[str, Mapping[str, Any]]) -> str:
+def _best_usable_law(configured_law: str, fits: Mapping[str, Mapping[str, Any]]) -> str:
     """The law of least error at curves left out that `fit.law` takes; empty for the configured one.
 
     Args:
-        law: The configured law.
+        configured_law: The configured law.
         fits: Row of the table `fit_quality` of each law.
     """
     errors = {name: fit["left_out_rmse"] for name, fit in fits.items() if name in LAWS}
     known = {name: error for name, error in errors.items() if np.isfinite(error)}
-    best = min(known, key=lambda name: known[name], default=law)
-    return "" if best == law else best
+    best = min(known, key=lambda name: known[name], default=configured_law)
+    return "" if best == configured_law else best
 
 
 _STATES = ("accepted", "refused", "missing")
@@ -444,7 +453,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
     all_logs = read_logs | set(refused.loc[~refused["rule"].isin(REMARKS), "file"])
     without_torque = runs[runs["accepted"] & ~runs["oil"].isin(torque["oil"])]
     converged = torque[torque["converged"]]
-    of_one_motion = without_bistable(converged)
+    with_one_motion = without_bistable(converged)
     plateau = ["run_id", "first_row"]
     sentences = facts(
         "report/sections/bearing.jinja",
@@ -463,7 +472,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         undecided=undecided_plateaus(converged),
         bistable_points=bistable_points(converged),
         why_lost=_why_lost(torque[~torque["converged"]]),
-        has_uncertainty=converged.empty or (of_one_motion["verdict"] != "not known").any(),
+        has_uncertainty=converged.empty or (with_one_motion["verdict"] != "not known").any(),
         control=_control(results.torque_control),
         by_stress=converged[converged["load_variable"] == "stress"],
         inversion=results.torque_inversion["verdict"].tolist(),
@@ -475,7 +484,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
     refusals = refusal_table(refused, "torque_quarantine", rows_max, caption)
     answers = show_table(_answers_in_words(results.bearing_answers), "bearing_answers")
     shares = show_table(_shares_in_words(results.variance_shares), "variance_shares")
-    shown_tables = [answers, shares, _error_table(of_one_motion), refusals]
+    shown_tables = [answers, shares, _error_table(with_one_motion), refusals]
     return Section("bearing", "Bearing", sentences, shown_tables)
 
 
@@ -497,8 +506,10 @@ def _answers_in_words(answers: pd.DataFrame) -> pd.DataFrame:
     best = answers.loc[answers["oil"] == answers["best_oil"], [*point, "best_share"]]
     share = answers[point].merge(best, on=point, how="left")["best_share"].to_numpy()
     texts["best"] = [
-        f"{oil or 'none has a full film'} ({part:.0%})" if np.isfinite(part) else oil or "none"
-        for oil, part in zip(answers["best_oil"], share, strict=True)
+        f"{oil or 'none has a full film'} ({best_share:.0%})"
+        if np.isfinite(best_share)
+        else oil or "none"
+        for oil, best_share in zip(answers["best_oil"], share, strict=True)
     ]
     return answers.assign(**texts)
 
@@ -523,7 +534,7 @@ def _shares_in_words(shares: pd.DataFrame) -> pd.DataFrame:
     shown = medians[largest >= _SMALLEST_SHARE]
     return shown.assign(
         meaning=[CAUSES[cause].meaning for cause in shown["variance_cause"]],
-        drawn_from=[range_words(row) for _, row in shown.iterrows()],
+        drawn_from=[range_text(row) for _, row in shown.iterrows()],
     )
 
 
@@ -573,15 +584,15 @@ def _control(control: pd.DataFrame) -> list[dict[str, Any]]:
 def _heat(balance: pd.DataFrame) -> dict[str, Any]:
     """Effect of friction heat on the map of cage slip: temperatures, torque, best oils."""
     # rows with a run are those of torque logs
-    on_map = balance[balance["run_id"] == ""]
-    balanced = on_map[on_map["balanced"].fillna(False)]
-    points = on_map.drop_duplicates(["inner_speed_rpm", "axial_load_n"])
+    map_rows = balance[balance["run_id"] == ""]
+    balanced = map_rows[map_rows["balanced"].fillna(False)]
+    points = map_rows.drop_duplicates(["inner_speed_rpm", "axial_load_n"])
     has_best_oils = (points[["best_oil", "heated_best_oil"]] != NOT_KNOWN).all(axis=1)
     with_best_oils = points[has_best_oils]
     relative_change = balanced["heated_torque_n_m"] / balanced["torque_n_m"] - 1
     is_other_oil = with_best_oils["best_oil"] != with_best_oils["heated_best_oil"]
     return {
-        "heat_cases": on_map["balanced"].notna().sum(),
+        "heat_cases": map_rows["balanced"].notna().sum(),
         "balanced": len(balanced),
         "outlet": balanced["outlet_temperature_c"],
         # adding 0.0 turns a rounded -0.0 into 0.0
@@ -668,9 +679,9 @@ def drawn_points(points: pd.DataFrame, points_max: int) -> dict[str, Any]:
         "names": run_names.tolist(),
         "run": run_number.tolist(),
         "oil": drawn["oil"].tolist(),
-        "axes": [plain(drawn[name], _DIGITS) for name in AXES],
-        "mu": plain(drawn["traction_coefficient"], _DIGITS),
-        "half": plain(half_width.fillna(0), _ERROR_DIGITS),
+        "axes": [as_json(drawn[name], _DIGITS) for name in AXES],
+        "mu": as_json(drawn["traction_coefficient"], _DIGITS),
+        "half": as_json(half_width.fillna(0), _ERROR_DIGITS),
         "left_out": len(accepted) - len(drawn),
     }
 

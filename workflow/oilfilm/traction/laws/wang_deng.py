@@ -105,7 +105,7 @@ class WangDengGroups(Law):
         load_n, speed_m_s, temperature_c = conditions.T
         modulus_pa = self.reduced_modulus_pa
         radius_m = self.radius_m
-        inlet = InletOil.of(self.oil, temperature_c)
+        inlet = InletOil.from_oil(self.oil, temperature_c)
         dimensionless_load = load_n / (modulus_pa * radius_m**2)
         dimensionless_speed = inlet.dynamic_viscosity_pa_s * speed_m_s / (modulus_pa * radius_m)
         thermal_loading = inlet.thermal_loading(speed_m_s)

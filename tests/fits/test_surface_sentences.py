@@ -4,7 +4,7 @@ import numpy as np
 
 from oilfilm import tables
 from oilfilm.fits.run_assumptions import RunAssumptions
-from oilfilm.fits.surface_words import of_rigs, of_spinning_rigs, of_surface
+from oilfilm.fits.surface_sentences import rigs_sentence, spin_sentence, surface_sentences
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import rows
 
@@ -30,7 +30,7 @@ def said(constant_error: float = 0.002, **surface: object) -> str:
         coefficients=rows("coefficients", {**constant, "standard_error": 0.004}),
     )
     (verdict,) = tables.rows(rows("soundness", VERDICT))
-    return " ".join(of_surface(results, "4050", verdict))
+    return " ".join(surface_sentences(results, "4050", verdict))
 
 
 def test_the_misfit_of_an_adequate_law_and_what_could_be_seen_are_said() -> None:
@@ -50,13 +50,13 @@ def test_a_search_without_a_maximum_is_said() -> None:
 
 
 def test_several_rigs_are_counted_with_what_they_differ_by() -> None:
-    text = of_rigs(["a", "b", "b"], 0.0123)
+    text = rigs_sentence(["a", "b", "b"], 0.0123)
     assert "2 rigs" in text and "1.2%" in text
-    assert of_rigs(["b", "b"], np.nan) == ""
+    assert rigs_sentence(["b", "b"], np.nan) == ""
 
 
 def test_data_that_name_no_rigs_say_so() -> None:
-    assert "no rigs" in of_rigs(None, np.nan)
+    assert "no rigs" in rigs_sentence(None, np.nan)
     assert "no rigs" in said(rig_of_runs=None)
     assert "no rigs" not in said(rig_of_runs=["b"])
 
@@ -76,7 +76,7 @@ def test_the_spin_of_a_rig_is_named_beside_the_verdicts_of_all_its_oils() -> Non
         {"run_id": "3", "oil": "C", "rig": "slow", "warning": ("odd_step: time",)},
     ).assign(verdict="accepted")
     for oil in "AB":
-        assert "spin of fast" in of_spinning_rigs(runs, oil)
-    assert of_spinning_rigs(runs, "C") == ""
+        assert "spin of fast" in spin_sentence(runs, oil)
+    assert spin_sentence(runs, "C") == ""
     refused = runs.assign(verdict="refused")
-    assert of_spinning_rigs(refused, "A") == ""
+    assert spin_sentence(refused, "A") == ""

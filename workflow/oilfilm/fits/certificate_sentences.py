@@ -6,7 +6,7 @@ Decides: what is said of a fit that is certified, that is not certified, or that
 from collections.abc import Mapping
 from typing import Any
 
-from oilfilm.fits.conditions import from_text
+from oilfilm.fits.conditions import fixed_from_text
 
 # By the code in `doubts`; in braces are columns of `fit_quality`. Where errors or constants of the
 # searches differ, searches disagree as well: that sentence comes first and says whose they are.
@@ -44,7 +44,7 @@ def certificate(quality: Mapping[str, Any]) -> str:
         quality: A row of the table `fit_quality`.
     """
     if quality["no_fit"]:
-        fixed = ", ".join(fixed.condition for fixed in from_text(quality["fixed_conditions"]))
+        fixed = ", ".join(fixed.condition for fixed in fixed_from_text(quality["fixed_conditions"]))
         return f"not fitted: {_NO_FIT[quality['no_fit']].format(fixed=fixed, **quality)}"
     if quality["certified"]:
         agreeing, searches = quality["searches_agreeing"], quality["searches"]

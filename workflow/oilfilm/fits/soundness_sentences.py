@@ -11,7 +11,7 @@ import numpy as np
 from oilfilm.traction.law import QUANTITIES
 
 
-def what_is_wrong(row: Mapping[str, Any]) -> list[str]:
+def soundness_warnings(row: Mapping[str, Any]) -> list[str]:
     """Reasons why a fit is not sound, with the meaning for mu; one sentence or two per reason.
 
     Args:
@@ -33,7 +33,7 @@ def what_is_wrong(row: Mapping[str, Any]) -> list[str]:
     return sentences
 
 
-def what_could_be_seen(row: Mapping[str, Any]) -> str:
+def smallest_visible_changes(row: Mapping[str, Any]) -> str:
     """The smallest changes that a steady campaign would have shown; empty where it is not steady.
 
     Args:
@@ -78,8 +78,8 @@ def _smallest_seen_change(row: Mapping[str, Any], course: str, name: str) -> str
         seen_sizes.append(f"{temperature_k:.1f} K")
     if not seen_sizes:
         return f"No {name} would have been seen."
-    seen = f"A {name} of {' or '.join(seen_sizes)} would have been seen"
-    return f"{seen}, but none of {unseen[0]}." if unseen else f"{seen}."
+    seen_text = f"A {name} of {' or '.join(seen_sizes)} would have been seen"
+    return f"{seen_text}, but none of {unseen[0]}." if unseen else f"{seen_text}."
 
 
 _LAW_SENTENCES = {
@@ -121,8 +121,8 @@ def _change_sentence(row: Mapping[str, Any]) -> str:
         )
     change = _change_and_alternative(row)
     return (
-        f"The campaign is not steady. {_where(row)} {change}; {effect}. Check these runs and "
-        "their set-up, and leave out those that are wrong."
+        f"The campaign is not steady. {_affected_runs(row)} {change}; {effect}. Check these runs "
+        "and their set-up, and leave out those that are wrong."
     )
 
 
@@ -146,7 +146,7 @@ def _change_and_alternative(row: Mapping[str, Any]) -> str:
     return f"the {cause} reads {direction} by {amount}, {alternative}"
 
 
-def _where(row: Mapping[str, Any]) -> str:
+def _affected_runs(row: Mapping[str, Any]) -> str:
     """Which runs a change is in; a trend and a season are in all runs and name none."""
     runs = row["changed_runs"]
     match row["change_course"]:

@@ -11,7 +11,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.fits.measured_surface import ANOTHER, OilSurface
-from oilfilm.fits.soundness_words import what_could_be_seen
+from oilfilm.fits.soundness_sentences import smallest_visible_changes
 from oilfilm.tables.campaign_tables import CampaignTables
 
 # Beginning of the warning that a rig spins.
@@ -27,7 +27,7 @@ _ERRORS = {
 }
 
 
-def of_surface(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
+def surface_sentences(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
     """Misfit, steadiness, search, errors of constants and what was assumed, in sentences.
 
     Args:
@@ -41,16 +41,16 @@ def of_surface(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) ->
     (surface,) = surfaces
     sentences = [
         misfit_beside_scatter(verdict["misfit"], verdict["run_scatter"]),
-        what_could_be_seen(verdict),
+        smallest_visible_changes(verdict),
         end_of_search(surface["search_converged"]),
         _errors_of_constants(results, oil),
-        _assumed(surface["usual_errors"]),
-        of_rigs(surface["rig_of_runs"], surface["rig_gain_sd"]),
+        _assumed_errors(surface["usual_errors"]),
+        rigs_sentence(surface["rig_of_runs"], surface["rig_gain_sd"]),
     ]
     return [sentence for sentence in sentences if sentence]
 
 
-def of_rigs(rig_of_runs: Sequence[str] | None, rig_gain_sd: float) -> str:
+def rigs_sentence(rig_of_runs: Sequence[str] | None, rig_gain_sd: float) -> str:
     """What an interval knows of rigs; empty where all accepted runs are of one rig.
 
     Args:
@@ -73,7 +73,7 @@ def of_rigs(rig_of_runs: Sequence[str] | None, rig_gain_sd: float) -> str:
     )
 
 
-def of_spinning_rigs(runs: pd.DataFrame, oil: str) -> str:
+def spin_sentence(runs: pd.DataFrame, oil: str) -> str:
     """Why an interval does not contain the spin of a rig; empty where the spin is small.
 
     The spin of a rig is a warning of one of its runs where mu lacks more than 1 % by it.
@@ -83,8 +83,8 @@ def of_spinning_rigs(runs: pd.DataFrame, oil: str) -> str:
         oil: Name of the oil.
     """
     spins = runs["warning"].map(lambda warnings: any(w.startswith(_RIG_SPIN) for w in warnings))
-    of_oil = runs[(runs["oil"] == oil) & (runs["verdict"] == "accepted")]
-    rigs = sorted(set(runs.loc[spins.astype(bool), "rig"]) & set(of_oil["rig"]))
+    runs_of_oil = runs[(runs["oil"] == oil) & (runs["verdict"] == "accepted")]
+    rigs = sorted(set(runs.loc[spins.astype(bool), "rig"]) & set(runs_of_oil["rig"]))
     if not rigs:
         return ""
     return (
@@ -94,7 +94,7 @@ def of_spinning_rigs(runs: pd.DataFrame, oil: str) -> str:
     )
 
 
-def next_rig(surface: OilSurface, rig: str | None) -> list[str]:
+def next_rig_sentences(surface: OilSurface, rig: str | None) -> list[str]:
     """On which rig the next run is, where the runs are of several rigs: a sentence or none.
 
     Args:
@@ -149,8 +149,8 @@ def _errors_of_constants(results: CampaignTables, oil: str) -> str:
             "the measurements."
         )
     fits = results.coefficients
-    of_fit = fits[(fits["oil"] == oil) & (fits["law"] == law)].set_index("constant")
-    ratio = (by_surface["standard_error"] / of_fit["standard_error"]).dropna()
+    constants_of_fit = fits[(fits["oil"] == oil) & (fits["law"] == law)].set_index("constant")
+    ratio = (by_surface["standard_error"] / constants_of_fit["standard_error"]).dropna()
     if ratio.empty:
         return ""
     return (
@@ -159,7 +159,7 @@ def _errors_of_constants(results: CampaignTables, oil: str) -> str:
     )
 
 
-def _assumed(usual_errors: list[str]) -> str:
+def _assumed_errors(usual_errors: list[str]) -> str:
     """Which errors between runs the files of rigs do not state."""
     if not usual_errors:
         return ""
