@@ -50,6 +50,7 @@ class Claim(Group):
         default=True,
     )
     readings: dict[str, Text] = key("Other fair readings of the claim, by name.", default={})
+    caveat: Text | None = key("What the verdict cannot show.", default=None)
     judged_on: Literal["tested", "extrapolated", "data", "formula"] = key(
         "Box of operating conditions that is judged. Without a box: `data` for tables of the "
         "campaign, `formula` for the paper's Eq. 1."

@@ -78,6 +78,11 @@ class AuditSettings(Group):
     torque_stress_error: q.Factor = key("Largest relative torque error of the stress law (paper).")
     torque_load_error: q.Factor = key("Largest relative torque error of the load law (paper).")
 
+    @property
+    def plateau_change_max(self) -> float:
+        """Largest relative change of mu on a plateau."""
+        return 1 - self.plateau_share
+
 
 class SelectionLimits(Group):
     """Limits between the states of a contact."""
