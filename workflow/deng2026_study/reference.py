@@ -1,7 +1,6 @@
 """The reference files of the study: what the paper printed and claimed.
 
-The available text of the paper has lost the numbers of its Tables 1 to 3 and the signs of its
-constants.
+Our copy of the paper has lost the numbers of its Tables 1 to 3 and the signs of its constants.
 
 Decides: the paper's claims, and published tests of bearings (in `reference`).
 """

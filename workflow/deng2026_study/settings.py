@@ -36,7 +36,7 @@ class SignSlips(Group):
 
 
 class SignSettings(Group):
-    """The study of the signs that were lost in print."""
+    """The study of the signs that are lost in our copy of the paper."""
 
     levels: int = key("Levels of each condition; steps in thirds.", ge=4, le=25)
     slide_roll_ratio: SignSlips = key("Slide-roll ratios where a statement is judged.")

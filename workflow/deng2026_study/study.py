@@ -84,7 +84,7 @@ def _what_is_not_known(fitted: PrintedLaw) -> Iterator[str]:
         "They are as printed, not refitted: without errors and intervals. The tested box is that "
         "of the paper's abstract."
     )
-    yield "The signs of the exponents were lost in the available text and are restored."
+    yield "The signs of the exponents are lost in our copy of the paper and are restored."
     yield f"How sure they are: {signs}"
 
 

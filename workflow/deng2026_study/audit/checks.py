@@ -45,6 +45,8 @@ _COMPOSITE_UM = 0.017
 _SLIPPING = 0.01
 # A, B and C of Eq. 7.
 _COEFFICIENTS_OF_CURVE = 3
+# Relative standard errors from this on say the same: the curve does not determine the coefficient.
+_UNDETERMINED = 1e3
 
 
 def zero_slip(view: View) -> Outcome:
@@ -678,7 +680,7 @@ def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
         points: Table of points.
 
     Returns:
-        By oil and run. A curve with fewer than four points has none.
+        By oil and run, `_UNDETERMINED` at most. A curve with fewer than four points has none.
     """
     rows = []
     for (oil, run), curve in points.groupby(["oil", "run_id"], sort=False):
@@ -686,7 +688,8 @@ def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
             slip, mu = curve[["slide_roll_ratio", "traction_coefficient"]].abs().to_numpy().T
             rows.append((oil, run, _error_of_curve(slip, mu)))
     errors = pd.DataFrame(rows, columns=["oil", "run_id", "error"])
-    return errors.set_index(["oil", "run_id"])["error"].astype(float)
+    of_curve = errors.set_index(["oil", "run_id"])["error"].astype(float)
+    return of_curve.clip(upper=_UNDETERMINED)
 
 
 def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
