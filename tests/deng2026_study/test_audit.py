@@ -153,6 +153,16 @@ def test_order_of_planted_oils_and_reverse_are_found(judge: Judge, in_bearing: I
     assert both.share == 1.0
 
 
+def test_claim_on_the_figures_has_its_share_in_the_tested_box(config: Settings) -> None:
+    # mu goes as A0 and B0, and here as P to A1 = B1: 1.2 P^0.6 is above P below 1.2^2.5 = 1.58 GPa
+    oils = {"4102": planted(1.2, A1=0.6, B1=0.6), "4050": planted(), "4010": planted(0.8)}
+    made = audit(claims_of("viscosity-order"), [evidence_of(oils, config)])
+    pressures = box(config, "extrapolated").max_hertz_pressure_gpa
+    assert made["claims"]["share"].item() == pytest.approx(np.mean(pressures < 1.2**2.5))
+    numbers = made["claim_numbers"].set_index("number")["value"]
+    assert numbers["share_tested"] == 1.0
+
+
 @pytest.mark.parametrize(
     ("claim", "limits"),
     [
@@ -339,9 +349,21 @@ def test_constants_are_unique_where_certified_and_known_by_sign(
     fits = fits.assign(constant_spread=[1e-6, 0.3])
     constants = pd.DataFrame({"verdict": ["known"] * 3 + ["open"]})
     constants = constants.assign(oil="4102", law="deng2026")
-    evidence = evidence_of(printed(), config, fit_quality=fits, coefficients=constants)
+    slip = np.linspace(0.01, 0.3, 30)
+    with_peak = (0.3 * slip - 0.02) * np.exp(-20 * slip) + 0.02
+    # it rises to the end: any B near nothing fits as well, and its error has no end
+    without_peak = 0.02 * slip**0.2
+    mu = [*with_peak, *without_peak]
+    points = pd.DataFrame({"slide_roll_ratio": [*slip, *slip], "traction_coefficient": mu})
+    points = points.assign(oil="4102", run_id=["peak"] * 30 + ["none"] * 30)
+    evidence = evidence_of(
+        printed(), config, fit_quality=fits, coefficients=constants, points=points
+    )
     finding = judge("uniquely-determined", evidence)
-    assert (finding.share, finding.numbers["known"]) == (0.5, 0.75)
+    numbers = finding.numbers
+    assert (finding.share, numbers["constants"], numbers["known"]) == (0.5, 0.5, 0.75)
+    assert numbers["spread"] == 0.3
+    assert finding.cases["value"].max() == 1e3
 
 
 def test_errors_of_a_curve_are_the_scatter_of_refits_to_noisy_copies() -> None:
@@ -394,13 +416,19 @@ def test_properties_are_needed_where_a_law_with_them_predicts_better(
     config: Settings, judge: Judge
 ) -> None:
     fits = pd.DataFrame({"oil": "4102", "law": ["deng2026", "wang-deng-groups", "tanh"]}).assign(
-        temperature_end_out_relative_rms=[0.2, 0.1, 0.01], left_out_rmse=[1e-3, 2e-3, 1e-5]
+        temperature_end_out_relative_rms=[0.2, 0.1, 0.01], left_out_rmse=[2e-3, 1e-3, 1e-5]
     )
+    # 4 % of mu at fitted curves, and twice as much at curves left out
+    fits = fits.assign(rmse=1e-3, relative_rms=0.04)
     finding = judge("properties-not-needed", evidence_of(printed(), config, fit_quality=fits))
-    # twice the error at the end temperatures; between other curves it is the better law
+    # twice the error at curves left out, and at the end temperatures
     assert finding.worst_case("largest")["value"] == pytest.approx(2.0)
-    assert (finding.share, finding.numbers["within"]) == (0.0, 1.0)
+    assert (finding.share, finding.numbers["ends"], finding.numbers["enough"]) == (0.0, 0.0, 0.0)
     assert finding.numbers["least_error"] == {"4102": 0.1}
+    # half the rms error at curves left out: 4 %, which is enough without properties
+    better = fits.assign(left_out_rmse=1e-3)
+    finding = judge("properties-not-needed", evidence_of(printed(), config, fit_quality=better))
+    assert (finding.share, finding.numbers["enough"]) == (1.0, 1.0)
 
 
 # ---------------------------------------------------------------- kinematics

@@ -1,9 +1,10 @@
 """Printed constants compared with a campaign's own fit, and the signs that the paper's text allows.
 
-The signs of the exponents were lost. Nearly all of section 4.3 describes figures that the authors
-drew from these constants. So the statements of the text can be checked with every set of signs. The
-name of a statement is a column of the table `signs`, which gives its meaning and its section of the
-paper. Arrays have the axes P, U, T, (S,) sign sets: all 512 sign sets of an oil are scored at once.
+The signs of the exponents are lost in our copy of the paper. Nearly all of section 4.3 describes
+figures that the authors drew from these constants. So the statements of the text can be checked
+with every set of signs. The name of a statement is a column of the table `signs`, which gives its
+meaning and its section of the paper. Arrays have the axes P, U, T, (S,) sign sets: all 512 sign
+sets of an oil are scored at once.
 
 The total of a sign set is the number of statements that hold. Each statement counts by the share of
 its box where it holds. The margin of a sign is the best total of the sets that have it, less the

@@ -1,7 +1,6 @@
 """The reference files of the study: what the paper printed and claimed.
 
-The available text of the paper has lost the numbers of its Tables 1 to 3 and the signs of its
-constants.
+Our copy of the paper has lost the numbers of its Tables 1 to 3 and the signs of its constants.
 
 Decides: the paper's claims, and published tests of bearings (in `reference`).
 """
@@ -50,6 +49,7 @@ class Claim(Group):
         default=True,
     )
     readings: dict[str, Text] = key("Other fair readings of the claim, by name.", default={})
+    caveat: Text | None = key("What the verdict cannot show.", default=None)
     judged_on: Literal["tested", "extrapolated", "data", "formula"] = key(
         "Box of operating conditions that is judged. Without a box: `data` for tables of the "
         "campaign, `formula` for the paper's Eq. 1."

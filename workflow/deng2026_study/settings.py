@@ -36,7 +36,7 @@ class SignSlips(Group):
 
 
 class SignSettings(Group):
-    """The study of the signs that were lost in print."""
+    """The study of the signs that are lost in our copy of the paper."""
 
     levels: int = key("Levels of each condition; steps in thirds.", ge=4, le=25)
     slide_roll_ratio: SignSlips = key("Slide-roll ratios where a statement is judged.")
@@ -77,6 +77,11 @@ class AuditSettings(Group):
     kinematic_tolerance: q.Tolerance = key("What 'nearly' allows in statements on speed and slip.")
     torque_stress_error: q.Factor = key("Largest relative torque error of the stress law (paper).")
     torque_load_error: q.Factor = key("Largest relative torque error of the load law (paper).")
+
+    @property
+    def plateau_change_max(self) -> float:
+        """Largest relative change of mu on a plateau."""
+        return 1 - self.plateau_share
 
 
 class SelectionLimits(Group):

@@ -84,7 +84,7 @@ def _what_is_not_known(fitted: PrintedLaw) -> Iterator[str]:
         "They are as printed, not refitted: without errors and intervals. The tested box is that "
         "of the paper's abstract."
     )
-    yield "The signs of the exponents were lost in the available text and are restored."
+    yield "The signs of the exponents are lost in our copy of the paper and are restored."
     yield f"How sure they are: {signs}"
 
 
@@ -155,7 +155,7 @@ _JUDGED_ON = {
     "tested": "the box tested by the paper",
     "extrapolated": "the box of figs 7 to 10",
     "data": "the campaign's data",
-    "formula": "the paper's Eq. 1",
+    "formula": "by what the paper states",
 }
 # Columns of the worst condition, and how their values are shown.
 _WORST_CONDITION = {
@@ -167,7 +167,7 @@ _WORST_CONDITION = {
 # Words of the section of claims that need an explanation.
 _EXPLANATIONS = {
     "CIRCULAR": "the data were made with the law that they are to test",
-    "holds in part": "true at some of the conditions only",
+    "holds in part": "true at some of the conditions only, or in one of several fair readings",
     "by construction": "true for any constants, because the law's equation makes it so",
     "cannot be checked": "the campaign lacks what the claim is about",
 }
@@ -204,7 +204,6 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
     # without doubtful oils only some of the claims are judged
     counted = verdicts.drop(columns=BASES[UNDOUBTED], errors="ignore")
     counts = counted.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
-    failing = verdicts[(verdicts == "fails").any(axis=1)].fillna("not judged")
     refit = claims[claims["basis"] == "refit"]
     judged_oils = set(numbers.loc[numbers["basis"] == "refit", "oil"])
     reason_codes = [code for code in refit["reason_code"].unique() if code]
@@ -216,10 +215,11 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
         left_out=[oil for oil in settings.oils if oil not in judged_oils],
         doubtful=load(reference_file("printed_coefficients"), PrintedCoefficients).doubtful,
         changed=_changed_without_doubtful(verdicts),
+        audit=study_settings(settings).audit,
     )
     shown = [
         show_table(counts.astype(int).reset_index(), "claim-counts"),
-        show_table(failing.reset_index(), "failing-claims"),
+        show_table(verdicts.fillna("not judged").reset_index(), "claim-verdicts"),
     ]
     entries = []
     for claim in of_paper.claims:
@@ -246,9 +246,13 @@ def _changed_without_doubtful(verdicts: pd.DataFrame) -> list[tuple[str, str, st
 def _entry(
     claim: Claim, rows: pd.DataFrame, of_paper: Claims, numbers: pd.DataFrame, settings: Settings
 ) -> Entry:
-    """A claim with its verdicts, the finding on each basis, and the paper's words."""
+    """A claim: the paper's words, the test, verdict and finding on each basis, a caveat."""
     verdicts = []
-    paragraphs = []
+    paragraphs = [
+        f"Section {claim.section}: "
+        f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}",
+        f"Test: it holds where {_filled(claim.holds_where, settings)}.",
+    ]
     for row in tables.rows(rows):
         basis = BASES[row["basis"]]
         if row["reason_code"]:
@@ -259,10 +263,8 @@ def _entry(
             finding = _finding(row, claim, numbers_of_basis, settings)
         verdicts.append((basis, row["verdict"]))
         paragraphs.append(f"{basis}, {_JUDGED_ON[row['judged_on']]}: {finding}")
-    paragraphs.append(
-        f"Holds where {_filled(claim.holds_where, settings)}. Section {claim.section}: "
-        f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}"
-    )
+    if claim.caveat is not None:
+        paragraphs.append(f"Caveat: {claim.caveat}")
     return Entry(claim.claim, verdicts, paragraphs)
 
 
@@ -271,7 +273,7 @@ def _finding(
 ) -> str:
     """Share, worst case and further numbers of a claim on one basis, in sentences."""
     share = row["share"]
-    sentences = [f"Holds strictly in {_percent(share)} of {row['cases']} cases."]
+    sentences = [f"Read strictly, it holds in {_percent(share)} of {row['cases']} cases."]
     if row["verdict"] == "by construction":
         sentences.append("The equation makes it so for any constants that it allows.")
     condition = [row["worst_oil"]] if row["worst_oil"] else []
@@ -295,7 +297,10 @@ def _further_numbers(claim: Claim, numbers: pd.DataFrame, settings: Settings) ->
         numbers: Rows of the claim and one basis of the table `claim_numbers`.
         settings: All settings of the campaign.
     """
-    labels = {"share": "cases in which it holds"}
+    labels = {
+        "share": "cases in which it holds",
+        "share_tested": "the same in the box tested by the paper",
+    }
     for reading, text in claim.readings.items():
         labels[reading] = f'read as "{text}"'
     labels.update(claim.numbers)

@@ -199,5 +199,15 @@ def _judge(claim: Claim, basis: View) -> tuple[dict[str, Any], Numbers]:
     row.update(outcome.worst_case(claim.worst).add_prefix("worst_"))
     by_oil = outcome.cases.groupby("oil", sort=False)["holds"].mean().drop("", errors="ignore")
     numbers: Numbers = {"share": {str(oil): share for oil, share in by_oil.items()}}
+    if claim.judged_on == "extrapolated":
+        numbers.update(_where_tested(claim, basis))
     numbers.update(outcome.numbers)
     return row, numbers
+
+
+def _where_tested(claim: Claim, basis: View) -> Numbers:
+    """Share of the cases of the box tested by the paper in which a claim holds, read strictly."""
+    try:
+        return {"share_tested": check(claim.id, basis).share}
+    except NotCheckableError:  # the claim is about no condition of that box
+        return {}

@@ -45,6 +45,8 @@ _COMPOSITE_UM = 0.017
 _SLIPPING = 0.01
 # A, B and C of Eq. 7.
 _COEFFICIENTS_OF_CURVE = 3
+# Relative standard errors from this on say the same: the curve does not determine the coefficient.
+_UNDETERMINED = 1e3
 
 
 def zero_slip(view: View) -> Outcome:
@@ -149,7 +151,7 @@ def similar_limit(view: View) -> Outcome:
     change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
     relative_spread = np.ptp(mu, axis=0) / mu.mean(axis=0)
     return view.outcome(
-        reaches(1 - view.study.audit.plateau_share, change, size=1.0),
+        reaches(view.study.audit.plateau_change_max, change, size=1.0),
         change,
         closer=exceeds(relative_spread[..., 0], relative_spread[..., 2], size=1.0),
         apart_at_start=relative_spread[..., 0].mean(),
@@ -294,6 +296,7 @@ def wang_deng_overfit(view: View) -> Outcome:
 
 def properties_not_needed(view: View) -> Outcome:
     """Laws with properties of the oil predict no better than the paper's law."""
+    limit = view.study.audit.prediction_error
     by_paper_law = _by_paper_law(view).set_index("oil")
     if view.truth_is_law:
         raise NotCheckableError("own law")
@@ -304,10 +307,11 @@ def properties_not_needed(view: View) -> Outcome:
     if fits.empty:
         raise NotCheckableError("no comparison")
     own = by_paper_law.loc[fits["oil"]].set_axis(fits.index)
-    ratio = own[end] / fits[end]
+    ratio = own[left_out] / fits[left_out]
     return outcome(
         fits.assign(holds=reaches(1.0, ratio), value=ratio),
-        within=reaches(fits[left_out].to_numpy(), own[left_out].to_numpy()),
+        ends=reaches(fits[end].to_numpy(), own[end].to_numpy()),
+        enough=reaches(limit, _relative_left_out(by_paper_law).to_numpy()),
         own_error=own.groupby(fits["oil"], sort=False)[end].first().to_dict(),
         least_error=fits.groupby("oil", sort=False)[end].min().to_dict(),
     )
@@ -331,26 +335,30 @@ def torque_load(view: View) -> Outcome:
     excess = both["load"] - both["stress"]
     largest = both["load"].max()
     farther = exceeds(both["load"], both["stress"], size=1.0)
-    judged = outcome(both.assign(holds=farther, value=excess), largest=largest, **further)
+    systematic = exceeds(both["load"].median(), both["stress"].median(), size=1.0)
+    judged = outcome(
+        both.assign(holds=farther, value=excess), systematic=systematic, largest=largest, **further
+    )
     return replace(judged, complete=bool(reaches(largest, view.study.audit.torque_load_error)))
 
 
 def uniquely_determined(view: View) -> Outcome:
-    """The data determine the constants."""
+    """The curves determine A, B and C; all curves of an oil determine its constants."""
     fits = _by_paper_law(view).dropna(subset="constant_spread")
-    if fits.empty:
+    errors = _errors_of_curves(view.measured.points)
+    if fits.empty or errors.empty:
         raise NotCheckableError("no fit by the paper's law")
     constants = view.measured.coefficients
     of_law = constants["law"] == view.study.audit.stress_law
     known = constants[of_law & constants["oil"].isin(fits["oil"])]["verdict"].eq("known")
     # digits below a millionth of a standard error are rounding
     spread = fits["constant_spread"].round(6)
-    judged = fits[["oil"]].assign(holds=fits["certified"], value=spread)
-    errors = _errors_of_curves(view.measured.points)
+    judged = errors.rename("value").reset_index()
     return outcome(
-        judged,
-        curves=reaches(view.study.audit.curve_error_max, errors.to_numpy()),
+        judged.assign(holds=reaches(view.study.audit.curve_error_max, judged["value"])),
+        constants=fits["certified"].to_numpy(),
         known=known.to_numpy(),
+        spread=spread.max(),
         curve_error=errors.groupby(level="oil", sort=False).median().to_dict(),
     )
 
@@ -369,7 +377,7 @@ def extrapolates(view: View) -> Outcome:
     ends = fits.filter(regex="^oil$|_end_out_relative_rms$").melt("oil").dropna()
     if ends.empty:
         raise NotCheckableError("no fit by the paper's law")
-    left_out = fits["left_out_rmse"] * fits["relative_rms"] / fits["rmse"]
+    left_out = _relative_left_out(fits)
     truth = view.measured.extrapolation
     by_paper_law = truth["law"] == view.study.audit.stress_law
     of_fitted_oil = truth["oil"].isin(fits["oil"])
@@ -672,7 +680,7 @@ def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
         points: Table of points.
 
     Returns:
-        By oil and run. A curve with fewer than four points has none.
+        By oil and run, `_UNDETERMINED` at most. A curve with fewer than four points has none.
     """
     rows = []
     for (oil, run), curve in points.groupby(["oil", "run_id"], sort=False):
@@ -680,7 +688,8 @@ def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
             slip, mu = curve[["slide_roll_ratio", "traction_coefficient"]].abs().to_numpy().T
             rows.append((oil, run, _error_of_curve(slip, mu)))
     errors = pd.DataFrame(rows, columns=["oil", "run_id", "error"])
-    return errors.set_index(["oil", "run_id"])["error"].astype(float)
+    of_curve = errors.set_index(["oil", "run_id"])["error"].astype(float)
+    return of_curve.clip(upper=_UNDETERMINED)
 
 
 def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
@@ -731,6 +740,11 @@ def _by_paper_law(view: View) -> pd.DataFrame:
     """
     fits = view.rows("fit_quality", reason="no fit by the paper's law")
     return fits[fits["law"] == view.study.audit.stress_law]
+
+
+def _relative_left_out(fits: pd.DataFrame) -> "pd.Series[float]":
+    """The rms error at curves left out, relative to mu."""
+    return fits["left_out_rmse"] * fits["relative_rms"] / fits["rmse"]
 
 
 def _wang_deng(view: View) -> pd.DataFrame:

@@ -21,6 +21,7 @@ from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
+from oilfilm.report import words
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import mu_at_zero_slip, symbol_of
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
@@ -340,8 +341,9 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     zero slip. (b) Curve whose rms error grows most when the fit leaves it out; below: the
     errors. Full lines: fit to all curves. Dashed lines: fit without this curve. Dotted lines:
     law of the paper (Eq. 7), fitted without this curve. Symbols: plateau means with the 95 %
-    interval of their random error. Open symbols: fit not certified. The groups and readings of
-    the Wang-Deng laws are ours.
+    interval of their random error. Open symbols at zero slip: fit not certified. The rms errors are
+    those of the fit with the curve and without it. The groups and readings of the Wang-Deng laws
+    are ours.
     """
     fits = results.fit_quality.dropna(subset="rmse")
     sheet = Sheet(4, 2, height=(1.7, 1.5), across=0.55, down=0.45)
@@ -351,16 +353,20 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     near.set_title("    near S = 0")
     near.xaxis.set_major_locator(MaxNLocator(4))  # numbers of many decimals: few of them fit
     errors.set_title("    fitted minus measured")
-    zero_slip_handles: list[Any] = []
-    left_out_handles: list[Any] = []
+    of_oils: list[Any] = []
     for oil in settings.oils:
         fit_by_law = {fit["law"]: fit for fit in tables.rows(fits[fits["oil"] == oil])}
-        zero_slip_handles += _draw_zero_slip(whole, near, fit_by_law, results, settings)
-        left_out_handles += _draw_left_out(unseen, errors, fit_by_law, results, settings)
-    if not zero_slip_handles:
-        whole.say(_NO_WANG_DENG)
-    if not left_out_handles:
-        unseen.say(_NO_WANG_DENG)
+        at_zero = _draw_zero_slip(whole, near, fit_by_law, results, settings)
+        left_out = _draw_left_out(unseen, errors, fit_by_law, results, settings)
+        described = [oil]
+        described += [f"(a) {at_zero}"] if at_zero else []
+        described += [f"(b) {left_out}"] if left_out else []
+        if at_zero or left_out:
+            look = style.oil_look(oil, list(settings.oils)) | {"linewidth": 0.9}
+            of_oils.append(style.line_handle("\n".join(described), **look))
+    for panel in (whole, unseen):
+        if not panel.axis.lines:
+            panel.say(_NO_WANG_DENG)
     for axis in (near, errors):
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(style.CONDITION_LABELS["slide_roll_ratio"])
@@ -379,8 +385,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
         style.line_handle(label, linestyle=_DASHES[series], **black)
         for series, label in labels.items()
     ]
-    left_column = [*zero_slip_handles, plateau, lines[0]]
-    sheet.legend([*left_column, *left_out_handles, *lines[1:]], columns=2)
+    sheet.legend([*of_oils, plateau, *lines], columns=1)
     return sheet
 
 
@@ -398,15 +403,19 @@ def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
 
 def _draw_zero_slip(
     whole: Panel, near: Axes, fits: Mapping[str, Fit], results: CampaignTables, settings: Settings
-) -> Iterator[Any]:
-    """Of one oil: the curve at which a fit has the most traction without slip."""
+) -> str:
+    """Of one oil: the curve at which a fit has the most traction without slip.
+
+    Returns:
+        The law, the conditions and mu without slip; empty if nothing was drawn.
+    """
     starts = [
         mu_at_zero_slip(results, fit["oil"], law, settings).assign(law=law)
         for law, fit in fits.items()
         if law.startswith(_WANG_DENG)
     ]
     if not sum(map(len, starts)):
-        return
+        return ""
     among = pd.concat(starts, ignore_index=True)
     name, run = among[["law", "run_id"]].to_numpy()[first_largest(among["y"].abs())]
     curve, look, colour, about, label = _begin(whole, fits[name], run, results, settings)
@@ -417,14 +426,17 @@ def _draw_zero_slip(
     # an open symbol hides no other
     near.plot(0, 1e3 * mu[0], **look | {"markersize": 5}, zorder=4 + (not fits[name]["certified"]))
     whole.keep("zero slip", 0.0, mu[0], **about)
-    label += f"\n{style.MU}(0) = {_thousandths(mu[0])} {_TIMES}"
-    yield style.line_handle(label, **look | {"markersize": 5})
+    return f"{label}; {style.MU}(0) = {_thousandths(mu[0])} {_TIMES}"
 
 
 def _draw_left_out(
     whole: Panel, errors: Axes, fits: Mapping[str, Fit], results: CampaignTables, settings: Settings
-) -> Iterator[Any]:
-    """Of one oil: the curve whose error by a Wang-Deng law grows most when left out."""
+) -> str:
+    """Of one oil: the curve whose error by a Wang-Deng law grows most when left out.
+
+    Returns:
+        The law, the conditions and the errors; empty if nothing was drawn.
+    """
     oil = [fit["oil"] for fit in fits.values()][:1]
     beside = results.law_points[results.law_points["oil"].isin(oil)]
     rms = _rms_errors(beside, results.points)
@@ -434,10 +446,10 @@ def _draw_left_out(
         if law_and_run[0].startswith(_WANG_DENG) and not np.isnan(unseen)
     }
     if not growth:
-        return
+        return ""
     # a law that comes to its special case grows as that does: the first of both
     name, run = list(growth)[first_largest(list(growth.values()))]
-    curve, look, colour, _, label = _begin(whole, fits[name], run, results, settings)
+    curve, _, colour, _, label = _begin(whole, fits[name], run, results, settings)
     for law, series in ((name, "fit"), (name, "left out"), (DENG2026.name, "left out")):
         column = _LEFT_OUT_MU if series == "left out" else _MU
         plateaus = _one_side(beside[(beside["law"] == law) & (beside["run_id"] == run)])
@@ -455,10 +467,10 @@ def _draw_left_out(
         dots: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
         difference = mu_of_plateaus - curve[_MU].to_numpy()
         errors.plot(slip_of_plateaus, 1e3 * difference, **colour | dashes | dots)
-    label += f"\nrms error {_growth(*rms[name, run])}"
+    label += f"; rms error {_growth(*rms[name, run])}"
     if (DENG2026.name, run) in rms:
         label += f"; Eq. 7: {_growth(*rms[DENG2026.name, run])}"
-    yield style.line_handle(label, **look)
+    return label
 
 
 def _rms_errors(
@@ -493,8 +505,10 @@ def _begin(
     dots: style.Look = {"color": look["color"], "marker": ".", "markersize": 3, "elinewidth": 0.7}
     about: style.Look = {"oil": fit["oil"], "label": f"{fit['law']}, run {run}"}
     panel.dots("measured", x, y, dots, lower=y - bar, upper=y + bar, **about)
-    levels = {name: float(f"{curve[name].mean():.3g}") for name in CONDITIONS}
-    label = f"{fit['oil']}, {law_name(fit['law'])}\n{style.level_phrases(levels)}"
+    levels = [f"{curve[name].mean():.3g} {words.CONDITIONS[name][2]}" for name in CONDITIONS]
+    label = f"{law_name(fit['law'])}; {', '.join(levels)}"
+    if not fit["certified"]:
+        label += ", not certified"
     return curve, look, {"color": look["color"], "linewidth": 0.9}, about, label
 
 

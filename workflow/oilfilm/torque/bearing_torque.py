@@ -48,6 +48,8 @@ _TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"
 _LARGEST_RESIDUAL = 1e9
 # Factors on all traction, between which the inversion interpolates; the middle one is 1.
 _TRACTION_FACTORS = np.geomspace(1 / 8, 8, 25)
+# Standard uncertainties in one side of the 95 % interval of a normal distribution.
+_STANDARD_IN_SIDE = 1.96
 # Slices of equal probability in which the normal distribution is summed.
 _NORMAL_SLICES = 1000
 # Powers of the size with which uncertain inputs of a bearing grow.
@@ -452,12 +454,20 @@ def torque_table(
 def _compared(
     bearing: Bearing, terms: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
 ) -> pd.DataFrame:
-    """Calculated torque compared with the measured torque, and the estimates of catalogues."""
+    """Calculated torque compared with the measured torque, and the estimates of catalogues.
+
+    The calculated torque has the uncertainty of the side of its interval on which the measured one
+    is, because the two sides are not alike.
+    """
     uncertainty = np.hypot(
         terms["measured_torque_n_m_se"].to_numpy(), _calibration_n_m(terms, settings)
     )
-    difference = terms["torque_n_m"] - terms["measured_torque_n_m"]
-    compatibility = difference / np.hypot(terms["torque_n_m_uncertainty"], uncertainty)
+    torque = terms["torque_n_m"]
+    difference = torque - terms["measured_torque_n_m"]
+    below, above = torque - terms["torque_n_m_lower"], terms["torque_n_m_upper"] - torque
+    # a torque beyond an end of its own interval has nothing on that side
+    side = below.where(difference > 0, above).clip(lower=0)
+    compatibility = difference / np.hypot(side / _STANDARD_IN_SIDE, uncertainty)
     compatible = np.abs(compatibility) <= settings.bearing.compatible_uncertainties
     verdict = np.select(
         [np.isnan(compatibility), compatible], ["not known", "compatible"], "not compatible"
