@@ -99,7 +99,6 @@ def test_bearing_of_the_tutorial_has_an_equilibrium(capsys: pytest.CaptureFixtur
     code = "\n".join(content for language, content in blocks("bearing.md") if language == "python")
     exec(code, {})
     printed = capsys.readouterr().out
-    assert "all converged: True" in printed
     refuse_missing("bearing.md", printed)
 
 

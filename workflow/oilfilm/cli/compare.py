@@ -11,26 +11,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.base.units import BoolArray
 from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
 from oilfilm.cli.plot_file import refuse_plot, write_plot
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.fits.support_words import why_no_support
-from oilfilm.report.figures import style
 from oilfilm.surface.reduction import box_of
 from oilfilm.surface.support import Support
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
-_MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
-_RATIO = ("ratio", "ratio_lower", "ratio_upper")
+MU = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
+RATIO = ("ratio", "ratio_lower", "ratio_upper")
 _CONSTANT = ("value", "lower", "upper")
 # Slide-roll ratios where none is typed.
 _DEFAULT_SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
@@ -42,7 +38,6 @@ _OBSTACLES = {
     Obstacle.UNKNOWN_CONDITIONS: "the runs do not tell pressure, speed and temperature",
     Obstacle.FEW_PAIRS: "too few conditions were tested with both oils",
 }
-_DOTTED = ". Dotted: not tested, without support or above the limiting shear stress"
 
 
 class NamedFit(NamedTuple):
@@ -83,7 +78,10 @@ def run(options: argparse.Namespace) -> int:
         drawn_slips = np.linspace(0, largest_slip, _POINTS_PER_DRAWN_CURVE + 1)[1:]
         curves = side_by_side(fits, conditions, drawn_slips, pairs)
         simulated = any("simulated" in named.source for named in named_fits.values())
-        write_plot(_draw(curves, conditions, simulated=simulated), options.plot)
+        # imported here, because it needs matplotlib
+        from oilfilm.cli.compare_plot import draw  # noqa: PLC0415
+
+        write_plot(draw(curves, conditions, simulated=simulated), options.plot)
         print(f"Written: {options.plot}")
     return 0
 
@@ -129,7 +127,7 @@ def _mu(
 ) -> Iterator[str]:
     """mu of each fit, one row per slide-roll ratio."""
     yield ""
-    yield f"mu with the interval of the next good run, at {_conditions_text(conditions)}"
+    yield f"mu with the interval of the next good run, at {conditions_text(conditions)}"
     yield _by_slip(table, names, _mu_cell)
     if table["outside"].any():
         yield "!: outside the tested conditions of that fit"
@@ -218,7 +216,7 @@ def _by_slip(
 
 def _mu_cell(row: Mapping[str, Any]) -> str:
     """mu with its interval, and a mark where it is doubtful."""
-    text = _interval_text(row, _MU, digits=5)
+    text = _interval_text(row, MU, digits=5)
     if np.isnan(row["traction_coefficient"]):
         return text
     if row["over_limit"]:
@@ -228,7 +226,7 @@ def _mu_cell(row: Mapping[str, Any]) -> str:
 
 def _ratio_cell(row: Mapping[str, Any]) -> str:
     """A ratio with its interval, and whether it is certain; or what keeps it from being so."""
-    text = _interval_text(row, _RATIO, digits=3)
+    text = _interval_text(row, RATIO, digits=3)
     if np.isnan(row["ratio"]):
         return text
     marks = []
@@ -253,51 +251,8 @@ def _constants(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
     yield pd.DataFrame(cells).fillna("-").to_string()
 
 
-def _draw(curves: pd.DataFrame, conditions: Mapping[str, float], *, simulated: bool) -> Figure:
-    """mu over slip of each fit with its interval; beside it the ratios to the first fit."""
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    curve_of_fit = {str(name): curve for name, curve in curves.groupby("fit", sort=False)}
-    names = list(curve_of_fit)
-    first = names[0]
-    for name, curve in curve_of_fit.items():
-        colour = style.oil_colour(name, names)
-        doubtful = (curve["outside"] | curve["over_limit"]).to_numpy()
-        _draw_curve(left, curve, _MU, doubtful, colour, name)
-        if name != first:
-            no_support = curve["ratio_support"] != Support.SUPPORTED
-            ratio_doubtful = (curve["ratio_outside"] | no_support).to_numpy()
-            label = name if curve["ratio_of"].iloc[0] == "runs" else f"{name}, of the two laws"
-            _draw_curve(right, curve, _RATIO, ratio_doubtful, colour, label)
-    right.axhline(1, color=style.GREY, linewidth=0.6)
-    for axis, label in ((left, style.TRACTION_LABEL), (right, f"Ratio to {first}")):
-        axis.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
-        axis.legend()
-    title = _conditions_text(conditions)
-    if simulated:
-        title = f"SIMULATED data. {title}"
-    if curves[["outside", "over_limit", "ratio_outside", "ratio_support"]].any(axis=None):
-        title += _DOTTED
-    figure.suptitle(title, fontsize=8)
-    return figure
-
-
-def _draw_curve(
-    axis: Axes,
-    curve: pd.DataFrame,
-    columns: Sequence[str],
-    doubtful: BoolArray,
-    colour: str,
-    label: str,
-) -> None:
-    """Draw a value over slip with its interval; dotted where it is doubtful."""
-    value, lower, upper = (curve[column] for column in columns)
-    axis.plot(curve[SLIP], value.mask(doubtful), color=colour, label=label)
-    axis.plot(curve[SLIP], value.where(doubtful), ":", color=colour)
-    axis.fill_between(curve[SLIP], lower, upper, color=colour, alpha=0.2, linewidth=0)
-
-
-def _conditions_text(conditions: Mapping[str, float]) -> str:
+def conditions_text(conditions: Mapping[str, float]) -> str:
+    """The conditions of a comparison with symbols and units."""
     return ", ".join(
         f"{QUANTITIES[name].symbol} = {value:.4g} {QUANTITIES[name].unit}"
         for name, value in conditions.items()
