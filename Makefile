@@ -37,7 +37,7 @@ lint-rest: $(DEV)
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports --no-logo
 	$(BIN)/snakefmt --check Snakefile workflow
-	$(IN_VENV) $(BIN)/python tests/lint/snakemake_lint.py
+	$(IN_VENV) $(BIN)/snakemake --lint
 	$(BIN)/python tests/lint/licences.py
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 

@@ -292,6 +292,7 @@ def test_a_program_gets_the_verdicts_of_the_command(
     (tmp_path / "short.csv").write_bytes(csv()[:300])
     from_command = checked(capsys, tmp_path, *CONFIG)
     result = oilfilm.check(tmp_path, config=ROOT / "config")
+    assert len(result.points) == result.to_frame()["accepted_plateaus"].sum() > 0
     assert [log["verdict"] for log in result.logs] == [log["verdict"] for log in from_command]
     assert not result.accepted
     assert oilfilm.check(str(tmp_path / "good.csv"), config=ROOT / "config").accepted

@@ -14,6 +14,7 @@ from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
+from oilfilm.bearing.resistance import HEATS
 from oilfilm.cli import main
 from oilfilm.cli.arguments import quantity
 from oilfilm.fits.soundness import finished_fits
@@ -137,7 +138,30 @@ def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
     )
     assert answer.to_frame()["torque_n_m"].iloc[1] == pytest.approx(torque, rel=5e-3)
     assert set(answer.shares()["variance_cause"]) == set(UNCERTAIN) == set(CAUSES)
+    # the terms add up to the moment that turns the inner ring
+    parts = answer.parts().set_index("inner_speed_rpm").loc[12000, list(HEATS)]
+    assert parts.sum() == pytest.approx(torque, rel=5e-3)
     assert len(answer.plot().lines) == 1
+
+
+def test_a_fit_alone_gives_the_torque_of_its_law() -> None:
+    fit = oilfilm.fit_table(oilfilm.example("simulated_mu.csv"), bootstrap=20, searches=2)
+    at = ("mainshaft-167", 1e4, 12000, 70)
+    of_rig = {"results": fit, "rig": "ball-on-disc-20mm"}
+    frame = oilfilm.bearing_torque(*at, oil="4102", **of_rig).to_frame()
+    # the torque by the printed law, which made the data of the table
+    points = OperatingPoints.axial(np.array([1e4]), 12000 * RPM)
+    truth = in_operation(problem(shipped("mainshaft-167"), points, "4102", 70.0))
+    assert frame["torque_n_m"].tolist() == pytest.approx(
+        friction_equilibrium(truth).torque_n_m(), rel=0.01
+    )
+    for given, sentence in (
+        ({"results": fit, "oil": "4102"}, "rig: found nothing"),
+        (of_rig, "oil: found nothing"),
+        ({**of_rig, "oil": "4102", "results": "results/demo"}, "rig: is for a fit"),
+    ):
+        with pytest.raises(oilfilm.OilfilmError, match=sentence):
+            oilfilm.bearing_torque(*at, **given)
 
 
 @pytest.mark.parametrize(

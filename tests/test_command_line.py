@@ -10,6 +10,7 @@ import pytest
 
 from bad_logs import csv
 from campaigns import ROOT
+from command_line import succeeded
 from oilfilm.cli import main
 from oilfilm.cli.parser import COMMANDS, CONDITION_OPTIONS, parser
 from oilfilm.traction.law import QUANTITIES
@@ -31,6 +32,14 @@ def test_help_imports_no_package_beside_the_standard_library() -> None:
     )
     assert done.stdout.splitlines()[-1] == "[]"
     assert done.stdout.count("usage: oilfilm") == len(names) + 1
+
+
+def test_no_command_imports_matplotlib_before_it_draws() -> None:
+    """The core has no matplotlib."""
+    stems = [path.stem for path in (ROOT / "workflow/oilfilm/cli").glob("*.py")]
+    modules = ", ".join(f"oilfilm.cli.{stem}" for stem in stems if stem != "compare_plot")
+    script = f"import sys; sys.modules['matplotlib'] = None; import {modules}"
+    succeeded([sys.executable, "-c", script])
 
 
 def test_what_only_the_workflow_has_is_named(

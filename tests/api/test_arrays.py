@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pint
 import pytest
+import xarray
 from matplotlib.figure import Figure
 
 import oilfilm
@@ -69,7 +70,6 @@ def test_columns_of_different_rows_are_refused(points: pd.DataFrame) -> None:
 
 
 def test_arrays_of_xarray_are_fitted_by_their_dimensions(fitted: ArrayFit) -> None:
-    xarray = pytest.importorskip("xarray")
     levels = {"P": [1.0, 1.25, 1.5], "U": [25.0, 40.0], "T": [50.0, 120.0]}
     data = xarray.Dataset(coords={**levels, "S": np.linspace(0, 0.3, 11)})
     mu = known_law("4102").predict_at(data["P"], data["U"], data["T"], data["S"])
@@ -143,7 +143,6 @@ def test_predictions_keep_the_index_of_a_column(points: pd.DataFrame) -> None:
 
 
 def test_arrays_of_xarray_broadcast_by_the_names_of_their_dimensions() -> None:
-    xarray = pytest.importorskip("xarray")
     speed = xarray.DataArray([25.0, 40.0], dims="speed", coords={"speed": [25, 40]})
     slip = xarray.DataArray([0.02, 0.1], dims="slip")
     mu = known_law("4102").predict_at(1.2, speed, 70, slip).traction_coefficient

@@ -15,6 +15,7 @@ CARRIED_OUT = (
 NOT_RUN = {
     r"make( test)?$": "the tests themselves follow it",
     r".*snakemake --workflow-profile profiles/slurm": "needs Slurm: workflow/test_slurm.py",
+    r"apptainer build|snakemake --sdm apptainer": "needs Apptainer: workflow/test_containers.py",
     r".*profiles/kubernetes|.*executor-plugin-kubernetes": "needs Kubernetes; the page says so",
     r".*s3://": "needs a server of object storage: workflow/test_object_storage.py",
     r".*pip install .*requirements/": "needs a network: repository/test_requirements_lock.py",

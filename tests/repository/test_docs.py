@@ -3,14 +3,18 @@
 Pages show a study as their example. They are those of the whole repository.
 """
 
+import ast
 import json
 import re
+from collections.abc import Iterator
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 
 from campaigns import needs_study
 from notebooks import FOLDER, execute, texts
+from page_blocks import blocks
 from reference_pages import GENERATED
 
 ROOT = Path(__file__).parents[2]
@@ -68,3 +72,51 @@ def test_generated_file_is_current(path: str) -> None:
 def test_notebook_prints_what_it_stores(path: Path) -> None:
     stored = json.loads(path.read_text(encoding="utf-8"))
     assert texts(execute(path)) == texts(stored), "run `make notebooks`"
+
+
+# ---------------------------------------------------------------- public names
+
+OURS = ("oilfilm", "simulated_lab", "deng2026_study")
+
+
+def inner_names(code: str) -> Iterator[str]:
+    """Names of our packages that a program uses and that completion does not offer."""
+    for node in ast.walk(ast.parse(code)):
+        match node:
+            case ast.Import(names=names):
+                used = [name.name for name in names if "." in name.name]
+            case ast.ImportFrom(module=str(module), names=names):
+                used = [f"{module}.{name.name}" for name in names]
+            case ast.Attribute(value=ast.Name(id=package), attr=name):
+                used = [f"{package}.{name}"]
+            case _:
+                continue
+        for name in used:
+            package, _, member = name.partition(".")
+            if package in OURS and member not in getattr(import_module(package), "__all__", ()):
+                yield name
+
+
+PROGRAMS = {
+    path.name: "\n".join(
+        "".join(cell["source"])
+        for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]
+        if cell["cell_type"] == "code"
+    )
+    for path in FOLDER.glob("*.ipynb")
+} | {
+    f"{block.page} {number}": block.content
+    for number, block in enumerate(blocks())
+    if block.language == "python" and ">>>" not in block.content
+}
+
+
+@needs_study
+@pytest.mark.parametrize("name", PROGRAMS)
+def test_notebooks_and_pages_use_public_names_only(name: str) -> None:
+    assert list(inner_names(PROGRAMS[name])) == []
+
+
+def test_an_inner_name_is_found() -> None:
+    code = "import oilfilm.fits\nfrom oilfilm.base import home\noilfilm.fit()\noilfilm.logs"
+    assert sorted(inner_names(code)) == ["oilfilm.base.home", "oilfilm.fits", "oilfilm.logs"]

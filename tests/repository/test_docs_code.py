@@ -81,7 +81,6 @@ def refuse_missing(page: str, printed: str) -> None:
 def test_first_csv_prints_what_the_tutorial_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], long: bool
 ) -> None:
-    shutil.copy(ROOT / "docs/examples/write_logs.py", tmp_path)
     printed = follow("first-csv.md", tmp_path, monkeypatch, capfd, long=long)
     refuse_missing("first-csv.md", printed)
     assert (tmp_path / "june/results/june/report.html").is_file() == long
@@ -99,7 +98,6 @@ def test_bearing_of_the_tutorial_has_an_equilibrium(capsys: pytest.CaptureFixtur
     code = "\n".join(content for language, content in blocks("bearing.md") if language == "python")
     exec(code, {})
     printed = capsys.readouterr().out
-    assert "all converged: True" in printed
     refuse_missing("bearing.md", printed)
 
 

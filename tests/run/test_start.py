@@ -10,7 +10,13 @@ from pathlib import Path
 import pytest
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.run.start import UNUSABLE, bring_dates_back, check_machine, start_python_by_name
+from oilfilm.run.start import (
+    UNUSABLE,
+    bring_dates_back,
+    check_image,
+    check_machine,
+    start_python_by_name,
+)
 
 # The shell that make asks loses a newline at the end.
 UNUSABLE_NAMES = [f"a{character}b" for character in sorted(UNUSABLE - {"\x00"})]
@@ -44,6 +50,15 @@ def test_file_in_the_place_of_a_folder_is_told(tmp_path: Path) -> None:
         check_machine([tmp_path / "results" / "demo"])
     check_machine([tmp_path / "new" / "folder"])
     assert [path.name for path in tmp_path.iterdir()] == ["results"]
+
+
+def test_image_that_is_not_here_is_told(tmp_path: Path) -> None:
+    image = tmp_path / "oilfilm.sif"
+    with pytest.raises(OilfilmError, match=r"oilfilm\.sif: there is no such image"):
+        check_image(str(image))
+    image.touch()
+    for usable in (str(image), "docker://registry.example/oilfilm:1", "none"):
+        check_image(usable)
 
 
 def test_full_disk_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

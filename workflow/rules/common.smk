@@ -7,13 +7,20 @@ from functools import cache
 from pathlib import Path
 
 from snakemake.io import report as in_report  # at the start of a line `report` is a directive
+from snakemake.settings.types import DeploymentMethod
 
 from oilfilm.base import home, studies
 from oilfilm.base.digests import code_digest, file_digest
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import HOME, PACKAGE
 from oilfilm.releases.tree import code_tree_digest
-from oilfilm.run.start import bring_dates_back, check_machine, lock_run, start_python_by_name
+from oilfilm.run.start import (
+    bring_dates_back,
+    check_image,
+    check_machine,
+    lock_run,
+    start_python_by_name,
+)
 from oilfilm.settings.resolve import resolve_given
 from oilfilm.tables.contract import contract_digest
 from oilfilm.tables.table_needs import NOT_IN_EVERY_CAMPAIGN, FIT_TABLES, SURFACE_TABLES, lacking
@@ -45,6 +52,8 @@ try:
     check_machine([RECORDS, prefixed("results")])
     typed = workflow.config_settings.overwrite_config
     SETTINGS = resolve_given(config, typed)
+    if DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method:
+        check_image(SETTINGS.container)
 except OilfilmError as mistake:
     stop(mistake)
 
@@ -70,6 +79,10 @@ RESULTS = prefixed("results", CAMPAIGN.name)
 FIRST_SEEN = prefixed("data/first_seen").as_posix()
 # Folders that a run writes to.
 WRITTEN = [RESULTS] + [prefixed(folder) for folder in TWINS]
+
+
+# With `--sdm apptainer` each step runs in this image, else Snakemake ignores it.
+container: None if SETTINGS.container == "none" else SETTINGS.container
 
 
 pathvars:

@@ -21,10 +21,10 @@ from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
-from oilfilm.report import words
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import mu_at_zero_slip, symbol_of
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
+from oilfilm.report.names import CONDITIONS as CONDITION_NAMES
 from oilfilm.report.names import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -505,7 +505,7 @@ def _begin(
     dots: style.Look = {"color": look["color"], "marker": ".", "markersize": 3, "elinewidth": 0.7}
     about: style.Look = {"oil": fit["oil"], "label": f"{fit['law']}, run {run}"}
     panel.dots("measured", x, y, dots, lower=y - bar, upper=y + bar, **about)
-    levels = [f"{curve[name].mean():.3g} {words.CONDITIONS[name][2]}" for name in CONDITIONS]
+    levels = [f"{curve[name].mean():.3g} {CONDITION_NAMES[name][2]}" for name in CONDITIONS]
     label = f"{law_name(fit['law'])}; {', '.join(levels)}"
     if not fit["certified"]:
         label += ", not certified"

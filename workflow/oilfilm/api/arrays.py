@@ -239,10 +239,9 @@ class ArrayFit:
             OilfilmError: The folder exists, or its name cannot be that of a campaign.
         """
         # imported late: the report loads slowly, and only this method needs it
-        from oilfilm.api.saved_fit import FitAlone, save_fit  # noqa: PLC0415
+        from oilfilm.api.saved_fit import save_fit  # noqa: PLC0415
 
-        fit_alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
-        save_fit(fit_alone, Path(folder))
+        save_fit(self, Path(folder))
 
     def export(self, file: Path | str) -> None:
         """Write the law for another program, in the form that the ending of the file names.
@@ -252,10 +251,9 @@ class ArrayFit:
         Raises:
             OilfilmError: There is no such form, or nothing could be fitted.
         """
-        from oilfilm.api.saved_fit import FitAlone, export_fit  # noqa: PLC0415 - as in `save`
+        from oilfilm.api.saved_fit import export_fit  # noqa: PLC0415 - as in `save`
 
-        fit_alone = FitAlone(self.oil, self.table, self.tables, self.settings, self.source)
-        export_fit(fit_alone, Path(file))
+        export_fit(self, Path(file))
 
     def plot(self, axes: Any = None, at: npt.ArrayLike | None = None) -> Any:
         """Draw the law with the interval of the next run, and the measured points.

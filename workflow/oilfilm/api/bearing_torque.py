@@ -1,23 +1,26 @@
-"""Friction of a bearing from a campaign's fits, for a notebook or the command line.
+"""Friction of a bearing from the fits of a campaign or of a table, in Python or as a command.
 
 Decides: which operating points of a bearing are refused; how an answer is printed.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
+from oilfilm.api.arrays import ArrayFit
 from oilfilm.api.axes import given_or_new
 from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.settings.resolve import named_file, resolve
+from oilfilm.bearing.resistance import HEATS
+from oilfilm.settings.resolve import campaign_names, named_file, resolve
+from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import (
     CAUSES,
@@ -73,6 +76,18 @@ class BearingTorque:
     def to_frame(self) -> pd.DataFrame:
         """One row per oil and operating point: torque, power loss, cage slip, best oil."""
         return self._rows_of_oil(self.answers.points)[_COLUMNS].reset_index(drop=True)
+
+    def parts(self) -> pd.DataFrame:
+        """Parts of the friction torque in N m, one row per oil and operating point.
+
+        `traction` is sliding in the contacts, `rolling` the oil squeezed into them, `hysteresis`
+        that of the steel, `drag` that of the oil between the balls, `pocket` and `land` the cage,
+        `momentum` the oil that the inner ring carries along. They add up to the torque.
+        """
+        points = self._rows_of_oil(self.answers.points)
+        names = ["oil", "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
+        of_parts = points[[f"{part}_torque_n_m" for part in HEATS]].set_axis(HEATS, axis=1)
+        return points[names].join(of_parts).reset_index(drop=True)
 
     def shares(self) -> pd.DataFrame:
         """Share of the variance of torque and cage slip by each cause, and the range drawn."""
@@ -217,24 +232,29 @@ def bearing_torque(
     speed: Any,
     temperature: Any,
     oil: str = "",
-    results: Path | str = "results/demo",
+    results: Path | str | ArrayFit = "results/demo",
     config: Path | str | None = None,
+    rig: str = "",
 ) -> BearingTorque:
     """Friction torque, power loss, cage slip and best oil of a bearing, each with its interval.
 
-    The traction is that of a campaign's fitted laws. Loads, speeds and temperatures broadcast.
+    The traction is that of a campaign's fitted laws, or of a fit of a table or of arrays. Loads,
+    speeds and temperatures broadcast.
 
     Args:
         bearing: Name of a file of `config/bearings`.
         axial_load: Axial load in N, or a quantity of pint.
         speed: Speed of the inner ring in rpm.
         temperature: Temperature of the oil at the inlet in degC.
-        oil: The oil; without it all oils of the campaign.
-        results: Folder of the campaign's results.
+        oil: The oil; without it all oils of the campaign. With a fit: the file of `config/oils`
+            with the properties of its oil.
+        results: Folder of the campaign's results; or a fit of `oilfilm.fit` or
+            `oilfilm.fit_table`.
         config: Configuration folder; by default `config`, else that of oilfilm.
+        rig: With a fit: the file of `config/rigs` of the rig that measured it.
 
     Raises:
-        OilfilmError: There is no such bearing, oil or campaign, or a value is impossible.
+        OilfilmError: There is no such bearing, oil, rig or campaign, or a value is impossible.
 
     Examples:
         ```
@@ -253,24 +273,18 @@ def bearing_torque(
             f"axial_load, speed, temperature: found the shapes {shapes}, which do not broadcast; "
             "give one value, or as many of each."
         ) from None
-    folder = Path(results)
-    if not (folder / "tables").is_dir():
-        raise OilfilmError(
-            f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
-            "Run snakemake, or correct `results`."
-        )
     settings_folder = config_folder(None if config is None else Path(config))
     bearing_file = named_file(settings_folder, "bearing", bearing, "the bearing")
-    footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
-    settings = resolve(settings_folder, {"campaign": str(footer.get("campaign"))})
-    oils = oils_of_results(CampaignTables.in_folder(folder), settings)
-    _refuse_unknown_oil(oil, oils, folder)
+    if isinstance(results, ArrayFit):
+        source = _of_fit(results, oil, rig, settings_folder)
+    else:
+        source = _of_folder(Path(results), rig, settings_folder)
+    oils = oils_of_results(source.tables, source.settings)
+    _refuse_unknown_oil(oil, oils, source.name)
     geometry = bearing_file.bearing(bearing)
     points = operating_points(geometry, load_n, speed_rpm, temperature_c).drop_duplicates()
-    law = oils[0].laws["stress"].fitted.law.name
-    data = "SIMULATED" if footer.get("data") == "simulated" else str(footer.get("data"))
+    about = f"law {oils[0].laws['stress'].fitted.law.name} {source.origin}"
     stand_ins = [oil_in_bearing.name for oil_in_bearing in oils if oil_in_bearing.oil.stand_in]
-    about = f"law {law} as fitted in campaign {footer.get('campaign')}, {data} data"
     if stand_ins:
         about += f"; properties of {', '.join(stand_ins)} are those of similar oils"
     if bearing_file.assumed:
@@ -280,8 +294,82 @@ def bearing_torque(
     def is_wanted(terms: pd.DataFrame) -> BoolArray:
         return np.asarray(terms["oil"].isin(wanted_oils), dtype=bool)
 
-    answered = answers(oils, geometry, points, settings, is_wanted)
+    answered = answers(oils, geometry, points, source.settings, is_wanted)
     return BearingTorque(oil, answered, about)
+
+
+class _Source(NamedTuple):
+    """Where the traction law of a bearing is from.
+
+    Attributes:
+        tables: Tables of the fits.
+        settings: Settings with the properties of oils and rigs.
+        name: Name of the source in messages.
+        origin: Campaign or table, and data, in words.
+    """
+
+    tables: CampaignTables
+    settings: Settings
+    name: str
+    origin: str
+
+
+def _of_folder(folder: Path, rig: str, settings_folder: Path) -> _Source:
+    """The fits of a campaign.
+
+    Raises:
+        OilfilmError: The folder has no results, or those of a campaign that is not known here.
+    """
+    if rig:
+        raise OilfilmError("rig: is for a fit; a campaign names its rigs itself. Leave it out.")
+    if not (folder / "tables").is_dir():
+        raise OilfilmError(
+            f"{folder}: has no results of a campaign: there is no {folder / 'tables'}. "
+            "Run snakemake, or correct `results`."
+        )
+    footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
+    campaign = str(footer.get("campaign"))
+    if campaign not in campaign_names(settings_folder):
+        raise OilfilmError(
+            f"{folder}: has results of {campaign!r}, which {settings_folder / 'campaigns'} lacks. "
+            "Name the configuration folder. A saved fit names no oil and no rig: give the fit "
+            "itself, in Python."
+        )
+    data = "SIMULATED" if footer.get("data") == "simulated" else str(footer.get("data"))
+    return _Source(
+        CampaignTables.in_folder(folder),
+        resolve(settings_folder, {"campaign": campaign}),
+        str(folder),
+        f"as fitted in campaign {campaign}, {data} data",
+    )
+
+
+def _of_fit(fit: ArrayFit, oil: str, rig: str, settings_folder: Path) -> _Source:
+    """A fit of a table or of arrays, with the oil and the rig that it does not name itself.
+
+    Raises:
+        OilfilmError: Oil or rig is not named, or not known.
+    """
+    files = {}
+    for kind, name in (("oil", oil), ("rig", rig)):
+        if not name:
+            raise OilfilmError(
+                f"{kind}: found nothing; a fit does not say it. Name a file of config/{kind}s."
+            )
+        files[kind] = named_file(settings_folder, kind, name, f"`{kind}`").model_dump(
+            mode="json", exclude_unset=True
+        )
+    # imported late: the report comes with it, which campaigns do not need
+    from oilfilm.api.saved_fit import as_campaign  # noqa: PLC0415
+
+    fitted, settings, _ = as_campaign(replace(fit, oil=oil), "fit")
+    plain = settings.plain()
+    campaign = {**plain["campaign"], "oils": [oil], "oils_without_properties": [], "rigs": [rig]}
+    settings = Settings.of(
+        {**plain, "campaign": campaign, "oils": {oil: files["oil"]}, "rigs": {rig: files["rig"]}}
+    )
+    name = Path(fit.source).name or "arrays"
+    return _Source(fitted, settings, f"the fit of {name}", f"as fitted to {name}")
 
 
 def _in_unit(value: Any, name: str) -> FloatArray:
@@ -311,7 +399,7 @@ def _in_unit(value: Any, name: str) -> FloatArray:
     return values
 
 
-def _refuse_unknown_oil(oil: str, oils: list[OilInBearing], folder: Path) -> None:
+def _refuse_unknown_oil(oil: str, oils: list[OilInBearing], source: str) -> None:
     """Refuse a campaign without oils for a bearing, and an oil that is not among them.
 
     Raises:
@@ -320,11 +408,11 @@ def _refuse_unknown_oil(oil: str, oils: list[OilInBearing], folder: Path) -> Non
     names = [oil_in_bearing.name for oil_in_bearing in oils]
     if not names:
         raise OilfilmError(
-            f"{folder}: no oil of the campaign can be used in a bearing. It needs a rig of known "
+            f"{source}: no oil of the campaign can be used in a bearing. It needs a rig of known "
             "contact, properties of the oil (config/oils) and a law that follows all conditions."
         )
     if oil and oil not in names:
         raise OilfilmError(
-            f"{folder}: no oil {oil!r} that can be used in a bearing; there are "
+            f"{source}: no oil {oil!r} that can be used in a bearing; there are "
             f"{', '.join(names)}. Name one of these."
         )

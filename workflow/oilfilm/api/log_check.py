@@ -11,7 +11,7 @@ import os
 import textwrap
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from itertools import chain
 from math import isnan
 from pathlib import Path
@@ -83,11 +83,15 @@ class CheckedLogs:
         logs: What was found in each log, as plain values: what `oilfilm check --json` prints.
         campaign: The campaign by whose columns, rig and limits they were judged.
         notes: What its user must know beside the verdicts, in sentences.
+        points: Accepted steady points of traction logs, one row per point, as the table `points`
+            of a campaign: conditions, `slide_roll_ratio` and `traction_coefficient`, both with
+            their signs.
     """
 
     logs: list[JsonObject]
     campaign: str
     notes: tuple[str, ...] = ()
+    points: pd.DataFrame = field(default_factory=pd.DataFrame, compare=False)
 
     @property
     def accepted(self) -> bool:
@@ -134,6 +138,7 @@ def check(
         checked = oilfilm.check("data/raw/june")
         print(checked)               # verdicts, reasons, what to do
         checked.to_frame()           # one row per run
+        checked.points               # what a law can be fitted to
         ```
     """
     if not logs:
@@ -153,14 +158,13 @@ def check(
     if not paths:
         raise OilfilmError(f"{_decodable_path(files[0])}: is a run sheet. Name logs.")
     campaign_name = settings.campaign.name
-    reports = check_files(
-        [(_decodable_path(path), read_bytes(path)) for path in paths], settings, raw
-    )
+    contents = [(_decodable_path(path), read_bytes(path)) for path in paths]
+    reports, points = _judged_files(contents, settings, raw)
     if campaign_of_logs:
         notes = tuple(_removed_logs(campaign_name, raw))
     else:
         notes = (_advice_for_logs_of_no_campaign(campaign_name),)
-    return CheckedLogs(reports, campaign_name, notes)
+    return CheckedLogs(reports, campaign_name, notes, points)
 
 
 def _config_and_project(config_option: Path | None, logs: Sequence[Path]) -> tuple[Path, Path]:
@@ -256,7 +260,16 @@ def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Json
     Raises:
         OilfilmError: As in `ingest_logs`.
     """
+    reports, _ = _judged_files(logs, settings, raw)
+    return reports
+
+
+def _judged_files(
+    logs: Sequence[Log], settings: Settings, raw: Path
+) -> tuple[list[JsonObject], pd.DataFrame]:
+    """The reports of `check_files`, and the accepted points of traction logs."""
     reports: dict[str, JsonObject] = {}
+    points = pd.DataFrame()
     for kind in _KINDS:
         logs_of_kind = [
             (file, content) for file, content in logs if kind_of(file, settings) is kind
@@ -264,9 +277,11 @@ def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Json
         if logs_of_kind:
             paths = [Path(file) for file, _ in logs_of_kind]
             sheet = sheet_of_paths(paths, raw, settings, kind.logs)
-            for log_report in judged_logs(logs_of_kind, settings, kind, sheet):
-                reports[log_report["file"]] = log_report
-    return [reports[file] for file, _ in logs]
+            reports_of_kind, curated = _judged(logs_of_kind, settings, kind, sheet)
+            reports.update((log_report["file"], log_report) for log_report in reports_of_kind)
+            if kind is TractionRig:
+                points = curated.points[curated.points["accepted"]].reset_index(drop=True)
+    return [reports[file] for file, _ in logs], points
 
 
 def kinds_of_folders(settings: Settings) -> dict[str, type[RigKind]]:
@@ -293,7 +308,7 @@ def kind_of(file: str, settings: Settings) -> type[RigKind]:
 
 def judged_logs(
     logs: Sequence[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
-) -> Iterator[JsonObject]:
+) -> list[JsonObject]:
     """The reports on logs of one kind, in the order of the logs; NaN where unknown.
 
     Args:
@@ -305,14 +320,23 @@ def judged_logs(
     Raises:
         OilfilmError: As in `ingest_logs`.
     """
+    reports, _ = _judged(logs, settings, kind, sheet)
+    return reports
+
+
+def _judged(
+    logs: Sequence[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
+) -> tuple[list[JsonObject], Curated]:
+    """The reports of `judged_logs`, and the tables behind them."""
     ingested = ingest_logs(logs, settings, kind.logs, sheet)
     curated = curate_ingested(ingested, kind(settings))
+    reports = []
     for read_log in ingested.logs:
         file = read_log.file
         runs = tables.rows(curated.runs[curated.runs["file"] == file])
         refusals = curated.quarantine[curated.quarantine["file"] == file]
         is_accepted = runs and all(run["verdict"] != "refused" for run in runs)
-        yield {
+        log_report: JsonObject = {
             "file": file,
             "campaign": settings.campaign.name,
             "verdict": "accepted" if is_accepted else "refused",
@@ -326,6 +350,8 @@ def judged_logs(
             "refusals": tables.rows(refusals[_REFUSAL_COLUMNS]),
             "runs": [_checked_run(run, read_log, curated, settings, kind) for run in runs],
         }
+        reports.append(log_report)
+    return reports, curated
 
 
 def _checked_run(

@@ -4,12 +4,13 @@ Decides: what is saved of a fit that was made without the workflow.
 """
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import pandas as pd
 
 import oilfilm
 from oilfilm import tables
+from oilfilm.api.arrays import ArrayFit
 from oilfilm.base.atomic_write import atomic_folder, write_bytes, write_text
 from oilfilm.base.digests import file_digest
 from oilfilm.base.errors import OilfilmError
@@ -21,7 +22,6 @@ from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.report.html import html
 from oilfilm.report.sections.build import answer, constants, fits, laws
 from oilfilm.report.text import text
-from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -36,25 +36,7 @@ _SAVED_TABLES = (
 _CONTENTS = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
 
 
-class FitAlone(NamedTuple):
-    """A fit that was made without a campaign.
-
-    Attributes:
-        oil: Name of the oil.
-        points: The fitted points as a table of points.
-        tables: The tables of the fit.
-        settings: Settings of the fit.
-        source: File of the points; empty for arrays.
-    """
-
-    oil: str
-    points: pd.DataFrame
-    tables: CampaignTables
-    settings: FitSettings
-    source: str
-
-
-def save_fit(fit: FitAlone, folder: Path) -> None:
+def save_fit(fit: ArrayFit, folder: Path) -> None:
     """Write tables, exports and report, in the form of a campaign's results.
 
     Args:
@@ -67,7 +49,7 @@ def save_fit(fit: FitAlone, folder: Path) -> None:
     if folder.exists():
         raise OilfilmError(f"{folder}: exists already. Name a new folder.")
     name = safe_name(folder.resolve().name, folder)
-    results, settings, provenance = _campaign(fit, name)
+    results, settings, provenance = as_campaign(fit, name)
     footer = {"campaign": name, "data": "measured", **provenance}
     sections = [
         answer(results, settings),
@@ -96,13 +78,13 @@ def save_fit(fit: FitAlone, folder: Path) -> None:
         write_text(page, temporary / "report.html")
 
 
-def export_fit(fit: FitAlone, path: Path) -> None:
+def export_fit(fit: ArrayFit, path: Path) -> None:
     """Write the law in the form that the ending of a file names.
 
     Raises:
         OilfilmError: There is no such form, or the fit has none.
     """
-    results, settings, provenance = _campaign(fit, "arrays")
+    results, settings, provenance = as_campaign(fit, "arrays")
     law = LAWS[settings.fit.law]
     identifier = identifiers([fit.oil])[fit.oil]
     description = describe(results, fit.oil, identifier, law, settings)
@@ -117,14 +99,14 @@ def export_fit(fit: FitAlone, path: Path) -> None:
     write_bytes(content_by_ending[path.suffix], path)
 
 
-def _campaign(fit: FitAlone, name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
+def as_campaign(fit: ArrayFit, name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
     """The fit as a finished campaign: its tables, settings and provenance."""
     # a fit of arrays does not know its oil: its tables have another name
     fitted_tables = {
         table: fit.tables.table(table).assign(oil=fit.oil)
         for table in (*FIT_TABLES, *SURFACE_TABLES)
     }
-    results = CampaignTables.in_memory(points=fit.points, runs=_runs(fit, name), **fitted_tables)
+    results = CampaignTables.in_memory(points=fit.table, runs=_runs(fit, name), **fitted_tables)
     settings = _settings(fit, name)
     results = results.replace(**finished_fits(results, settings))
     source = Path(fit.source)
@@ -137,12 +119,12 @@ def _campaign(fit: FitAlone, name: str) -> tuple[CampaignTables, Settings, dict[
     return results, settings, provenance
 
 
-def _runs(fit: FitAlone, campaign: str) -> pd.DataFrame:
+def _runs(fit: ArrayFit, campaign: str) -> pd.DataFrame:
     """The table `runs` of a campaign, one row per curve; its set points are means."""
-    curves = fit.points.groupby("run_id", sort=False)
+    curves = fit.table.groupby("run_id", sort=False)
     runs = pd.DataFrame({"accepted_points": curves.size(), "plateaus": curves.size()})
     for column in SET_POINT_KEYS:
-        if column in fit.points:
+        if column in fit.table:
             runs[f"nominal_{column}"] = curves[column].mean()
     runs = runs.reset_index().assign(
         campaign=campaign, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
@@ -150,7 +132,7 @@ def _runs(fit: FitAlone, campaign: str) -> pd.DataFrame:
     return tables.filled(runs, "runs", "the table")
 
 
-def _settings(fit: FitAlone, campaign: str) -> Settings:
+def _settings(fit: ArrayFit, campaign: str) -> Settings:
     """Settings of a campaign that has only this table."""
     # any campaign will do: the keys of the campaign are replaced
     shipped = resolve(CONFIG, {"campaign": "etm-slim"}).plain()

@@ -11,26 +11,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.base.units import BoolArray
 from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
 from oilfilm.cli.plot_file import refuse_plot, write_plot
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
 from oilfilm.fits.support_sentences import why_no_support
-from oilfilm.report.figures import style
 from oilfilm.surface.reduction import box_of
 from oilfilm.surface.support import Support
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
-_MU_COLUMNS = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
-_RATIO_COLUMNS = ("ratio", "ratio_lower", "ratio_upper")
+MU_COLUMNS = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
+RATIO_COLUMNS = ("ratio", "ratio_lower", "ratio_upper")
 _CONSTANT_COLUMNS = ("value", "lower", "upper")
 # Slide-roll ratios where none is typed.
 _DEFAULT_SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
@@ -42,7 +38,6 @@ _OBSTACLES = {
     Obstacle.UNKNOWN_CONDITIONS: "the runs do not tell pressure, speed and temperature",
     Obstacle.FEW_PAIRS: "too few conditions were tested with both oils",
 }
-_WHAT_DOTTED_MEANS = ". Dotted: not tested, without support or above the limiting shear stress"
 
 
 class NamedFit(NamedTuple):
@@ -83,7 +78,10 @@ def run(options: argparse.Namespace) -> int:
         drawn_slips = np.linspace(0, largest_slip, _POINTS_PER_DRAWN_CURVE + 1)[1:]
         curves = side_by_side(fits, conditions, drawn_slips, pairs)
         has_simulated_data = any("simulated" in named.source for named in named_fits.values())
-        write_plot(_draw(curves, conditions, has_simulated_data=has_simulated_data), options.plot)
+        # imported here, because it needs matplotlib
+        from oilfilm.cli.compare_plot import draw  # noqa: PLC0415
+
+        write_plot(draw(curves, conditions, has_simulated_data=has_simulated_data), options.plot)
         print(f"Written: {options.plot}")
     return 0
 
@@ -129,7 +127,7 @@ def _lines_of_mu(
 ) -> Iterator[str]:
     """mu of each fit, one row per slide-roll ratio."""
     yield ""
-    yield f"mu with the interval of the next good run, at {_conditions_text(conditions)}"
+    yield f"mu with the interval of the next good run, at {conditions_text(conditions)}"
     yield _table_by_slip(table, names, _mu_cell)
     if table["outside"].any():
         yield "!: outside the tested conditions of that fit"
@@ -218,7 +216,7 @@ def _table_by_slip(
 
 def _mu_cell(row: Mapping[str, Any]) -> str:
     """mu with its interval, and a mark where it is doubtful."""
-    text = _interval_text(row, _MU_COLUMNS, digits=5)
+    text = _interval_text(row, MU_COLUMNS, digits=5)
     if np.isnan(row["traction_coefficient"]):
         return text
     if row["over_limit"]:
@@ -228,7 +226,7 @@ def _mu_cell(row: Mapping[str, Any]) -> str:
 
 def _ratio_cell(row: Mapping[str, Any]) -> str:
     """A ratio with its interval, and whether it is certain; or what keeps it from being so."""
-    text = _interval_text(row, _RATIO_COLUMNS, digits=3)
+    text = _interval_text(row, RATIO_COLUMNS, digits=3)
     if np.isnan(row["ratio"]):
         return text
     marks = []
@@ -255,53 +253,8 @@ def _lines_of_constants(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
     yield pd.DataFrame(cells).fillna("-").to_string()
 
 
-def _draw(
-    curves: pd.DataFrame, conditions: Mapping[str, float], *, has_simulated_data: bool
-) -> Figure:
-    """mu over slip of each fit with its interval; beside it the ratios to the first fit."""
-    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
-    mu_axes, ratio_axes = figure.subplots(1, 2)
-    curve_of_fit = {str(name): curve for name, curve in curves.groupby("fit", sort=False)}
-    names = list(curve_of_fit)
-    first_name = names[0]
-    for name, curve in curve_of_fit.items():
-        colour = style.oil_colour(name, names)
-        is_doubtful = (curve["outside"] | curve["over_limit"]).to_numpy()
-        _draw_curve(mu_axes, curve, _MU_COLUMNS, is_doubtful, colour, name)
-        if name != first_name:
-            no_support = curve["ratio_support"] != Support.SUPPORTED
-            is_ratio_doubtful = (curve["ratio_outside"] | no_support).to_numpy()
-            label = name if curve["ratio_of"].iloc[0] == "runs" else f"{name}, of the two laws"
-            _draw_curve(ratio_axes, curve, _RATIO_COLUMNS, is_ratio_doubtful, colour, label)
-    ratio_axes.axhline(1, color=style.GREY, linewidth=0.6)
-    for axes, label in ((mu_axes, style.TRACTION_LABEL), (ratio_axes, f"Ratio to {first_name}")):
-        axes.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
-        axes.legend()
-    title = _conditions_text(conditions)
-    if has_simulated_data:
-        title = f"SIMULATED data. {title}"
-    if curves[["outside", "over_limit", "ratio_outside", "ratio_support"]].any(axis=None):
-        title += _WHAT_DOTTED_MEANS
-    figure.suptitle(title, fontsize=8)
-    return figure
-
-
-def _draw_curve(
-    axes: Axes,
-    curve: pd.DataFrame,
-    columns: Sequence[str],
-    is_doubtful: BoolArray,
-    colour: str,
-    label: str,
-) -> None:
-    """Draw a value over slip with its interval; dotted where it is doubtful."""
-    value, lower, upper = (curve[column] for column in columns)
-    axes.plot(curve[SLIP], value.mask(is_doubtful), color=colour, label=label)
-    axes.plot(curve[SLIP], value.where(is_doubtful), ":", color=colour)
-    axes.fill_between(curve[SLIP], lower, upper, color=colour, alpha=0.2, linewidth=0)
-
-
-def _conditions_text(conditions: Mapping[str, float]) -> str:
+def conditions_text(conditions: Mapping[str, float]) -> str:
+    """The conditions of a comparison with symbols and units."""
     return ", ".join(
         f"{QUANTITIES[name].symbol} = {value:.4g} {QUANTITIES[name].unit}"
         for name, value in conditions.items()

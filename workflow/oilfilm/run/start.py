@@ -80,6 +80,19 @@ def _check_writable(path: Path) -> None:
         raise OilfilmError(f"{existing}: {_FAULTS[errno.ENOSPC]}.")
 
 
+def check_image(image: str) -> None:
+    """Refuse to run steps in an image that is not here; Apptainer would refuse each step by itself.
+
+    Raises:
+        OilfilmError: The image is a file that does not exist.
+    """
+    if image != "none" and "://" not in image and not Path(image).exists():
+        raise OilfilmError(
+            f"{image}: there is no such image. Build it by docs/containers/apptainer.def of the "
+            "repository, or name another one: --config container=IMAGE."
+        )
+
+
 def start_python_by_name() -> None:
     """Make Snakemake find this Python through PATH where its own path would need quotes.
 

@@ -612,3 +612,7 @@ class Config(ConfigKeys):
 
     campaign: q.Name = key("Campaign to run: a file of config/campaigns, without .yaml.")
     split: SplitSettings = key("How the work is spread over jobs.", default=SplitSettings())
+    container: str = key(
+        "Image for the steps with --sdm apptainer: a file or an address. `none`: no image.",
+        default="none",
+    )

@@ -107,6 +107,7 @@ def resolve(
     settings = Settings.model_construct(
         **config_keys,
         split=keys.split,
+        container=keys.container,
         campaign=Campaign.model_construct(name=str(name), **_written_keys(Campaign, campaign)),
         # apart from the campaign, so that a corrected title reruns no fit
         dataset=Dataset.model_construct(**_written_keys(Dataset, campaign)),

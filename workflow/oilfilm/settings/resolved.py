@@ -18,8 +18,8 @@ from oilfilm.settings.messages import check
 from oilfilm.settings.rig import BearingFile, OilFile, Rig
 
 _Part = TypeVar("_Part", bound=Group)
-# Results have the same bytes however the work is spread over jobs.
-_WITHOUT_EFFECT_ON_RESULTS = {"split"}
+# Results have the same bytes however the work is spread over jobs, and in an image.
+_WITHOUT_EFFECT_ON_RESULTS = {"split", "container"}
 
 
 class Settings(ConfigKeys):
@@ -36,6 +36,7 @@ class Settings(ConfigKeys):
     oils: dict[str, OilFile | None] = key("Oils by id; None without known properties.")
     bearings: dict[str, BearingFile] = key("Bearings by name.")
     split: SplitSettings = key("How the work is spread over jobs.", default=SplitSettings())
+    container: str = key("Image for the steps with --sdm apptainer.", default="none")
 
     @classmethod
     def of(cls, plain: Mapping[str, Any]) -> Self:

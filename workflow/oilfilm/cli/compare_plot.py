@@ -1,0 +1,61 @@
+"""The figure of `oilfilm compare --plot`."""
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from oilfilm.base.units import BoolArray
+from oilfilm.cli.compare import MU_COLUMNS, RATIO_COLUMNS, conditions_text
+from oilfilm.fits.fitted import SLIP
+from oilfilm.report.figures import style
+from oilfilm.surface.support import Support
+
+_WHAT_DOTTED_MEANS = ". Dotted: not tested, without support or above the limiting shear stress"
+
+
+def draw(
+    curves: pd.DataFrame, conditions: Mapping[str, float], *, has_simulated_data: bool
+) -> Figure:
+    """mu over slip of each fit with its interval; beside it the ratios to the first fit."""
+    figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
+    mu_axes, ratio_axes = figure.subplots(1, 2)
+    curve_of_fit = {str(name): curve for name, curve in curves.groupby("fit", sort=False)}
+    names = list(curve_of_fit)
+    first_name = names[0]
+    for name, curve in curve_of_fit.items():
+        colour = style.oil_colour(name, names)
+        is_doubtful = (curve["outside"] | curve["over_limit"]).to_numpy()
+        _draw_curve(mu_axes, curve, MU_COLUMNS, is_doubtful, colour, name)
+        if name != first_name:
+            no_support = curve["ratio_support"] != Support.SUPPORTED
+            is_ratio_doubtful = (curve["ratio_outside"] | no_support).to_numpy()
+            label = name if curve["ratio_of"].iloc[0] == "runs" else f"{name}, of the two laws"
+            _draw_curve(ratio_axes, curve, RATIO_COLUMNS, is_ratio_doubtful, colour, label)
+    ratio_axes.axhline(1, color=style.GREY, linewidth=0.6)
+    for axes, label in ((mu_axes, style.TRACTION_LABEL), (ratio_axes, f"Ratio to {first_name}")):
+        axes.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
+        axes.legend()
+    title = conditions_text(conditions)
+    if has_simulated_data:
+        title = f"SIMULATED data. {title}"
+    if curves[["outside", "over_limit", "ratio_outside", "ratio_support"]].any(axis=None):
+        title += _WHAT_DOTTED_MEANS
+    figure.suptitle(title, fontsize=8)
+    return figure
+
+
+def _draw_curve(
+    axes: Axes,
+    curve: pd.DataFrame,
+    columns: Sequence[str],
+    is_doubtful: BoolArray,
+    colour: str,
+    label: str,
+) -> None:
+    """Draw a value over slip with its interval; dotted where it is doubtful."""
+    value, lower, upper = (curve[column] for column in columns)
+    axes.plot(curve[SLIP], value.mask(is_doubtful), color=colour, label=label)
+    axes.plot(curve[SLIP], value.where(is_doubtful), ":", color=colour)
+    axes.fill_between(curve[SLIP], lower, upper, color=colour, alpha=0.2, linewidth=0)
