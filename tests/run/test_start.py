@@ -10,10 +10,15 @@ from pathlib import Path
 import pytest
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.run.start import UNUSABLE, bring_dates_back, check_machine, start_python_by_name
+from oilfilm.run.start import (
+    UNUSABLE_LETTERS,
+    bring_dates_back,
+    check_machine,
+    start_python_by_name,
+)
 
 # The shell that make asks loses a newline at the end.
-UNUSABLE_NAMES = [f"a{character}b" for character in sorted(UNUSABLE - {"\x00"})]
+UNUSABLE_NAMES = [f"a{character}b" for character in sorted(UNUSABLE_LETTERS - {"\x00"})]
 
 
 def test_unusable_folder_name_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
