@@ -81,7 +81,7 @@ def test_linear_drift_of_zero_leaves_no_trace(output: float, per_s: float, last_
     signals = Signals(np.arange(400), time_s, {"traction_force_n": line})
     phases = {"opening": slice(0, 60), "closing": slice(370, 400)}
     zero = zero_reference(signals, "traction_force_n", phases, 6.0)
-    np.testing.assert_allclose(zero.at(time_s), line, atol=1e-12)
+    np.testing.assert_allclose(zero.zero_at(time_s), line, atol=1e-12)
 
 
 ROLLING = {"levels": (0.0, *LEVELS[1:], 0.0), "still_s": (0.0, 0.0), "ramp_s": 0.0}

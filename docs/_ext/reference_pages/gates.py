@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from oilfilm.base.home import CONFIG
 from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
-from oilfilm.curation.rig_kind import TORQUE, TRACTION
+from oilfilm.curation.rig_kind import TORQUE_KIND, TRACTION_KIND
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
@@ -18,7 +18,7 @@ from oilfilm.logs.run_sheet import EXCLUDED
 from oilfilm.settings.config import Config
 from oilfilm.settings.resolve import read_config
 
-_RIGS = {TRACTION: TractionRig, TORQUE: TorqueRig}
+_RIGS = {TRACTION_KIND: TractionRig, TORQUE_KIND: TorqueRig}
 _BEGINS = """# Gates
 
 For users with a refused run or plateau. Look up what a gate checks, its limit and what to do.
@@ -85,8 +85,8 @@ def _advice(rule: str, rigs: list[str]) -> list[str]:
 def _limits(gate: Gate[Any], settings: Config) -> Iterator[str]:
     """Keys that the gate compares with, each with its value and meaning."""
     of_rig: dict[str, tuple[str, BaseModel]] = {
-        TRACTION: ("gates", settings.gates),
-        TORQUE: ("torque_logs.gates", settings.torque_logs.gates),
+        TRACTION_KIND: ("gates", settings.gates),
+        TORQUE_KIND: ("torque_logs.gates", settings.torque_logs.gates),
     }
     for group, key in _keys(gate):
         if group == "stuck_settings":

@@ -27,7 +27,7 @@ from oilfilm.base.text_table import text_table
 from oilfilm.curation.curate import Curated, curate_ingested
 from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
-from oilfilm.curation.rig_kind import TORQUE, TRACTION, RigKind
+from oilfilm.curation.rig_kind import TORQUE_KIND, TRACTION_KIND, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
@@ -44,8 +44,8 @@ from oilfilm.tables import failed_gates
 
 # Columns of plateaus that a check reports, by kind of rig.
 MEASURED = {
-    TRACTION: (*SET_POINT_KEYS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
-    TORQUE: TorqueRig.means,
+    TRACTION_KIND: (*SET_POINT_KEYS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
+    TORQUE_KIND: TorqueRig.means,
 }
 _REFUSAL_COLUMNS = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
 _RUN_COLUMNS = ["run_id", "label", "oil", "rig", "verdict", "warning", "plateaus"]
@@ -365,7 +365,7 @@ def _checked_run(
     points = curated.points[curated.points["run_id"] == run["run_id"]]
     understood = read_log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
     sources = understood.sources
-    is_traction = kind.name == TRACTION
+    is_traction = kind.name == TRACTION_KIND
     ranges = points[list(MEASURED[kind.name])].agg(["min", "max"])
     checked: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
     warnings = [*run["warning"]]
@@ -439,7 +439,7 @@ def _gates_without_data(
     for gate in gates:
         if gate.needs and not _has_what_gate_needs(gate.needs, run, points, kind(settings)):
             yield {"gate": gate.name, "reason": RULES["lacking"][gate.needs]}
-    if kind.name == TRACTION and run["verdict"] == "accepted":
+    if kind.name == TRACTION_KIND and run["verdict"] == "accepted":
         same_oil_and_rig = (runs["oil"] == run["oil"]) & (runs["rig"] == run["rig"])
         if (same_oil_and_rig & (runs["verdict"] == "accepted")).sum() < FEWEST_CURVES:
             yield {"gate": "odd_shape", "reason": RULES["lacking"]["other_curves"]}

@@ -21,10 +21,10 @@ def cut(text: object, longest: int = 200) -> str:
         >>> cut("x" * 9, 5)
         'xxxxx... (9 letters)'
     """
-    letters = str(text)
-    if len(letters) <= longest:
-        return letters
-    return f"{letters[:longest]}... ({len(letters)} letters)"
+    whole_text = str(text)
+    if len(whole_text) <= longest:
+        return whole_text
+    return f"{whole_text[:longest]}... ({len(whole_text)} letters)"
 
 
 class OilfilmError(Exception):
@@ -36,5 +36,5 @@ class OilfilmError(Exception):
     """
 
     def __str__(self) -> str:
-        message = _ENDLESS_WORD.sub(lambda word: cut(word[0]), super().__str__())
+        message = _ENDLESS_WORD.sub(lambda match: cut(match[0]), super().__str__())
         return "\n".join(printable(line) for line in message.split("\n"))

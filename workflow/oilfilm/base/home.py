@@ -20,7 +20,7 @@ RUN_LOCK = "requirements/run.lock"
 def reference_file(name: str) -> Path:
     """A file of data/reference or of a study's reference data, given without its ending.
 
-    From the working folder in a clone.
+    Its path is relative to the working folder where it is below it, as in a clone.
     """
     path = HOME / "data/reference" / f"{name}.yaml"
     if not path.is_file():

@@ -14,6 +14,7 @@ from functools import partial
 from itertools import chain
 from pathlib import Path
 from shlex import quote
+from typing import NamedTuple
 
 import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -61,8 +62,13 @@ _REASONS_FOR_ZERO = {
     "logger took the zero of the force off",
 }
 
-# Key, value and comment of a line of settings.
-Line = tuple[str, object, str]
+
+class Line(NamedTuple):
+    """A line of settings."""
+
+    key: str
+    value: object
+    comment: str
 
 
 @dataclass(frozen=True)
@@ -385,7 +391,7 @@ def campaign_yaml(name: str, findings: Findings) -> str:
         no_film=bool(own_oils) or not all(_has_known_contact(rig) for rig in findings.rigs),
         groups={
             "columns": list(_column_lines(findings)),
-            "header": [(key, names, "guess") for key, names in findings.header.items()],
+            "header": [Line(key, names, "guess") for key, names in findings.header.items()],
             "semantics": list(_semantics_lines(findings)),
         },
     )
@@ -422,20 +428,20 @@ def _column_lines(findings: Findings) -> Iterator[Line]:
             names_left = [_offered_name(name, quantity) for name in findings.doubtful[quantity]]
             choice = ", ".join(names_left) or "no column is left"
             comment = f"{FILL_IN}: the name of the column; perhaps {choice}"
-            yield quantity, {"name": names}, comment
+            yield Line(quantity, {"name": names}, comment)
         elif names and _question(findings, quantity):
             # a name that leaves its meaning open is confirmed, never taken
             question = _question(findings, quantity)
             comment = f"{FILL_IN}: the name of the column; perhaps {names[0]}: {question}"
-            yield quantity, {"name": None}, comment
+            yield Line(quantity, {"name": None}, comment)
         elif names and unit_is_unknown:
             units = " or ".join(VOCABULARY.quantities[quantity])
             comment = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
-            yield quantity, {"name": names, "unit": None}, comment
+            yield Line(quantity, {"name": names, "unit": None}, comment)
         elif names and unit:
-            yield quantity, {"name": names, "unit": unit}, "guess"
+            yield Line(quantity, {"name": names, "unit": unit}, "guess")
         elif names:
-            yield quantity, {"name": names}, "guess"
+            yield Line(quantity, {"name": names}, "guess")
 
 
 def _question(findings: Findings, quantity: str) -> str:
@@ -464,15 +470,15 @@ def _semantics_lines(findings: Findings) -> Iterator[Line]:
         reason = _REASONS_FOR_ZERO[source].format(which=which_runs)
         if findings.needs_radii and source in ("rolling_phases", "opening_phase"):
             reason += "; true where the radii of the tracks make the beginning pure rolling"
-        yield "zero", source, reason
+        yield Line("zero", source, reason)
     if findings.slip_is_logged:
         names = findings.columns.get("slide_roll_ratio", ["slide_roll_ratio"])
         meanings = [meaning_of(name) for name in names]
         if all(meaning is not None and meaning.definition == "over_mean" for meaning in meanings):
-            yield "slide_roll_ratio", "over_mean", "as the name says"
+            yield Line("slide_roll_ratio", "over_mean", "as the name says")
         else:
             comment = f"{FILL_IN}: over_mean, over_sum or over_faster: the speed that divides it"
-            yield "slide_roll_ratio", None, comment
+            yield Line("slide_roll_ratio", None, comment)
 
 
 def oil_yaml(oil: str, findings: Findings) -> str:

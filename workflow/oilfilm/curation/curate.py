@@ -36,7 +36,7 @@ from oilfilm.curation.plateau_gates import (
     quarantine_rows,
     runs_not_usable,
 )
-from oilfilm.curation.rig_kind import TRACTION, RigKind, Run
+from oilfilm.curation.rig_kind import TRACTION_KIND, RigKind, Run
 from oilfilm.curation.rig_spin import spin_warnings
 from oilfilm.curation.run_gates import first_fault, warnings_about
 from oilfilm.curation.statistics import Stretches
@@ -87,7 +87,7 @@ def repeated(
     refused: dict[str, Refusal] = {}
     for refusal in _refusals_of_same_readings(points, remaining, kind, settings):
         refused.setdefault(refusal.run_id, refusal)
-    if kind.name == TRACTION and settings.campaign.repeated_conditions != "accept":
+    if kind.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
         remaining = remaining[~remaining["run_id"].isin(refused)]
         refused |= {
             refusal.run_id: refusal
@@ -207,7 +207,7 @@ def _pairs_with_same_readings(
     runs_with_places = runs.assign(place=places_in_files)
     for first, *others in _groups_with_same_values(runs_with_places, ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
-    if kind.name == TRACTION:
+    if kind.name == TRACTION_KIND:
         remaining = points.loc[points["run_id"].isin(run_by_id), _COMPARED_COLUMNS]
         for first_id, later_id in _pairs_with_same_noise(remaining, settings.gates.copies):
             yield run_by_id[first_id], run_by_id[later_id]
@@ -349,7 +349,7 @@ def with_campaign_warnings(
         settings: Settings of the run.
         shape_warnings: Warnings about the shapes of curves: id of the run and a sentence.
     """
-    if kind.name != TRACTION:
+    if kind.name != TRACTION_KIND:
         return runs
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
     sentences_by_run = {
@@ -744,7 +744,7 @@ def collect(curated: Curated, settings: Settings, kind: type[RigKind] = Traction
     refused = repeated(curated.points, curated.runs, kind, settings)
     judged = _with_runs_refused(curated, refused, kind)
     shapes = ShapeVerdicts()
-    if kind.name == TRACTION:
+    if kind.name == TRACTION_KIND:
         shapes = judged_shapes(judged.points, judged.runs)
         judged = _with_runs_refused(judged, shapes.refused, kind)
     points, quarantine = judged.points, judged.quarantine

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import permutations
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -95,11 +95,26 @@ _FORCE_UNITS = {
 _SPEED_UNITS = {("mm/s", "m/s"): 1e-3, ("m/s", "mm/s"): 1e3}
 # Factor from each unit of a spindle speed to 1/min.
 _SPINDLE_UNITS = {"1/min": 1.0, "rad/s": 1 / RAD_S_PER_RPM, "1/s": 60.0, "deg/s": 1 / 6}
-# Wrong speeds, their phrase in a sentence, and the rules whose refusals they may cause.
+
+
+class _WrongSpeeds(NamedTuple):
+    """Speeds that a log may hold wrongly.
+
+    Attributes:
+        columns: Their columns of samples.
+        phrase: What they are in a sentence.
+        explains: Rules whose refusals they may cause.
+    """
+
+    columns: tuple[str, ...]
+    phrase: str
+    explains: frozenset[str]
+
+
 _WRONG_SPEEDS = (
-    ((_BALL, _DISC), "both speeds", _RULES_OF_WRONG_SPEED),
-    ((_BALL,), "the ball's speed", _RULES_OF_WRONG_SLIP),
-    ((_DISC,), "the disc's speed", _RULES_OF_WRONG_SLIP),
+    _WrongSpeeds((_BALL, _DISC), "both speeds", _RULES_OF_WRONG_SPEED),
+    _WrongSpeeds((_BALL,), "the ball's speed", _RULES_OF_WRONG_SLIP),
+    _WrongSpeeds((_DISC,), "the disc's speed", _RULES_OF_WRONG_SLIP),
 )
 
 
@@ -128,18 +143,18 @@ def time_hypotheses() -> Iterator[Hypothesis]:
 
 
 def setting_hypotheses(
-    section: str, step_settings: StepSettings, min_step: str
+    section: str, step_settings: StepSettings, min_step_key: str
 ) -> Iterator[Hypothesis]:
     """Settings of plateaus that do not suit a run: its steps are too small, or times too long.
 
     Args:
         section: The section of the settings that has the plateaus.
         step_settings: The settings of the plateaus.
-        min_step: Key of the smallest step.
+        min_step_key: Key of the smallest step.
     """
-    smallest_step = getattr(step_settings, min_step)
+    smallest_step = getattr(step_settings, min_step_key)
     yield _reduced_setting(
-        "small_steps", section, min_step, smallest_step, _STEP_FACTOR, longest_run_s=np.inf
+        "small_steps", section, min_step_key, smallest_step, _STEP_FACTOR, longest_run_s=np.inf
     )
     for key in ("settle_s", "guard_s", "window_s", "min_duration_s"):
         time_s = getattr(step_settings, key)
@@ -196,9 +211,10 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
     yield _exchanged_bodies("speeds", 1.0, direction)
     if track_ratio is not None:
         yield _exchanged_bodies("spindle speeds", track_ratio, direction)
-    for names, phrase, _ in _WRONG_SPEEDS:
-        undo = scaled(-1.0, *names)
-        yield Hypothesis("speed_sign", f"the opposite sign of {phrase}", undo, _RULES_OF_WRONG_SLIP)
+    for wrong in _WRONG_SPEEDS:
+        sentence = f"the opposite sign of {wrong.phrase}"
+        undo = scaled(-1.0, *wrong.columns)
+        yield Hypothesis("speed_sign", sentence, undo, _RULES_OF_WRONG_SLIP)
     yield from _speed_unit_hypotheses(with_spindles=track_ratio is not None)
     sentence = "its slide-roll ratio in percent"
     yield Hypothesis("slip_unit", sentence, _from_percent, _RULES_OF_WRONG_SLIP, _turns_backwards)
@@ -214,7 +230,13 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
 
 
 def _exchanged_bodies(speeds_phrase: str, track_ratio: float, direction: int) -> Hypothesis:
-    """Two exchanged columns; for `direction` see `traction_hypotheses`."""
+    """Two exchanged columns.
+
+    Args:
+        speeds_phrase: What they are in a sentence.
+        track_ratio: As for `_exchanged`.
+        direction: As for `traction_hypotheses`.
+    """
     sentence = f"the {speeds_phrase} of ball and disc exchanged"
     undo = partial(_exchanged, track_ratio)
     plausible = partial(_slips_as_stated, undo, direction)
@@ -235,11 +257,17 @@ def _speed_unit_hypotheses(with_spindles: bool) -> Iterator[Hypothesis]:
     if with_spindles:
         for unit, label in permutations(_SPINDLE_UNITS, 2):
             factors[unit, label] = _SPINDLE_UNITS[unit] / _SPINDLE_UNITS[label]
-    for names, phrase, explains in _WRONG_SPEEDS:
+    for wrong in _WRONG_SPEEDS:
         for (unit, label), factor in factors.items():
-            sentence = f"{phrase} {factor:.4g} times as large, as {unit} labelled {label} would be"
-            undo = scaled(factor, *names)
-            yield Hypothesis("speed_unit", sentence, undo, explains, partial(_rolls_with, undo))
+            change = f"{factor:.4g} times as large, as {unit} labelled {label} would be"
+            undo = scaled(factor, *wrong.columns)
+            yield Hypothesis(
+                "speed_unit",
+                f"{wrong.phrase} {change}",
+                undo,
+                wrong.explains,
+                partial(_rolls_with, undo),
+            )
 
 
 def _rolling_at_start(name: str, samples: Columns) -> Columns:
@@ -266,8 +294,8 @@ def _one_ratio_at_ends(samples: Columns, level_count: int) -> bool:
     beginning, end = _ratios_at_ends(samples)
     smallest, largest = _SLIP_OF_SWEEP
     slip = 2 * (beginning - 1) / (beginning + 1)
-    same_ratio = abs(beginning / end - 1) < _LARGEST_RATIO_CHANGE
-    return same_ratio and not smallest <= slip <= largest
+    is_same_ratio = abs(beginning / end - 1) < _LARGEST_RATIO_CHANGE
+    return is_same_ratio and not smallest <= slip <= largest
 
 
 def _has_usual_times(factor: float, samples: Columns, level_count: int) -> bool:
@@ -279,11 +307,11 @@ def _has_usual_times(factor: float, samples: Columns, level_count: int) -> bool:
     interval_s = median(np.diff(time_s))
     hold_s = float(time_s[-1] - time_s[0]) / max(level_count, 1)
 
-    def are_usual_times(scale: float) -> bool:
+    def are_usual(scale: float) -> bool:
         usual_hold = _SHORTEST_HOLD_S <= scale * hold_s <= LONGEST_HOLD_S
         return scale * interval_s <= _LONGEST_INTERVAL_S and usual_hold
 
-    return are_usual_times(factor) and not are_usual_times(1.0)
+    return are_usual(factor) and not are_usual(1.0)
 
 
 def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, level_count: int) -> bool:

@@ -12,7 +12,7 @@ import pandas as pd
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import MAD_TO_SIGMA, FloatArray, IndexArray
 from oilfilm.curation import statistics
-from oilfilm.curation.rig_kind import Division, RigKind, Run, Signals, unknown
+from oilfilm.curation.rig_kind import Division, RigKind, Run, Signals, unknown_values
 from oilfilm.curation.statistics import Stretches, median
 from oilfilm.curation.zero import moved_zero, phase_too_short, sliding_phase, zero_reference
 from oilfilm.logs.base import Columns, Refusal
@@ -38,15 +38,15 @@ def measure(signals: Signals, rig: RigKind, rig_name: str, is_settled: bool = Fa
     starts, stops = _levels_without_phases(division, phases_to_cut_off, rig)
     averages = average(usable, starts, stops, rig)
     if flaw is not None:
-        zero_output = zero_output_se = unknown(len(starts))
+        zero_output = zero_output_se = unknown_values(len(starts))
     else:
         spike_threshold = rig.settings.curation.spikes.threshold
         zero = zero_reference(division.at_rest, rig.sensor.column, division.phases, spike_threshold)
-        zero_output = zero.at(averages["time_s"])
+        zero_output = zero.zero_at(averages["time_s"])
         zero_output_se = zero.standard_error_at(averages["time_s"])
         flaw = moved_zero(zero, division, rig.sensor, rig.zero_drift_max, rig.gates)
     plateaus = rig.derive(averages, zero_output, zero_output_se)
-    working = usable.at(division.working)
+    working = usable.select(division.working)
     run = Run(rig, signals, working, plateaus, flaw, division.too_short, tuple(division.phases))
     ramp = rig.measured_ramp(run, division, rig_name)
     return ramp or replace(run, flaw=rig.zero_fault(run, division, rig_name))
@@ -57,9 +57,9 @@ def _settled_readings(signals: Signals, rig: RigKind) -> Columns:
     count = len(signals)
     rows = np.arange(count)
     averages: Columns = dict(signals.columns) | average(signals, rows, rows + 1, rig)
-    averages["duration_s"] = unknown(count)
+    averages["duration_s"] = unknown_values(count)
     averages["n_samples"] = np.ones(count, dtype=np.int64)
-    return rig.derive(averages, zero=np.zeros(count), zero_se=unknown(count))
+    return rig.derive(averages, zero=np.zeros(count), zero_se=unknown_values(count))
 
 
 def _usable_phases(division: Division, rig: RigKind) -> tuple[list[slice], Refusal | None]:

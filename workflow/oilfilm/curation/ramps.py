@@ -173,12 +173,14 @@ class _Trial:
         return self.filter_s + self.delay_s
 
 
-def is_ramp(run: Run, plateaus: PlateauSettings, rolling_slip: float, is_held: BoolArray) -> bool:
+def is_ramp(
+    run: Run, plateau_settings: PlateauSettings, rolling_slip: float, is_held: BoolArray
+) -> bool:
     """Whether the slip of a run moves all the time, in place of steps.
 
     Args:
         run: The run, divided into levels.
-        plateaus: `min_duration_s`, the shortest level.
+        plateau_settings: `min_duration_s`, the shortest level.
         rolling_slip: Slip below which the rig rolls.
         is_held: Plateaus whose slip is steady, shape (plateaus,).
     """
@@ -188,7 +190,7 @@ def is_ramp(run: Run, plateaus: PlateauSettings, rolling_slip: float, is_held: B
         return False
     sliding_s = len(sliding_rows) * run.signals.interval_s
     is_level = is_held & (np.abs(run.plateaus["slide_roll_ratio"]) > rolling_slip)
-    is_level &= run.plateaus["duration_s"] >= plateaus.min_duration_s
+    is_level &= run.plateaus["duration_s"] >= plateau_settings.min_duration_s
     if run.plateaus["duration_s"][is_level].sum() > _LARGEST_HELD_SHARE * sliding_s:
         return False
     sliding_slip = slip[sliding_rows[0] : sliding_rows[-1] + 1]
@@ -266,8 +268,8 @@ def rolling_zero(
     phases = rolling_ends(signals, window_s, settings)
     needed = ("opening",) if source == "opening_phase" else ("opening", "closing")
     for name in needed:
-        words = f"{name} phase of pure rolling"
-        flaw = phase_too_short(signals, phases[name], words, settings.min_duration_s)
+        phase_in_words = f"{name} phase of pure rolling"
+        flaw = phase_too_short(signals, phases[name], phase_in_words, settings.min_duration_s)
         if flaw is not None:
             if _slides_both_ways(signals["slide_roll_ratio"]):
                 # a drift looks like a part of the curve
@@ -323,10 +325,12 @@ def ramp_readings(
     """
     force_n, is_spike = _without_spikes(signals["traction_force_n"], spike_threshold)
     ramp = _averaged(signals, force_n)
-    low_s, high_s = lag_range_s
-    is_seen = high_s > low_s and _shows_its_lag(ramp)
-    ramp = _weighted(ramp, high_s, zero_terms)
-    trials, variance, is_seen = _weighted_trials(ramp, low_s, high_s, zero_terms, is_seen)
+    shortest_lag_s, longest_lag_s = lag_range_s
+    is_seen = longest_lag_s > shortest_lag_s and _shows_its_lag(ramp)
+    ramp = _weighted(ramp, longest_lag_s, zero_terms)
+    trials, variance, is_seen = _weighted_trials(
+        ramp, shortest_lag_s, longest_lag_s, zero_terms, is_seen
+    )
     slips, ways = _slips_of_ways(ramp, trials[0].knots, least_slip)
     if len(slips) < FEWEST_READINGS:
         return None
@@ -353,7 +357,7 @@ def ramp_readings(
         starts=starts,
         stops=stops,
         spikes=stretches.counts(stretches.cut(is_spike.astype(float)) > 0),
-        lag=ForceLag(float(lag_s), float(lag_se_s), is_seen, (low_s, high_s)),
+        lag=ForceLag(float(lag_s), float(lag_se_s), is_seen, (shortest_lag_s, longest_lag_s)),
         drift_n=float(weights @ np.array(drifts)),
     )
 
@@ -417,7 +421,7 @@ def _noise(values: FloatArray) -> float:
     return MAD_TO_SIGMA * median(np.abs(np.diff(values, 2))) / np.sqrt(6)
 
 
-def _weighted(ramp: _Ramp, high_s: float, zero_terms: int) -> _Ramp:
+def _weighted(ramp: _Ramp, longest_lag_s: float, zero_terms: int) -> _Ramp:
     """The ramp with weights: a row counts less where the noise of the slip moves its force.
 
     The variance of a row is that of the force and that of the slip times the squared slope of the
@@ -427,14 +431,14 @@ def _weighted(ramp: _Ramp, high_s: float, zero_terms: int) -> _Ramp:
     if force_noise_n == 0:
         return ramp
     knots = _knots(ramp, _KNOT_RATIOS[-1])
-    best_lag = _best_lag(ramp, knots, high_s, zero_terms)
-    curve, zero = _design(ramp, knots, zero_terms)
-    logged_curve = _as_logged(curve, best_lag.x[0], best_lag.x[1], ramp.interval_s)
-    coefficients, _ = _least_squares(np.hstack([logged_curve, zero]), ramp.force_n)
+    best_lag = _best_lag(ramp, knots, longest_lag_s, zero_terms)
+    curve_columns, zero_columns = _design(ramp, knots, zero_terms)
+    logged_curve = _as_logged(curve_columns, best_lag.x[0], best_lag.x[1], ramp.interval_s)
+    coefficients, _ = _least_squares(np.hstack([logged_curve, zero_columns]), ramp.force_n)
     size = np.abs(ramp.slip)
     slip_step = knots[0] / 10
     rise = _basis(size + slip_step, knots) - _basis(np.maximum(size - slip_step, 0.0), knots)
-    slope_n = ramp.load_n * (rise @ coefficients[: curve.shape[1]]) / (2 * slip_step)
+    slope_n = ramp.load_n * (rise @ coefficients[: curve_columns.shape[1]]) / (2 * slip_step)
     return replace(ramp, weight=1 / np.hypot(1.0, slope_n * ramp.slip_noise / force_noise_n))
 
 
@@ -443,19 +447,19 @@ def _turns(size: FloatArray) -> list[int]:
     smallest_return = _TURN_SHARE * size.max()
     turns: list[int] = []
     rises: bool | None = None
-    extreme = 0
+    extreme_row = 0
     for row, value in enumerate(size.tolist()):
-        change = value - float(size[extreme])
+        change = value - float(size[extreme_row])
         if rises is None:
             if abs(change) > smallest_return:
                 rises = change > 0
-                extreme = row
+                extreme_row = row
         elif (change > 0) == rises:
-            extreme = row
+            extreme_row = row
         elif abs(change) > smallest_return:
-            turns.append(extreme)
+            turns.append(extreme_row)
             rises = not rises
-            extreme = row
+            extreme_row = row
     return turns
 
 
@@ -477,11 +481,12 @@ def _ways(size: FloatArray) -> IndexArray:
 def _shows_its_lag(ramp: _Ramp) -> bool:
     """Whether rising and falling slip both cover half of the slips."""
     size = np.abs(ramp.slip)
-    levels = np.linspace(0.0, size.max(), _WINDOWS)
+    slips = np.linspace(0.0, size.max(), _WINDOWS)
+    # rising or not -> which slips it covers
     is_covered = {True: np.zeros(_WINDOWS, dtype=bool), False: np.zeros(_WINDOWS, dtype=bool)}
     for start, stop in pairwise([0, *_turns(size), len(size) - 1]):
         low, high = sorted((size[start], size[stop]))
-        is_covered[bool(size[stop] > size[start])] |= (levels >= low) & (levels <= high)
+        is_covered[bool(size[stop] > size[start])] |= (slips >= low) & (slips <= high)
     return bool(np.mean(is_covered[True] & is_covered[False]) >= _COVERED_SHARE)
 
 
@@ -542,30 +547,35 @@ def _as_logged(
 def _design(ramp: _Ramp, knots: FloatArray, zero_terms: int) -> tuple[FloatArray, FloatArray]:
     """Columns of the curve without lag, shape (rows, splines), and of the zero, (rows, terms)."""
     pull_n = np.sign(ramp.slip) * ramp.load_n
-    curve = pull_n[:, np.newaxis] * _basis(np.abs(ramp.slip), knots)
-    zero = np.vander(ramp.time, zero_terms, increasing=True)
-    return curve, zero
+    curve_columns = pull_n[:, np.newaxis] * _basis(np.abs(ramp.slip), knots)
+    zero_columns = np.vander(ramp.time, zero_terms, increasing=True)
+    return curve_columns, zero_columns
 
 
 def _weighted_trials(
-    ramp: _Ramp, low_s: float, high_s: float, zero_terms: int, is_seen: bool
+    ramp: _Ramp, shortest_lag_s: float, longest_lag_s: float, zero_terms: int, is_seen: bool
 ) -> tuple[list[_Trial], float, bool]:
     """Lags with their weights, the variance of a row that counts for means, and what is seen."""
-    spacings = [_knots(ramp, ratio) for ratio in _KNOT_RATIOS]
-    fits = [_best_lag(ramp, knots, high_s, zero_terms) for knots in spacings]
+    knots_of_spacings = [_knots(ramp, ratio) for ratio in _KNOT_RATIOS]
+    best_lags = [_best_lag(ramp, knots, longest_lag_s, zero_terms) for knots in knots_of_spacings]
     variance = min(
-        _variance(best.fun, len(knots)) for best, knots in zip(fits, spacings, strict=True)
+        _variance(best.fun, len(knots))
+        for best, knots in zip(best_lags, knots_of_spacings, strict=True)
     )
     trials_by_spacing = [
         _trials_around_best(best, variance, knots)
-        for best, knots in zip(fits, spacings, strict=True)
+        for best, knots in zip(best_lags, knots_of_spacings, strict=True)
     ]
-    is_seen = is_seen and all(_is_narrow(trials, low_s, high_s) for trials in trials_by_spacing)
+    is_seen = is_seen and all(
+        _is_narrow(trials, shortest_lag_s, longest_lag_s) for trials in trials_by_spacing
+    )
     if not is_seen:
-        trials_by_spacing = [_trials_over_range(low_s, high_s, knots) for knots in spacings]
-    squares = np.array([np.sum(best.fun**2) for best in fits])
-    splines = np.array([len(knots) for knots in spacings])
-    deviances = squares / variance + splines * np.log(len(ramp.slip))
+        trials_by_spacing = [
+            _trials_over_range(shortest_lag_s, longest_lag_s, knots) for knots in knots_of_spacings
+        ]
+    squares = np.array([np.sum(best.fun**2) for best in best_lags])
+    spline_counts = np.array([len(knots) for knots in knots_of_spacings])
+    deviances = squares / variance + spline_counts * np.log(len(ramp.slip))
     weights = np.exp(-(deviances - deviances.min()) / 2)
     weights /= weights.sum()
     trials: list[_Trial] = []
@@ -575,39 +585,41 @@ def _weighted_trials(
 
 
 def _best_lag(
-    ramp: _Ramp, knots: FloatArray, high_s: float, zero_terms: int
+    ramp: _Ramp, knots: FloatArray, longest_lag_s: float, zero_terms: int
 ) -> scipy.optimize.OptimizeResult:
     """Filter and delay with which one curve for all ways leaves the least squares."""
-    curve, zero = _design(ramp, knots, zero_terms)
-    weighted_n = ramp.weight * ramp.force_n
+    curve_columns, zero_columns = _design(ramp, knots, zero_terms)
+    weighted_force_n = ramp.weight * ramp.force_n
 
     def residual(lag: FloatArray) -> FloatArray:
-        logged_curve = _as_logged(curve, lag[0], lag[1], ramp.interval_s)
-        columns = ramp.weight[:, np.newaxis] * np.hstack([logged_curve, zero])
-        fitted, _ = _least_squares(columns, weighted_n)
-        return np.asarray(weighted_n - columns @ fitted)
+        logged_curve = _as_logged(curve_columns, lag[0], lag[1], ramp.interval_s)
+        columns = ramp.weight[:, np.newaxis] * np.hstack([logged_curve, zero_columns])
+        coefficients, _ = _least_squares(columns, weighted_force_n)
+        return np.asarray(weighted_force_n - columns @ coefficients)
 
     early_s = _APART_IN_A_ROW * ramp.interval_s
-    bounds = ([0.0, -early_s], [max(high_s, early_s), max(high_s, early_s)])
-    starts = [(share * high_s / 4, (1 - share) * high_s / 4) for share in _FILTER_SHARES]
+    bounds = ([0.0, -early_s], [max(longest_lag_s, early_s), max(longest_lag_s, early_s)])
+    first_lags = [
+        (share * longest_lag_s / 4, (1 - share) * longest_lag_s / 4) for share in _FILTER_SHARES
+    ]
     results = [
         scipy.optimize.least_squares(
             residual,
-            start,
+            first_lag,
             bounds=bounds,
             x_scale=ramp.interval_s,
             diff_step=[1e-3, 1e-3],
             max_nfev=_MOST_STEPS,
         )
-        for start in starts
+        for first_lag in first_lags
     ]
     return min(results, key=lambda result: result.cost)
 
 
-def _variance(residual: FloatArray, splines: int) -> float:
+def _variance(residual: FloatArray, spline_count: int) -> float:
     """Variance of a row that counts for means of many rows: autocorrelation included."""
     _, error = mean_with_error(residual)
-    uncorrelated_variance = np.sum(residual**2) / max(len(residual) - 2 * splines, 1)
+    uncorrelated_variance = np.sum(residual**2) / max(len(residual) - 2 * spline_count, 1)
     return float(max(error**2 * len(residual), uncorrelated_variance))
 
 
@@ -616,11 +628,11 @@ def _trials_around_best(
 ) -> list[_Trial]:
     """Lags that stand for the best one and its covariance: four of equal weight."""
     covariance = variance * np.linalg.pinv(best.jac.T @ best.jac)
-    sizes, directions = np.linalg.eigh(covariance)
+    variances, directions = np.linalg.eigh(covariance)
     trials: list[_Trial] = []
-    for size, direction in zip(sizes, directions.T, strict=True):
+    for variance_along, direction in zip(variances, directions.T, strict=True):
         for side in (-1.0, 1.0):
-            filter_s, delay_s = best.x + side * np.sqrt(2 * max(size, 0.0)) * direction
+            filter_s, delay_s = best.x + side * np.sqrt(2 * max(variance_along, 0.0)) * direction
             # how a lag is divided matters little: no part of it is negative
             lag_s = filter_s + delay_s
             filter_s = np.clip(filter_s, 0.0, max(lag_s, 0.0))
@@ -628,15 +640,19 @@ def _trials_around_best(
     return trials
 
 
-def _is_narrow(trials: list[_Trial], low_s: float, high_s: float) -> bool:
+def _is_narrow(trials: list[_Trial], shortest_lag_s: float, longest_lag_s: float) -> bool:
     """Whether lags are nearer to each other than those of the range are."""
     lags_s = np.array([trial.lag_s for trial in trials])
-    return float(np.std(lags_s)) < (high_s - low_s) / np.sqrt(12)
+    return float(np.std(lags_s)) < (longest_lag_s - shortest_lag_s) / np.sqrt(12)
 
 
-def _trials_over_range(low_s: float, high_s: float, knots: FloatArray) -> list[_Trial]:
+def _trials_over_range(
+    shortest_lag_s: float, longest_lag_s: float, knots: FloatArray
+) -> list[_Trial]:
     """Lags in a range, of equal weight: filters, delays, and half of both."""
-    lags_s = np.linspace(low_s, high_s, _LAGS_TRIED if high_s > low_s else 1)
+    lags_s = np.linspace(
+        shortest_lag_s, longest_lag_s, _LAGS_TRIED if longest_lag_s > shortest_lag_s else 1
+    )
     # the ends of the range count half
     weights = np.ones(len(lags_s))
     weights[[0, -1]] = 0.5
@@ -655,14 +671,14 @@ def _slips_of_ways(
 
     A slip that the ramp reaches from its half within the time of smoothing is not resolved.
     """
-    fewest = max(_SMOOTHED_S / ramp.interval_s, _FEWEST_TO_RESOLVE)
+    fewest_rows = max(_SMOOTHED_S / ramp.interval_s, _FEWEST_TO_RESOLVE)
     slips: list[float] = []
     ways: list[int] = []
     for way in np.unique(ramp.way):
         size = np.abs(ramp.slip[ramp.way == way])
         for knot in knots[knots >= least_slip]:
             is_near = (size > knot / 2) & (size <= knot)
-            if np.count_nonzero(is_near) >= fewest and knot <= size.max():
+            if np.count_nonzero(is_near) >= fewest_rows and knot <= size.max():
                 slips.append(float(knot))
                 ways.append(int(way))
     return np.array(slips), np.array(ways, dtype=np.int64)
@@ -680,45 +696,63 @@ def _curve_of_trial(
 
     All ways together give the zero: one direction of slip could not tell it from its curve. Then
     each way has a curve of its own, because other gates compare the ways.
+
+    Args:
+        ramp: The ramp.
+        trial: The lag, and the knots of the spline.
+        zero_terms: As for `ramp_readings`.
+        variance: Variance of a row that counts for means.
+        slips: Size of the slip of each reading, shape (readings,).
+        ways: Number of the way of each reading, shape (readings,).
     """
-    curve, zero = _design(ramp, trial.knots, zero_terms)
+    curve_columns, zero_columns = _design(ramp, trial.knots, zero_terms)
     weight = ramp.weight[:, np.newaxis]
-    weighted_n = ramp.weight * ramp.force_n
-    weighted_zero = weight * zero
-    common_curve = weight * _as_logged(curve, trial.filter_s, trial.delay_s, ramp.interval_s)
-    fitted_together, inverse_together = _least_squares(
-        np.hstack([common_curve, weighted_zero]), weighted_n
+    weighted_force_n = ramp.weight * ramp.force_n
+    weighted_zero = weight * zero_columns
+    common_curve = weight * _as_logged(
+        curve_columns, trial.filter_s, trial.delay_s, ramp.interval_s
     )
-    splines = curve.shape[1]
-    zero_coefficients = fitted_together[splines:]
-    zero_covariance = variance * inverse_together[splines:, splines:]
+    fitted_together, inverse_together = _least_squares(
+        np.hstack([common_curve, weighted_zero]), weighted_force_n
+    )
+    spline_count = curve_columns.shape[1]
+    zero_coefficients = fitted_together[spline_count:]
+    zero_covariance = variance * inverse_together[spline_count:, spline_count:]
 
     way_numbers = np.unique(ramp.way)
-    curves_of_ways = [np.where((ramp.way == way)[:, np.newaxis], curve, 0.0) for way in way_numbers]
+    curves_of_ways = [
+        np.where((ramp.way == way)[:, np.newaxis], curve_columns, 0.0) for way in way_numbers
+    ]
     logged_curves = _as_logged(
         np.hstack(curves_of_ways), trial.filter_s, trial.delay_s, ramp.interval_s
     )
     columns = weight * logged_curves
-    fitted, inverse = _least_squares(columns, weighted_n - weighted_zero @ zero_coefficients)
-    at_slips = np.zeros((len(slips), len(fitted)))
+    coefficients, inverse = _least_squares(
+        columns, weighted_force_n - weighted_zero @ zero_coefficients
+    )
+    # of each way only its own splines count at a reading
+    mu_of_coefficients = np.zeros((len(slips), len(coefficients)))
     basis = _basis(slips, trial.knots)
-    for number, way in enumerate(way_numbers):
+    for index, way in enumerate(way_numbers):
         is_of_way = ways == way
-        at_slips[is_of_way, number * splines : (number + 1) * splines] = basis[is_of_way]
-    sensitivity_to_zero = at_slips @ inverse @ (columns.T @ weighted_zero)
-    variances = variance * np.einsum("ij,jk,ik->i", at_slips, inverse, at_slips)
+        splines_of_way = slice(index * spline_count, (index + 1) * spline_count)
+        mu_of_coefficients[is_of_way, splines_of_way] = basis[is_of_way]
+    sensitivity_to_zero = mu_of_coefficients @ inverse @ (columns.T @ weighted_zero)
+    variances = variance * np.einsum("ij,jk,ik->i", mu_of_coefficients, inverse, mu_of_coefficients)
     variances += np.einsum("ij,jk,ik->i", sensitivity_to_zero, zero_covariance, sensitivity_to_zero)
     drift_n = float(zero_coefficients[-1]) if zero_terms > 1 else 0.0
-    return at_slips @ fitted, np.sqrt(variances), drift_n
+    return mu_of_coefficients @ coefficients, np.sqrt(variances), drift_n
 
 
 def _least_squares(columns: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The coefficients and the inverse of the normal matrix; about 0 where a column has no rows."""
-    normal = columns.T @ columns
-    size = np.sqrt(np.diag(normal)) + _EMPTY_COLUMN * np.sqrt(np.trace(normal))
-    scaled = normal / np.outer(size, size)
-    scaled[np.diag_indices_from(scaled)] += _EMPTY_COLUMN
-    inverse = np.linalg.inv(scaled) / np.outer(size, size)
+    normal_matrix = columns.T @ columns
+    column_sizes = np.sqrt(np.diag(normal_matrix)) + _EMPTY_COLUMN * np.sqrt(
+        np.trace(normal_matrix)
+    )
+    scaled_matrix = normal_matrix / np.outer(column_sizes, column_sizes)
+    scaled_matrix[np.diag_indices_from(scaled_matrix)] += _EMPTY_COLUMN
+    inverse = np.linalg.inv(scaled_matrix) / np.outer(column_sizes, column_sizes)
     return inverse @ (columns.T @ values), inverse
 
 

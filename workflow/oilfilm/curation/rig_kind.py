@@ -22,7 +22,7 @@ from oilfilm.settings.config import (
 )
 from oilfilm.settings.resolved import Settings
 
-TRACTION, TORQUE = "traction", "torque"
+TRACTION_KIND, TORQUE_KIND = "traction", "torque"
 # No logger of a rig is faster. A shorter interval from damaged time stamps would give windows with
 # a huge number of rows.
 _SHORTEST_INTERVAL_S = 1e-6
@@ -50,7 +50,7 @@ class Signals:
         interval_s = float(f"{median(np.diff(self.time_s)):.9g}")
         return max(interval_s, _SHORTEST_INTERVAL_S) if interval_s > 0 else 1.0
 
-    def at(self, chosen: BoolArray | slice) -> "Signals":
+    def select(self, chosen: BoolArray | slice) -> "Signals":
         """The samples that a mask or a slice chooses."""
         if not isinstance(chosen, slice) and chosen.all():
             return self
@@ -196,37 +196,37 @@ class RigKind(Protocol):
         self.stuck_settings = settings.curation.stuck
 
     @staticmethod
-    def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
+    def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
         """The signals of one run, with the signs that the gates expect.
 
         Args:
             samples: Samples of the run.
-            rig: Name of the rig's file.
+            rig_name: Name of the rig's file.
             settings: Settings of the run.
         """
         ...
 
-    def divide(self, signals: Signals, rig: str) -> Division:
+    def divide(self, signals: Signals, rig_name: str) -> Division:
         """The phases at rest and the levels of a run."""
         ...
 
-    def zero_fault(self, run: Run, division: Division, rig: str) -> Refusal | None:
+    def zero_fault(self, run: Run, division: Division, rig_name: str) -> Refusal | None:
         """The fault of the zero, judged with the plateaus; None without one.
 
         Args:
             run: The run, measured with the zero. Its `flaw` is an earlier fault.
             division: The phases that gave the zero.
-            rig: Name of the rig's file.
+            rig_name: Name of the rig's file.
         """
         return run.flaw
 
-    def measured_ramp(self, run: Run, division: Division, rig: str) -> Run | None:
+    def measured_ramp(self, run: Run, division: Division, rig_name: str) -> Run | None:
         """The run measured as a continuous ramp; None where it is none.
 
         Args:
             run: The run, measured by its levels.
             division: Its phases and levels.
-            rig: Name of the rig's file.
+            rig_name: Name of the rig's file.
         """
         return None
 
@@ -254,11 +254,11 @@ class RigKind(Protocol):
         """Plateaus of all runs with the columns that follow from rig file and oil."""
         ...
 
-    def hypotheses(self, rig: str) -> Iterable[Hypothesis]:
+    def hypotheses(self, rig_name: str) -> Iterable[Hypothesis]:
         """Mistakes that a refused log of the rig may hold, the most frequent first."""
         ...
 
 
-def unknown(count: int) -> FloatArray:
+def unknown_values(count: int) -> FloatArray:
     """A number of values that are not known, shape (count,)."""
     return np.full(count, np.nan)

@@ -4,6 +4,7 @@ Decides: when the spin of a rig is a warning.
 """
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -51,38 +52,55 @@ def spin_warnings(
             for _, curve in points_of_rig.groupby("run_id", sort=True)
         ]
         spin = pd.DataFrame(spins)
-        few_slips = spin["slip"] < LEAST_SLIP_OVER_EDGE * spin["edge"]
-        affected = few_slips | (spin["correction"] > _LARGEST_CORRECTION)
-        if affected.any():
-            worst = spin[affected].nlargest(1, "lacks").iloc[0]
-            numbers = {key: worst[key] for key in ("slip", "edge", "lacks")}
-            sentence = fault("rig_spin", affected=affected.sum(), runs=len(spin), **numbers)
-            yield str(worst["run_id"]), sentence.reason
+        is_near_edge = spin["lowest_slip"] < LEAST_SLIP_OVER_EDGE * spin["slip_at_edge"]
+        is_affected = is_near_edge | (spin["correction"] > _LARGEST_CORRECTION)
+        if is_affected.any():
+            worst = spin[is_affected].nlargest(1, "lacking_share").iloc[0]
+            refusal = fault(
+                "rig_spin",
+                affected=is_affected.sum(),
+                runs=len(spin),
+                slip=worst["lowest_slip"],
+                edge=worst["slip_at_edge"],
+                lacks=worst["lacking_share"],
+            )
+            yield str(worst["run_id"]), refusal.reason
 
 
-def _spin_of_run(
-    points: pd.DataFrame, contact: Contact, disc_track_radius_m: float
-) -> dict[str, str | float]:
-    """Lowest slip of a run, slip at the edge of its contact, and what its traction lacks there.
+class _SpinOfRun(NamedTuple):
+    """What spin does to the traction of a run.
 
-    `correction` is NaN where its formula does not hold. `lacks` is what a plateau of mu would lack
-    at this slip, where the correction is not known.
+    Attributes:
+        run_id: The run.
+        lowest_slip: Lowest slide-roll ratio of its points.
+        slip_at_edge: Slide-roll ratio that spin makes at the edge of the contact.
+        correction: What mu lacks at the lowest slip, relative; NaN where the formula does not hold.
+        lacking_share: The same, and where it is not known what a plateau of mu would lack.
     """
+
+    run_id: str
+    lowest_slip: float
+    slip_at_edge: float
+    correction: float
+    lacking_share: float
+
+
+def _spin_of_run(points: pd.DataFrame, contact: Contact, disc_track_radius_m: float) -> _SpinOfRun:
     curve = points.sort_values("slide_roll_ratio", kind="stable")
     slip = curve["slide_roll_ratio"].to_numpy(float)
     mu = curve["traction_coefficient"].to_numpy(float)
-    load = float(curve["load_n"].mean())
-    radius = contact_radius(load, contact.radius_m, contact.reduced_modulus_pa)
-    slip_at_edge = float(edge_slip(radius, disc_track_radius_m))
+    load_n = float(curve["load_n"].mean())
+    contact_radius_m = contact_radius(load_n, contact.radius_m, contact.reduced_modulus_pa)
+    slip_at_edge = float(edge_slip(contact_radius_m, disc_track_radius_m))
     correction = float(_correction(slip, mu, slip_at_edge))
-    plateau = slip_at_edge**2 / (10 * slip[0] ** 2)
-    return {
-        "run_id": str(curve["run_id"].iloc[0]),
-        "slip": slip[0],
-        "edge": slip_at_edge,
-        "correction": correction,
-        "lacks": plateau if np.isnan(correction) else correction,
-    }
+    lack_of_plateau = slip_at_edge**2 / (10 * slip[0] ** 2)
+    return _SpinOfRun(
+        run_id=str(curve["run_id"].iloc[0]),
+        lowest_slip=slip[0],
+        slip_at_edge=slip_at_edge,
+        correction=correction,
+        lacking_share=lack_of_plateau if np.isnan(correction) else correction,
+    )
 
 
 def _correction(slip: FloatArray, mu: FloatArray, slip_at_edge: float) -> FloatArray:

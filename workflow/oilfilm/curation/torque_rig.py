@@ -18,7 +18,7 @@ from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
-from oilfilm.curation.rig_kind import TORQUE as NAME
+from oilfilm.curation.rig_kind import TORQUE_KIND as NAME
 from oilfilm.curation.rig_kind import Channel, Division, RigKind, Signals
 from oilfilm.curation.statistics import median
 from oilfilm.logs.base import Columns, Refusal
@@ -76,12 +76,12 @@ class TorqueRig(RigKind):
         self.zero_drift_max = settings.torque_logs.tare.max_drift_n_m
 
     @staticmethod
-    def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
+    def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
         """See `RigKind.signals`."""
         columns = {name: samples[name] for name in _SIGNALS}
         return Signals(samples["row"], samples["time_s"], columns)
 
-    def divide(self, signals: Signals, rig: str) -> Division:
+    def divide(self, signals: Signals, rig_name: str) -> Division:
         """Levels of speed between the first and the last sample at which the bearing turns."""
         is_turning = np.abs(signals["inner_speed_rpm"]) > self.zero_settings.max_speed_rpm
         if not is_turning.any():
@@ -123,7 +123,7 @@ class TorqueRig(RigKind):
         """The column `rig` becomes `bearing`: the rig of a torque log is its bearing."""
         return points.rename(columns={"rig": "bearing"})
 
-    def hypotheses(self, rig: str) -> Iterator[Hypothesis]:
+    def hypotheses(self, rig_name: str) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
         yield from time_hypotheses()
         yield from setting_hypotheses("torque_logs", self.plateau_settings, "min_step_rpm")

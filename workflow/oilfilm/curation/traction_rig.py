@@ -32,8 +32,8 @@ from oilfilm.curation.ramps import (
     rolling_ends,
     rolling_zero,
 )
-from oilfilm.curation.rig_kind import TRACTION as NAME
-from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, unknown
+from oilfilm.curation.rig_kind import TRACTION_KIND as NAME
+from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, unknown_values
 from oilfilm.curation.statistics import median
 from oilfilm.curation.zero import (
     DIRECTION,
@@ -141,14 +141,14 @@ class TractionRig(RigKind):
         return self.settings.campaign.set_points.slide_roll_ratio or ()
 
     @staticmethod
-    def signals(samples: Columns, rig: str, settings: Settings) -> Signals:
+    def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
         """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
-        semantics = settings.campaign.semantics_for(rig)
+        semantics = settings.campaign.semantics_for(rig_name)
         ball = samples["ball_speed_m_s"]
         disc = samples["disc_speed_m_s"]
         entrainment = (ball + disc) / 2
         sliding = semantics.direction * (disc - ball)
-        slip = unknown(len(entrainment))
+        slip = unknown_values(len(entrainment))
         np.divide(sliding, entrainment, out=slip, where=entrainment != 0)
         force_sign = semantics.traction_sign * semantics.direction
         columns = {name: samples[name] for name in _UNCHANGED_SIGNALS if name in samples}
@@ -159,12 +159,12 @@ class TractionRig(RigKind):
         columns["disc_speed_m_s"] = disc
         return Signals(samples["row"], samples["time_s"], columns)
 
-    def divide(self, signals: Signals, rig: str) -> Division:
+    def divide(self, signals: Signals, rig_name: str) -> Division:
         """Levels of slip; the first and the last of them are pure rolling."""
         curation = self.settings.curation
         # where nothing turns S has no value
         is_turning = np.isfinite(signals["slide_roll_ratio"]) & turns_steadily(signals, curation)
-        usable = signals.at(is_turning)
+        usable = signals.select(is_turning)
         interval_s = usable.interval_s
         steps = find_steps(
             usable["slide_roll_ratio"],
@@ -173,7 +173,7 @@ class TractionRig(RigKind):
             self.plateau_settings,
         )
         starts, stops = settled_parts(len(usable), steps, interval_s, self.plateau_settings)
-        source = self.settings.campaign.semantics_for(rig).zero
+        source = self.settings.campaign.semantics_for(rig_name).zero
         if source == "standstill":
             phases = phases_at_standstill(signals, curation)
             return Division(usable, starts, stops, at_rest=signals, phases=phases)
@@ -197,7 +197,7 @@ class TractionRig(RigKind):
             phases_in_levels=True,
         )
 
-    def measured_ramp(self, run: Run, division: Division, rig: str) -> Run | None:
+    def measured_ramp(self, run: Run, division: Division, rig_name: str) -> Run | None:
         """The run measured as a continuous ramp of slip; None where it is none."""
         signals = division.signals
         is_loaded = (signals["load_n"] > LEAST_LOAD_N).all()
@@ -205,7 +205,7 @@ class TractionRig(RigKind):
             run, self.plateau_settings, self.zero_settings.max_slide_roll_ratio, self._is_held(run)
         ):
             return None
-        source = self.settings.campaign.semantics_for(rig).zero
+        source = self.settings.campaign.semantics_for(rig_name).zero
         if source == "standstill" and run.flaw is not None:
             return run
         zero = rolling_zero(signals, source, self.plateau_settings.window_s, self.zero_settings)
@@ -217,7 +217,7 @@ class TractionRig(RigKind):
         sensor = self.sensor.column
         readings = ramp_readings(
             replace(signals, columns={**signals.columns, sensor: signals[sensor] - removed_n}),
-            self._force_lag_range_s(rig),
+            self._force_lag_range_s(rig_name),
             zero.terms,
             self.zero_settings.max_slide_roll_ratio,
             self.settings.curation.spikes.threshold,
@@ -255,11 +255,11 @@ class TractionRig(RigKind):
             return np.zeros(len(time_s)), np.zeros(len(time_s))
         threshold = self.settings.curation.spikes.threshold
         zero = zero_reference(division.at_rest, self.sensor.column, division.phases, threshold)
-        return zero.at(time_s), zero.standard_error_at(time_s)
+        return zero.zero_at(time_s), zero.standard_error_at(time_s)
 
-    def _force_lag_range_s(self, rig: str) -> Sequence[float]:
+    def _force_lag_range_s(self, rig_name: str) -> Sequence[float]:
         """Smallest and largest lag of the force: as the rig's file states it, else the usual."""
-        rig_file = self.settings.rigs.get(rig)
+        rig_file = self.settings.rigs.get(rig_name)
         if rig_file is not None and rig_file.force_lag_s_range is not None:
             return rig_file.force_lag_s_range
         return self.settings.curation.ramps.force_lag_s_range
@@ -291,9 +291,9 @@ class TractionRig(RigKind):
             return fault("slip_ramps", "lag_matters", error=error, allowed=largest_error, why=why)
         return None
 
-    def zero_fault(self, run: Run, division: Division, rig: str) -> Refusal | None:
+    def zero_fault(self, run: Run, division: Division, rig_name: str) -> Refusal | None:
         """A phase that is part of the curve, or a force that should be zero."""
-        source = self.settings.campaign.semantics_for(rig).zero
+        source = self.settings.campaign.semantics_for(rig_name).zero
         if source == "standstill":
             return run.flaw
         if source == "already_removed":
@@ -321,7 +321,7 @@ class TractionRig(RigKind):
         mu = force_n / load_n
         force_se_n = np.hypot(averages["traction_force_n_se"], zero_se)
         mu_se = np.hypot(force_se_n, mu * averages["load_n_se"]) / load_n
-        film_um = averages.get("measured_film_thickness_um", unknown(len(zero)))
+        film_um = averages.get("measured_film_thickness_um", unknown_values(len(zero)))
         kept_columns = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
         return {
             **{name: averages[name] for name in (*kept_columns, *self.means)},
@@ -345,16 +345,16 @@ class TractionRig(RigKind):
         """With contact pressure, film, lambda and the calibration of the rig's sensors."""
         return with_calibration(with_film(points, self.settings), self.settings.rigs)
 
-    def hypotheses(self, rig: str) -> Iterator[Hypothesis]:
+    def hypotheses(self, rig_name: str) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
-        direction = self.settings.campaign.semantics_for(rig).direction
-        yield from traction_hypotheses(self.settings.rigs[rig], direction)
+        direction = self.settings.campaign.semantics_for(rig_name).direction
+        yield from traction_hypotheses(self.settings.rigs[rig_name], direction)
         yield from setting_hypotheses("curation", self.plateau_settings, "min_step")
 
 
 def _columns_at_slips(averages: Columns, readings: RampReadings) -> Columns:
     """The columns of plateaus for points on a ramp: no slip is held, so nothing is to be steady."""
-    not_known = unknown(len(readings.slip))
+    not_known = unknown_values(len(readings.slip))
     return {
         "duration_s": not_known,
         "n_spikes": readings.spikes,
@@ -376,7 +376,7 @@ def _asymmetry(averages: Columns) -> FloatArray:
 
     NaN where the rig does not log these forces, or both are zero.
     """
-    asymmetry = unknown(len(averages["time_s"]))
+    asymmetry = unknown_values(len(averages["time_s"]))
     if "traction_force_1_n" in averages:
         disc_faster = averages["traction_force_1_n"]
         ball_faster = averages["traction_force_2_n"]

@@ -59,7 +59,7 @@ class ZeroReference:
         """Change of the zero from the first to the last phase."""
         return float(self.output[-1] - self.output[0]) if len(self.output) else 0.0
 
-    def at(self, time_s: FloatArray) -> FloatArray:
+    def zero_at(self, time_s: FloatArray) -> FloatArray:
         """The zero at some times: a straight line through two phases (the drift), else constant."""
         return self._weights(time_s) @ self.output
 

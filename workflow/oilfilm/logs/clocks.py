@@ -34,28 +34,32 @@ def with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     """
     meanings = vocabulary.meanings(table.names, table.units)
     has_time = any(quantity == "time" for quantity, _ in meanings.values())
-    clocked = [
+    clocked_indices = [
         index for index in meanings if index in table.clocks or index in table.time_column_of
     ]
-    if has_time or not clocked or table.columns:
+    if has_time or not clocked_indices or table.columns:
         return table
     if not table.time_column_of:
-        clocks = [_clock(table, index) for index in clocked]
+        clocks = [_clock(table, index) for index in clocked_indices]
         if _is_one_clock(clocks, table.rows):
             return _with_time_column(table, _ticks(clocks[0], table.rows), clocks[0].unit, {})
-    if len(clocked) < len(meanings):
+    if len(clocked_indices) < len(meanings):
         # of the other channels nobody knows when they were read
         return table
-    return _aligned(table, clocked)
+    return _aligned(table, clocked_indices)
 
 
 def _is_one_clock(clocks: Sequence[Clock], rows: int) -> bool:
     """Whether clocks agree over all rows."""
-    first = clocks[0]
+    first_clock = clocks[0]
     for clock in clocks:
         # largest difference of both clocks in any row
-        difference = abs(clock.start - first.start) + abs(clock.interval - first.interval) * rows
-        if clock.unit != first.unit or not difference <= _SAME_CLOCK * abs(first.interval):
+        difference = (
+            abs(clock.start - first_clock.start) + abs(clock.interval - first_clock.interval) * rows
+        )
+        if clock.unit != first_clock.unit or not difference <= _SAME_CLOCK * abs(
+            first_clock.interval
+        ):
             return False
     return True
 
@@ -86,32 +90,37 @@ def _aligned(table: LoggedTable, indices: Sequence[int]) -> LoggedTable:
         channels[index] = _Channel(times[:count], readings[:count].astype(np.float64))
     if len(units) > 1 or any(len(channel.times) < 2 for channel in channels.values()):
         return table
-    intervals = {
+    interval_by_index = {
         index: float(np.median(np.diff(channel.times))) for index, channel in channels.items()
     }
-    if not all(interval > 0 for interval in intervals.values()):
+    if not all(interval > 0 for interval in interval_by_index.values()):
         return table
-    shortest = min(intervals.values())
+    shortest_interval = min(interval_by_index.values())
     # of equally fast channels the one that starts first
-    fastest = min(
-        (index for index in indices if intervals[index] <= shortest * (1 + 1e-9)),
+    fastest_index = min(
+        (index for index in indices if interval_by_index[index] <= shortest_interval * (1 + 1e-9)),
         key=lambda index: channels[index].times[0],
     )
-    grid = channels[fastest].times
+    times_of_fastest = channels[fastest_index].times
     latest_start = max(float(channel.times[0]) for channel in channels.values())
     earliest_end = min(float(channel.times[-1]) for channel in channels.values())
     if latest_start >= earliest_end:
         return replace(table, problem=_no_overlap(table, channels))
     numbers_by_index: dict[int, Values] = {}
     for index, (times, readings) in channels.items():
-        numbers = np.interp(grid, times, readings)
+        numbers = np.interp(times_of_fastest, times, readings)
         # what is read as often as the fastest channel has a reading of its own for each row
-        held_s = intervals[index] if intervals[index] > 1.5 * shortest else 0.0
-        tolerance = _SAME_CLOCK * shortest
-        is_beyond = np.maximum(times[0] - grid, grid - times[-1]) > held_s + tolerance
+        held_time = (
+            interval_by_index[index] if interval_by_index[index] > 1.5 * shortest_interval else 0.0
+        )
+        tolerance = _SAME_CLOCK * shortest_interval
+        is_beyond = (
+            np.maximum(times[0] - times_of_fastest, times_of_fastest - times[-1])
+            > held_time + tolerance
+        )
         numbers_by_index[index] = np.where(is_beyond, np.nan, numbers)
-    note = _note_on_clocks(table, channels, intervals, fastest)
-    return _with_time_column(table, grid, units.pop(), numbers_by_index).with_note(note)
+    note = _note_on_clocks(table, channels, interval_by_index, fastest_index)
+    return _with_time_column(table, times_of_fastest, units.pop(), numbers_by_index).with_note(note)
 
 
 def _clock(table: LoggedTable, index: int) -> Clock:
@@ -170,21 +179,29 @@ def _no_overlap(table: LoggedTable, channels: Mapping[int, _Channel]) -> base.Re
 def _note_on_clocks(
     table: LoggedTable,
     channels: Mapping[int, _Channel],
-    intervals: Mapping[int, float],
-    fastest: int,
+    interval_by_index: Mapping[int, float],
+    fastest_index: int,
 ) -> str:
     """The sentence about channels whose clock is not that of the fastest one."""
-    grid = channels[fastest].times
+    times_of_fastest = channels[fastest_index].times
     other_channels: list[str] = []
     for index, channel in channels.items():
         times = channel.times
-        is_other = abs(intervals[index] - intervals[fastest]) > 1e-9 * intervals[fastest]
-        if is_other or abs(times[0] - grid[0]) > _SAME_CLOCK * intervals[fastest]:
+        is_other = (
+            abs(interval_by_index[index] - interval_by_index[fastest_index])
+            > 1e-9 * interval_by_index[fastest_index]
+        )
+        if (
+            is_other
+            or abs(times[0] - times_of_fastest[0]) > _SAME_CLOCK * interval_by_index[fastest_index]
+        ):
             other_channels.append(
-                f"{table.names[index][:60]!r} (from {times[0]:.6g}, every {intervals[index]:.4g})"
+                f"{table.names[index][:60]!r} (from {times[0]:.6g}, every "
+                f"{interval_by_index[index]:.4g})"
             )
     return (
         f"{', '.join(other_channels)} have clocks of their own; they are interpolated onto the "
         "times of "
-        f"{table.names[fastest][:60]!r} (from {grid[0]:.6g}, every {intervals[fastest]:.4g})"
+        f"{table.names[fastest_index][:60]!r} (from {times_of_fastest[0]:.6g}, every "
+        f"{interval_by_index[fastest_index]:.4g})"
     )

@@ -13,6 +13,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, S
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise, zip_longest
+from typing import NamedTuple
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, text_rows
@@ -53,7 +54,7 @@ class _Head:
 
     Attributes:
         header: The lines above the names.
-        start: Number of lines above the first row.
+        lines_above_rows: Number of lines above the first row.
         delimiter: Character between cells; a blank for any number of blanks.
         names: Names of the columns.
         units: Unit of each column from a line below the names; empty where there is none.
@@ -62,7 +63,7 @@ class _Head:
     """
 
     header: Sequence[str]
-    start: int
+    lines_above_rows: int
     delimiter: str
     names: list[str]
     units: list[str]
@@ -128,8 +129,8 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         # a row may be above the names: all lines count
         rows += 1
         _refuse_row_above_names(head)
-        body, start = _without_comments(text, head)
-        rows = text_rows.count_rows(body, start)
+        body, start_of_rows = _without_comments(text, head)
+        rows = text_rows.count_rows(body, start_of_rows)
         meanings = vocabulary.meanings(head.names, head.units)
         stamp_columns = _stamp_columns(head, meanings)
     except ValueError as error:
@@ -138,13 +139,13 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
     if stamp_columns:
         # seconds, in spite of any unit that the log gives
         head.units[stamp_columns[0]] = "s"
-    body, delimiter, start = _plain_cells(body, head, start)
+    body, delimiter, start_of_rows = _plain_cells(body, head, start_of_rows)
     decimal_mark, group_mark = _marks(head, delimiter, meanings.keys() - stamp_columns)
     keys = _header_keys(head.header, head.delimiter)
     may_grow = "time" in vocabulary.required and keys.get("log_kind") != "steps"
-    body, notes = _with_line_end(body, start, delimiter, len(head.names), may_grow=may_grow)
+    body, notes = _with_line_end(body, start_of_rows, delimiter, len(head.names), may_grow=may_grow)
     table = text_rows.TextTable(
-        body, len(head.names), delimiter, decimal_mark, group_mark, stamp_columns, start
+        body, len(head.names), delimiter, decimal_mark, group_mark, stamp_columns, start_of_rows
     )
     logged = LoggedTable(
         keys,
@@ -167,10 +168,10 @@ def _blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
     lines, while time goes on, begins no block.
     """
     head = _find_head(text, vocabulary)
-    names_at = _start_of_line(text, len(head.header))
-    line_of_names = text[names_at : text.find(b"\n", names_at) + 1]
+    start_of_names = _start_of_line(text, len(head.header))
+    line_of_names = text[start_of_names : text.find(b"\n", start_of_names) + 1]
     starts = [0]
-    end_of_line_above = text.find(b"\n" + line_of_names, names_at) if line_of_names else -1
+    end_of_line_above = text.find(b"\n" + line_of_names, start_of_names) if line_of_names else -1
     while end_of_line_above >= 0:
         start = _start_of_header(text, end_of_line_above + 1, head)
         has_header = start < end_of_line_above + 1
@@ -181,7 +182,7 @@ def _blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
 
 
 def _with_line_end(
-    body: bytes, start: int, delimiter: str, width: int, *, may_grow: bool
+    body: bytes, start_of_rows: int, delimiter: str, width: int, *, may_grow: bool
 ) -> tuple[bytes, tuple[str, ...]]:
     """The rows, the last one ended where it is complete, and a note that says so.
 
@@ -191,25 +192,25 @@ def _with_line_end(
 
     Args:
         body: A text that ends in the rows.
-        start: Position of the first row.
+        start_of_rows: Position of the first row.
         delimiter: Character between cells.
         width: Number of cells of a row.
         may_grow: Whether the log may still be written; settled readings are a finished table.
     """
-    if body.endswith(b"\n") or len(body) <= start:
+    if body.endswith(b"\n") or len(body) <= start_of_rows:
         return body, ()
-    lines = body[max(start, len(body) - text_rows.HEAD_BYTES) :].decode("utf-8", "replace")
+    lines = body[max(start_of_rows, len(body) - text_rows.HEAD_BYTES) :].decode("utf-8", "replace")
     *rows_above, last_row = [line.split(delimiter) for line in lines.split("\n")]
     lengths = [_length_of_number(row[-1]) for row in rows_above if len(row) == width]
     if len(last_row) != width or not lengths:
         return body, ()
-    whole_letters, decimal_letters = _length_of_number(last_row[-1])
-    shortest_whole = min(length for length, _ in lengths)
-    fewest_decimals = min(length for _, length in lengths)
-    most_decimals = max(length for _, length in lengths)
-    if whole_letters < shortest_whole or decimal_letters < fewest_decimals:
+    last_length = _length_of_number(last_row[-1])
+    shortest_whole = min(length.whole for length in lengths)
+    fewest_decimals = min(length.decimals for length in lengths)
+    most_decimals = max(length.decimals for length in lengths)
+    if last_length.whole < shortest_whole or last_length.decimals < fewest_decimals:
         return body, ()
-    if may_grow and decimal_letters < most_decimals:
+    if may_grow and last_length.decimals < most_decimals:
         return body, ()
     note = (
         "the last row has no line end; it is used, because it has all its cells and its last "
@@ -218,13 +219,19 @@ def _with_line_end(
     return body + b"\n", (note,)
 
 
-def _length_of_number(cell: str) -> tuple[int, int]:
+class _NumberLength(NamedTuple):
     """Letters of a number before and behind its decimal mark; -1 and -1 without a number."""
+
+    whole: int
+    decimals: int
+
+
+def _length_of_number(cell: str) -> _NumberLength:
     number = _bare(cell)
     if not _is_number(number):
-        return -1, -1
+        return _NumberLength(-1, -1)
     whole, _, decimals = number.lstrip("+-").replace(",", ".").partition(".")
-    return len(whole), len(decimals)
+    return _NumberLength(len(whole), len(decimals))
 
 
 def _start_of_line(text: bytes, number: int) -> int:
@@ -235,15 +242,15 @@ def _start_of_line(text: bytes, number: int) -> int:
     return position
 
 
-def _start_of_header(text: bytes, names_at: int, head: _Head) -> int:
+def _start_of_header(text: bytes, start_of_names: int, head: _Head) -> int:
     """Position of the first header line above a line of names: behind the last row above it.
 
     Args:
         text: The text.
-        names_at: Position of the line of names.
+        start_of_names: Position of the line of names.
         head: The lines above the first row.
     """
-    start = names_at
+    start = start_of_names
     while start > 0:
         start_of_line_above = text.rfind(b"\n", 0, start - 1) + 1
         line = text[start_of_line_above : start - 1].decode("utf-8", "replace")
@@ -255,7 +262,7 @@ def _start_of_header(text: bytes, names_at: int, head: _Head) -> int:
     return start
 
 
-def _time_goes_on(text: bytes, names_at: int, head: _Head, vocabulary: Vocabulary) -> bool:
+def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Vocabulary) -> bool:
     """Whether time rises from the row above a repeated line of names to the row below it."""
     meanings = vocabulary.meanings(head.names, head.units)
     time_index = next(
@@ -263,9 +270,9 @@ def _time_goes_on(text: bytes, names_at: int, head: _Head, vocabulary: Vocabular
     )
     if time_index is None:
         return False
-    line_above = text[:names_at].rstrip(b"\n").rpartition(b"\n")[2]
+    line_above = text[:start_of_names].rstrip(b"\n").rpartition(b"\n")[2]
     times: list[str] = []
-    lines_below = text[names_at : names_at + text_rows.HEAD_BYTES].split(b"\n")[1:3]
+    lines_below = text[start_of_names : start_of_names + text_rows.HEAD_BYTES].split(b"\n")[1:3]
     for line in (line_above, *lines_below):
         cells = _split(line.decode("utf-8", "replace"), head.delimiter)
         cell = cells[time_index].strip('" ') if time_index < len(cells) else ""
@@ -291,12 +298,14 @@ def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
 
 def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
     """A text that ends in the rows, without comments between them, and where they start."""
-    lines_above = text[: text_rows.HEAD_BYTES].split(b"\n", head.start)[: head.start]
-    start = sum(len(line) for line in lines_above) + len(lines_above)
+    lines_above = text[: text_rows.HEAD_BYTES].split(b"\n", head.lines_above_rows)[
+        : head.lines_above_rows
+    ]
+    start_of_rows = sum(len(line) for line in lines_above) + len(lines_above)
     # searched first: most logs have no comments there, and to replace them takes much longer
-    if text.find(b"\n#", max(start - 1, 0)) < 0:
-        return text, start
-    rows = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start:])
+    if text.find(b"\n#", max(start_of_rows - 1, 0)) < 0:
+        return text, start_of_rows
+    rows = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start_of_rows:])
     return rows, 0
 
 
@@ -313,10 +322,10 @@ def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
     lines = beginning.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
     line_of_names = _line_of_names(lines, vocabulary)
     names, delimiter = line_of_names.names, line_of_names.delimiter
-    start = line_of_names.number + 1
+    lines_above_rows = line_of_names.number + 1
     rows: list[list[str]] = []
     number_of_row: list[int] = []
-    for number, line in enumerate(lines[start:], start=start):
+    for number, line in enumerate(lines[lines_above_rows:], start=lines_above_rows):
         is_comment = line.startswith("#") and not _is_row(line, delimiter, len(names))
         if line.strip() and not is_comment:
             rows.append(_split(line, delimiter))
@@ -324,12 +333,12 @@ def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
     units = [""] * len(names)
     if rows and _is_unit_row(rows[0], names, vocabulary):
         units = [_bare(cell) for cell in rows.pop(0)]
-        start = number_of_row[0] + 1
+        lines_above_rows = number_of_row[0] + 1
     width = _width(rows, names)
     empty_cells = [""] * width
     return _Head(
         header=lines[: line_of_names.number],
-        start=start,
+        lines_above_rows=lines_above_rows,
         delimiter=delimiter,
         names=[*names, *empty_cells][:width],
         units=[*units, *empty_cells][:width],
@@ -531,19 +540,19 @@ def _split(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _plain_cells(body: bytes, head: _Head, start: int) -> tuple[bytes, str, int]:
+def _plain_cells(body: bytes, head: _Head, start_of_rows: int) -> tuple[bytes, str, int]:
     """The rows with a delimiter that no cell holds, this delimiter, and where the rows start."""
     if head.delimiter == _BLANKS:
-        rows = _BLANKS_AROUND_LINE.sub(b"", body[start:])
+        rows = _BLANKS_AROUND_LINE.sub(b"", body[start_of_rows:])
         rows = _BLANKS_BETWEEN_CELLS.sub(b"\t", rows)
         return text_rows.normalise(rows, "ascii"), "\t", 0
     cells_hold_delimiter = head.quoted and any(
         head.delimiter in cell for row in head.rows for cell in row
     )
     if not cells_hold_delimiter:
-        return body, head.delimiter, start
+        return body, head.delimiter, start_of_rows
     # line by line: a single quote then harms one row only
-    lines = body[start:].decode("utf-8").split("\n")
+    lines = body[start_of_rows:].decode("utf-8").split("\n")
     text = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
     return text_rows.normalise(text.encode(), "ascii"), "\t", 0
 

@@ -210,6 +210,7 @@ def label_of(name: str) -> str:
 
 
 def _is_in(unit: str, quantity_unit: str) -> bool:
+    """Whether a unit can be converted to that of a quantity."""
     return possible_conversion(unit, (quantity_unit,)) is not None
 
 
@@ -346,13 +347,9 @@ def _coefficient_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
 
 
 def _traction_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
-    if "friction" not in concepts or concepts & {
-        "speed",
-        "temperature",
-        "time",
-        "distance",
-        "coefficient",
-    }:
+    if concepts & {"speed", "temperature", "time", "distance", "coefficient"}:
+        return None
+    if "friction" not in concepts:
         return None
     if "torque" in concepts or (unit and _is_in(unit, "N m")):
         return Meaning("traction_torque")
@@ -370,9 +367,8 @@ def _traction_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
 
 def _temperature_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     is_temperature_unit = bool(unit) and _is_in(unit, "degC")
-    if "temperature" not in concepts and not (
-        is_temperature_unit and concepts & {"inlet", "bath", "oil"}
-    ):
+    names_oil_in_degrees = is_temperature_unit and bool(concepts & {"inlet", "bath", "oil"})
+    if "temperature" not in concepts and not names_oil_in_degrees:
         return None
     if concepts & {"elsewhere", "ball", "disc", "difference", "max"}:
         return None
@@ -381,10 +377,10 @@ def _temperature_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     if concepts & {"film", "contact"}:
         question = "it is that of film or contact; the law needs that of the oil supplied"
         return Meaning("inlet_temperature", question=question)
-    location = next(
-        (candidate for candidate in ("inlet", "bath", "oil") if candidate in concepts), ""
-    )
-    return Meaning("inlet_temperature", location=location)
+    for location in ("inlet", "bath", "oil"):
+        if location in concepts:
+            return Meaning("inlet_temperature", location=location)
+    return Meaning("inlet_temperature")
 
 
 _WHICH_PRESSURE = "it may be the maximum or the mean Hertz pressure"
@@ -396,11 +392,8 @@ def _pressure_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
         return None
     if unit and not _is_in(unit, "GPa"):
         return None
-    if not concepts & {"hertz", "contact", "max", "mean"} or concepts & {
-        "oil",
-        "elsewhere",
-        "inlet",
-    }:
+    names_contact = bool(concepts & {"hertz", "contact", "max", "mean"})
+    if not names_contact or concepts & {"oil", "elsewhere", "inlet"}:
         if concepts & {"oil", "elsewhere", "inlet", "bath"} or "stress" in concepts:
             return None
         return Meaning("max_hertz_pressure", question=f"{_WHICH_PRESSURE}, or another pressure")
@@ -416,12 +409,10 @@ def _slip_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
         return None
     is_speed_unit = bool(unit) and _is_in(unit, "m/s")
     is_ratio = bool(unit) and _is_in(unit, "1")
-    is_over_mean = (
-        "rolling" in concepts and "ratio" in concepts and bool(concepts & {"sliding", "slip"})
-    )
+    names_slip = bool(concepts & {"slip", "sliding"})
+    is_over_mean = names_slip and {"rolling", "ratio"} <= concepts
     if "srr" in concepts or is_over_mean:
         return None if is_speed_unit else Meaning("slide_roll_ratio", "over_mean")
-    names_slip = bool(concepts & {"slip", "sliding"})
     is_difference = "difference" in concepts and bool(concepts & {"speed", "rolling"})
     if (names_slip and ("speed" in concepts or is_speed_unit)) or is_difference:
         if is_ratio or (unit and not is_speed_unit):
@@ -482,6 +473,7 @@ def _time_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     return Meaning("time")
 
 
+# Takes the concepts of a name and its unit; gives a meaning, or None where the name has another.
 _Rule = Callable[[frozenset[str], str], Meaning | None]
 # In this order: the first that knows the name counts.
 _RULES: tuple[_Rule, ...] = (

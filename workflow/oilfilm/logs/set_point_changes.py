@@ -30,7 +30,7 @@ def rows_of_set_points(run: LoggedRun) -> list[IndexArray]:
     The rows are divided only where the slip is swept at each load and speed. A log whose speed
     follows the slip, or whose load is not held, has one set point.
     """
-    all_rows = [np.arange(len(run))]
+    one_set_point = [np.arange(len(run))]
     load = run.samples["load_n"]
     ball, disc = run.samples["ball_speed_m_s"], run.samples["disc_speed_m_s"]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -44,7 +44,7 @@ def rows_of_set_points(run: LoggedRun) -> list[IndexArray]:
     # at standstill and without load there is no level
     usable_rows = np.flatnonzero(np.isfinite(signals).all(axis=0))
     if len(usable_rows) < 2 * _FEWEST_ROWS:
-        return all_rows
+        return one_set_point
     signals = signals[:, usable_rows]
     rows_per_block = -(-len(usable_rows) // _MOST_BLOCKS)
     starts = np.arange(0, len(usable_rows), rows_per_block)
@@ -52,8 +52,8 @@ def rows_of_set_points(run: LoggedRun) -> list[IndexArray]:
     medians = np.stack([np.median(block, axis=1) for block in signals_by_block], axis=1)
     first_rows = starts[_first_blocks_of_sweeps(medians)]
     if len(first_rows) < 2 or not _are_set_points(np.split(signals[:2], first_rows[1:], axis=1)):
-        return all_rows
-    return np.split(all_rows[0], usable_rows[first_rows[1:]])
+        return one_set_point
+    return np.split(one_set_point[0], usable_rows[first_rows[1:]])
 
 
 def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
@@ -63,15 +63,15 @@ def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
         medians: Logarithms of load and speed, and the slip, of each block, shape (3, blocks).
     """
     load_and_speed, slip = medians[:2], medians[2]
-    count = len(slip)
+    block_count = len(slip)
     starts = [0]
-    for block in range(1, count):
+    for block in range(1, block_count):
         level = np.median(load_and_speed[:, starts[-1] : block], axis=1)
         if (np.abs(load_and_speed[:, block] - level) > _SAME_LEVEL).any():
             starts.append(block)
     ends = [
         last
-        for first, last in pairwise([*starts, count])
+        for first, last in pairwise([*starts, block_count])
         if np.ptp(slip[first:last]) >= _SHARE_OF_SWEEP * np.ptp(slip)
     ]
     # what is above a sweep belongs to it, as the loading of the contact

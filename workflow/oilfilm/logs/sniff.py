@@ -98,7 +98,7 @@ ZeroSource = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArra
 
 
 @dataclass(frozen=True)
-class Run:
+class SniffedRun:
     """One run of a log.
 
     Attributes:
@@ -155,7 +155,7 @@ class Sniffed:
     missing: Sequence[str]
     names: Sequence[str]
     problem: str
-    runs: Sequence[Run]
+    runs: Sequence[SniffedRun]
     is_log: bool
 
 
@@ -194,7 +194,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> Sniffed:
             unit = VOCABULARY.quantities[quantity][0]
         renamed[quantity] = Column(name=[name], unit=unit)
     missing = _missing(candidates_by_quantity)
-    runs: list[Run] = []
+    runs: list[SniffedRun] = []
 
     def collect_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
         runs.append(
@@ -296,7 +296,7 @@ def _missing(candidates_by_quantity: Mapping[str, base.NamesAndUnits]) -> list[s
 
 def _sniffed_run(
     name_in_file: str, log: UsableLog, quantities_without_unit: Set[str], zero_source: ZeroSource
-) -> Run:
+) -> SniffedRun:
     """What columns and header lines of a run show.
 
     Args:
@@ -319,7 +319,7 @@ def _sniffed_run(
     step_s = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
     has_clock = step_s > 0 and "time" not in quantities_without_unit and not is_settled
     key_of_oil = oil_key(keys) or "oil"
-    return Run(
+    return SniffedRun(
         name_in_file,
         key_of_oil,
         keys.get(key_of_oil, ""),
@@ -436,7 +436,7 @@ def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
     return line_by_set_point
 
 
-def set_points(run: Run) -> dict[str, float]:
+def set_points(run: SniffedRun) -> dict[str, float]:
     """Measured levels of a run whose set points its header does not give."""
     from_header = set(run.set_point_lines)
     # the load has one set point, as force or as pressure
@@ -449,10 +449,10 @@ def set_points(run: Run) -> dict[str, float]:
     }
 
 
-def rows_of_sheet(log: Sniffed) -> Sequence[Run]:
+def rows_of_sheet(log: Sniffed) -> Sequence[SniffedRun]:
     """The runs of a log that need a row of the run sheet; one for all where they are alike."""
     if not log.runs:
-        return [Run()]
+        return [SniffedRun()]
     first_run = log.runs[0]
     if all(set_points(run) == set_points(first_run) for run in log.runs):
         return [replace(first_run, name_in_file="")]
@@ -478,7 +478,7 @@ class Findings:
     logs: Sequence[Sniffed]
 
     @property
-    def runs(self) -> Iterator[Run]:
+    def runs(self) -> Iterator[SniffedRun]:
         """The runs of all logs."""
         return (run for log in self.logs for run in log.runs)
 

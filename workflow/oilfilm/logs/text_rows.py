@@ -40,7 +40,7 @@ _WESTERN = re.compile(
     rb"(?![\x80-\xff])"
 )
 # Encodings that the letters decide: Japanese, Russian, traditional Chinese, central European.
-_DETECTED = ["gb18030", "cp932", "cp1251", "koi8_r", "big5", "cp1250"]
+_DETECTABLE_ENCODINGS = ["gb18030", "cp932", "cp1251", "koi8_r", "big5", "cp1250"]
 _BYTES_DETECTED = 1 << 16
 # Nearly all Chinese characters in use are in level 1 of GB 2312. Level 2 begins with this byte.
 _FIRST_BYTE_OF_GB2312 = 0xA1
@@ -77,20 +77,20 @@ def encoding_of(content: bytes) -> str:
     letters = b" ".join(sequences).decode("utf-8", "replace").replace(" ", "")
     if letters.count("\ufffd") <= len(letters) / 2:
         return "utf-8"
-    chinese = sum(map(_is_common_chinese, sequences))
+    chinese_count = sum(map(_is_common_chinese, sequences))
     # damaged bytes are sequences of their own
-    damaged = max(len(sequences) // 10, min(len(sequences) // 3, 1))
-    needed = len(sequences) - damaged
-    if chinese >= needed:
+    damaged_count = max(len(sequences) // 10, min(len(sequences) // 3, 1))
+    needed_count = len(sequences) - damaged_count
+    if chinese_count >= needed_count:
         return "gb18030"
-    western = sum(1 for _ in islice(_WESTERN.finditer(content), _SEQUENCES_SEARCHED))
-    if western >= needed:
+    western_count = sum(1 for _ in islice(_WESTERN.finditer(content), _SEQUENCES_SEARCHED))
+    if western_count >= needed_count:
         return "cp1252"
-    detected = _detected(content)
-    if detected:
-        return detected
+    detected_encoding = _detected_encoding(content)
+    if detected_encoding:
+        return detected_encoding
     # a damaged text is valid in none of the encodings
-    return "gb18030" if chinese > len(sequences) / 2 else "cp1252"
+    return "gb18030" if chinese_count > len(sequences) / 2 else "cp1252"
 
 
 def _is_common_chinese(sequence: bytes) -> bool:
@@ -98,15 +98,17 @@ def _is_common_chinese(sequence: bytes) -> bool:
     return len(sequence) % 2 == 0 and _FIRST_BYTE_OF_GB2312 <= sequence[0] < _FIRST_BYTE_OF_LEVEL_2
 
 
-def _detected(content: bytes) -> str:
+def _detected_encoding(content: bytes) -> str:
     """The encoding by the frequencies of letters in its language; empty where none is likely."""
     # imported where needed: most logs are ASCII or UTF-8
     from charset_normalizer import from_bytes  # noqa: PLC0415
 
     lines = content[:_BYTES_DETECTED].splitlines()
-    with_letters = [line for line in lines if not line.isascii()]
-    best = from_bytes(b"\n".join(with_letters), cp_isolation=_DETECTED).best()
-    return best.encoding if best else ""
+    lines_with_letters = [line for line in lines if not line.isascii()]
+    best_match = from_bytes(
+        b"\n".join(lines_with_letters), cp_isolation=_DETECTABLE_ENCODINGS
+    ).best()
+    return best_match.encoding if best_match else ""
 
 
 def without_zero_blocks(head: bytes) -> bytes:
@@ -135,9 +137,9 @@ def normalise(content: bytes, encoding: str | None = None) -> bytes:
 
 def count_rows(text: bytes, start: int = 0) -> int:
     """Number of lines of a text without empty lines; the last one may have no line end."""
-    ended = text.count(b"\n", start)
+    line_ends = text.count(b"\n", start)
     last_has_no_end = len(text) > start and not text.endswith(b"\n")
-    return ended + 1 if last_has_no_end else ended
+    return line_ends + 1 if last_has_no_end else line_ends
 
 
 # ---------------------------------------------------------------- rows
@@ -191,16 +193,16 @@ class TextTable:
         ended_rows = memoryview(self.text)[self.start : self.text.rfind(b"\n") + 1]
         if not ended_rows:
             return [np.full(self.rows, np.nan) for _ in indices]
-        misfits: list[int] = []
+        misfit_numbers: list[int] = []
         try:
-            numbers = self._floats(ended_rows, indices, misfits)
+            numbers = self._floats(ended_rows, indices, misfit_numbers)
         except arrow.ArrowInvalid:
-            numbers = [self._column(ended_rows, index, misfits) for index in indices]
-        if not misfits and not self.cut_row_cells:
+            numbers = [self._column(ended_rows, index, misfit_numbers) for index in indices]
+        if not misfit_numbers and not self.cut_row_cells:
             return numbers
-        with_gaps = np.full((len(indices), self.rows), np.nan)
-        with_gaps[:, self._fitting(misfits)] = numbers
-        return list(with_gaps)
+        numbers_of_all_rows = np.full((len(indices), self.rows), np.nan)
+        numbers_of_all_rows[:, self._is_fitting(misfit_numbers)] = numbers
+        return list(numbers_of_all_rows)
 
     def texts(self, index: int) -> npt.NDArray[np.object_]:
         """Text of each cell of a column, shape (rows,).
@@ -211,24 +213,25 @@ class TextTable:
         ended_rows = memoryview(self.text)[self.start : self.text.rfind(b"\n") + 1]
         if not ended_rows:
             return texts
-        misfits: list[int] = []
-        (cells,) = self._cells(ended_rows, [index], arrow.binary(), misfits)
+        misfit_numbers: list[int] = []
+        (cells,) = self._cells(ended_rows, [index], arrow.binary(), misfit_numbers)
         # few texts differ: one object for each
-        encoded = cells.combine_chunks().dictionary_encode()
-        different = [
-            cell.decode("utf-8", "replace").strip(' "') for cell in encoded.dictionary.to_pylist()
+        cells_by_code = cells.combine_chunks().dictionary_encode()
+        different_texts = [
+            cell.decode("utf-8", "replace").strip(' "')
+            for cell in cells_by_code.dictionary.to_pylist()
         ]
-        codes = encoded.indices.to_numpy()
-        texts[self._fitting(misfits)] = np.array(different, dtype=object)[codes]
+        codes = cells_by_code.indices.to_numpy()
+        texts[self._is_fitting(misfit_numbers)] = np.array(different_texts, dtype=object)[codes]
         return texts
 
-    def _fitting(self, misfits: Sequence[int]) -> BoolArray:
+    def _is_fitting(self, misfit_numbers: Sequence[int]) -> BoolArray:
         """Rows that are ended and have a cell for each column, shape (rows,)."""
-        fitting = np.ones(self.rows, dtype=bool)
-        fitting[np.array(misfits, dtype=int) - 1] = False
+        is_fitting = np.ones(self.rows, dtype=bool)
+        is_fitting[np.array(misfit_numbers, dtype=int) - 1] = False
         if self.cut_row_cells:
-            fitting[-1] = False
-        return fitting
+            is_fitting[-1] = False
+        return is_fitting
 
     def show(self, index: int) -> str:
         """The text of a row."""
@@ -238,32 +241,33 @@ class TextTable:
     def _lines(self) -> list[bytes]:
         return self.text[self.start :].split(b"\n")
 
-    def _column(self, rows: memoryview, index: int, misfits: list[int]) -> FloatArray:
+    def _column(self, rows: memoryview, index: int, misfit_numbers: list[int]) -> FloatArray:
         """The numbers of one column, without rows that do not fit.
 
         Args:
             rows: Text of the rows.
             index: Index of the column.
-            misfits: Filled with the numbers of rows with more or fewer cells than columns, from 1.
+            misfit_numbers: Filled with the numbers, from 1, of rows with more or fewer cells than
+                columns.
         """
         if index in self.stamps:
-            cells = self._cells(rows, self.stamps, arrow.string(), misfits)
+            cells = self._cells(rows, self.stamps, arrow.string(), misfit_numbers)
             return seconds(*(column.to_pandas().str.strip(' "') for column in cells))
         try:
-            return self._floats(rows, [index], misfits)[0]
+            return self._floats(rows, [index], misfit_numbers)[0]
         except arrow.ArrowInvalid:
-            (column,) = self._cells(rows, [index], arrow.binary(), misfits)
+            (column,) = self._cells(rows, [index], arrow.binary(), misfit_numbers)
             return self._numbers(column.to_pandas())
 
     def _floats(
-        self, rows: memoryview, indices: Sequence[int], misfits: list[int]
+        self, rows: memoryview, indices: Sequence[int], misfit_numbers: list[int]
     ) -> list[FloatArray]:
         """Numbers of some columns, as `_column`.
 
         Raises:
             ArrowInvalid: A cell is no number, or a line is longer than a block.
         """
-        columns = self._cells(rows, indices, arrow.float64(), misfits)
+        columns = self._cells(rows, indices, arrow.float64(), misfit_numbers)
         return [column.to_numpy() for column in columns]
 
     def _cells(
@@ -271,13 +275,13 @@ class TextTable:
         rows: memoryview,
         indices: Sequence[int],
         cell_type: arrow.DataType,
-        misfits: list[int],
+        misfit_numbers: list[int],
     ) -> list[arrow.ChunkedArray]:
         """Cells of some columns in a type of Arrow, as `_column`."""
-        misfits.clear()
+        misfit_numbers.clear()
 
         def skip(row: arrow_csv.InvalidRow) -> str:
-            misfits.append(row.number)
+            misfit_numbers.append(row.number)
             return "skip"
 
         names = [str(index) for index in range(self.width)]
@@ -305,16 +309,16 @@ class TextTable:
 
     def _numbers(self, cells: "pd.Series[Any]") -> FloatArray:
         """Numbers of raw cells; NaN where a cell holds anything else."""
-        text = cells.map(lambda cell: cell.decode("utf-8", "replace").strip(' "'), "ignore")
-        text = text.str.replace(_BLANK_GROUPS, "", regex=True)
+        texts = cells.map(lambda cell: cell.decode("utf-8", "replace").strip(' "'), "ignore")
+        texts = texts.str.replace(_BLANK_GROUPS, "", regex=True)
         other_mark = "," if self.decimal_mark == "." else "."
         if self.group_mark:
-            grouped = rf"[-+]?\d{{1,3}}(?:\{other_mark}\d{{3}})+(?:\{self.decimal_mark}\d*)?"
-            ungrouped = text.str.replace(other_mark, "", regex=False)
-            text = text.where(~text.str.fullmatch(grouped, na=False), ungrouped)
+            grouped_number = rf"[-+]?\d{{1,3}}(?:\{other_mark}\d{{3}})+(?:\{self.decimal_mark}\d*)?"
+            ungrouped_texts = texts.str.replace(other_mark, "", regex=False)
+            texts = texts.where(~texts.str.fullmatch(grouped_number, na=False), ungrouped_texts)
         # the other mark would be a second decimal mark: such a cell is no number
-        text = text.str.replace(other_mark, "?", regex=False).str.replace(",", ".", regex=False)
-        return pd.to_numeric(text, errors="coerce").to_numpy(dtype=np.float64)
+        texts = texts.str.replace(other_mark, "?", regex=False).str.replace(",", ".", regex=False)
+        return pd.to_numeric(texts, errors="coerce").to_numpy(dtype=np.float64)
 
 
 # ---------------------------------------------------------------- time stamps
@@ -360,20 +364,20 @@ def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> 
     numbers = numbers.fillna({"s": 0.0, "zone_h": 0.0, "zone_min": 0.0})
     zone_min = 60 * numbers["zone_h"] + np.copysign(numbers["zone_min"], numbers["zone_h"])
     local_s = numbers["h"] * _S_PER_HOUR + numbers["min"] * 60 + numbers["s"]
-    time: FloatArray = (local_s - 60 * zone_min).to_numpy(np.float64, copy=True)
-    day = _days(fields["date"] if dates is None else dates)
-    has_dates = bool(np.isfinite(day).any())
+    time_s: FloatArray = (local_s - 60 * zone_min).to_numpy(np.float64, copy=True)
+    days = _days(fields["date"] if dates is None else dates)
+    has_dates = bool(np.isfinite(days).any())
     if has_dates:
         # counted from the first day, because the seconds of centuries leave too few digits
-        time += (day - np.nanmin(day)) * _S_PER_DAY
-    rows = np.flatnonzero(np.isfinite(time))
-    if len(rows):
-        time -= time[rows[0]]
+        time_s += (days - np.nanmin(days)) * _S_PER_DAY
+    rows_with_time = np.flatnonzero(np.isfinite(time_s))
+    if len(rows_with_time):
+        time_s -= time_s[rows_with_time[0]]
         if not has_dates:
-            steps = np.diff(time[rows], prepend=0.0)
+            steps = np.diff(time_s[rows_with_time], prepend=0.0)
             midnights = np.cumsum(steps < -_S_PER_DAY / 2)
-            time[rows] += _S_PER_DAY * midnights
-    return time
+            time_s[rows_with_time] += _S_PER_DAY * midnights
+    return time_s
 
 
 def _days(texts: "pd.Series[str]") -> FloatArray:

@@ -24,10 +24,10 @@ from oilfilm.base.errors import OilfilmError
 # Letters that the path of a project must not have. Snakemake takes braces for wildcards, and PATH
 # is split at colons. A shell evaluates a dollar sign or a backquote even in double quotes, and the
 # start scripts of packages contain double quotes.
-UNUSABLE = frozenset('{}:$`"\\') | {chr(code) for code in (*range(32), 127)}
-_LOCK = "oilfilm.lock"
+UNUSABLE_LETTERS = frozenset('{}:$`"\\') | {chr(code) for code in (*range(32), 127)}
+_LOCK_NAME = "oilfilm.lock"
 # Faults of the machine, not of the program, with the advice.
-_FAULTS = {
+_FAULT_BY_ERRNO = {
     errno.ENOSPC: "The disk is full. Make room on it",
     errno.EDQUOT: "The quota on this disk is used up. Make room",
     errno.EFBIG: "A file would be larger than is allowed here. Raise the limit (ulimit -f)",
@@ -40,7 +40,7 @@ _FAULTS = {
 
 def machine_fault(error: OSError) -> str:
     """A fault of the machine and the advice, as text; empty where the program is at fault."""
-    return _FAULTS.get(error.errno or 0, "")
+    return _FAULT_BY_ERRNO.get(error.errno or 0, "")
 
 
 def check_machine(written_folders: Iterable[Path]) -> None:
@@ -54,9 +54,9 @@ def check_machine(written_folders: Iterable[Path]) -> None:
             folder.
     """
     folder = Path.cwd()
-    unusable_letters = sorted(UNUSABLE & set(str(folder)))
-    if unusable_letters:
-        letters = ", ".join(map(repr, unusable_letters))
+    unusable_in_path = sorted(UNUSABLE_LETTERS & set(str(folder)))
+    if unusable_in_path:
+        letters = ", ".join(map(repr, unusable_in_path))
         raise OilfilmError(
             f"{str(folder)!r}: jobs cannot be started in a folder with {letters} in its path. "
             "Rename the folder, or move its content; blanks and letters of any language do no harm."
@@ -75,9 +75,9 @@ def _check_writable(path: Path) -> None:
     if not os.access(existing, os.W_OK):
         is_read_only_disk = os.statvfs(existing).f_flag & os.ST_RDONLY
         fault = errno.EROFS if is_read_only_disk else errno.EACCES
-        raise OilfilmError(f"{existing}: {_FAULTS[fault]}.")
+        raise OilfilmError(f"{existing}: {_FAULT_BY_ERRNO[fault]}.")
     if not shutil.disk_usage(existing).free:
-        raise OilfilmError(f"{existing}: {_FAULTS[errno.ENOSPC]}.")
+        raise OilfilmError(f"{existing}: {_FAULT_BY_ERRNO[errno.ENOSPC]}.")
 
 
 def check_image(image: str) -> None:
@@ -151,4 +151,4 @@ def job_lock(records: Path) -> Iterator[None]:
 
 def _open_lock(records: Path) -> IO[bytes]:
     records.mkdir(parents=True, exist_ok=True)
-    return (records / _LOCK).open("a+b")  # network file systems lock readable files only
+    return (records / _LOCK_NAME).open("a+b")  # network file systems lock readable files only

@@ -53,12 +53,11 @@ class CampaignTables:
         paths = {
             name: results / _FILES.get(name, f"tables/{name}.parquet") for name in _known_names()
         }
-        return cls(
-            {
-                name: [] if name in NOT_IN_EVERY_CAMPAIGN and not path.exists() else [path]
-                for name, path in paths.items()
-            }
-        )
+        files: dict[str, list[Path]] = {}
+        for name, path in paths.items():
+            is_left_out = name in NOT_IN_EVERY_CAMPAIGN and not path.exists()
+            files[name] = [] if is_left_out else [path]
+        return cls(files)
 
     @classmethod
     def in_memory(cls, **frames: pd.DataFrame) -> "CampaignTables":
