@@ -57,7 +57,7 @@ class HeatedTruth:
     """Traction of thermal elastohydrodynamics in place of a fitted law."""
 
     law = SimpleNamespace(conditions=CONDITIONS)
-    reach = np.array([[0.8, 2.0], [5.0, 60.0], [20.0, 120.0], [0.0, 0.6]])
+    widened_box = np.array([[0.8, 2.0], [5.0, 60.0], [20.0, 120.0], [0.0, 0.6]])
 
     def predict(self, conditions: Any, slip: Any) -> Any:
         pressure, speed, temperature = conditions.T
