@@ -271,6 +271,7 @@ def of_claims() -> dict[str, Any]:
     assert of_print["rises-with-stress", "always", ""] == 1
     assert of_print["rises-with-stress", "share_tested", ""] == 1
     assert verdicts.at["rises-with-stress", "undoubted"] == "holds"
+    assert of_print["full-film", "full", ""] == of_print["full-film", "central", ""] == 1
     assert shares.at["speed-mutes-temperature", "printed"] == 1
     assert verdicts.at["heavy-load-grips", "refit"] == "holds"
     in_thermal = thermal("claims").query("basis == 'refit'").set_index("claim")
@@ -290,6 +291,7 @@ def of_claims() -> dict[str, Any]:
         "hot_in_order": 100 * in_thermal.at["viscosity-order", "share"],
         "hot_order_tested": 100 * of_thermal["viscosity-order", "share_tested", ""],
         "hot_above_4102": 100 * of_thermal["viscosity-order", "above_next", "4102"],
+        "thick": 100 * of_print["full-film", "thick", ""],
         "muted": 100 * of_print["speed-mutes-temperature", "relative", ""],
         "heavy_points": claims.query(_HEAVY)["cases"].item(),
     }
