@@ -251,7 +251,7 @@ def _entry(
     paragraphs = [
         f"Section {claim.section}: "
         f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}",
-        f"Test: it holds where {_filled(claim.holds_where, settings)}.",
+        f"Test: {_filled(claim.holds_where, settings)}.",
     ]
     for row in tables.rows(rows):
         basis = BASES[row["basis"]]
@@ -273,7 +273,8 @@ def _finding(
 ) -> str:
     """Share, worst case and further numbers of a claim on one basis, in sentences."""
     share = row["share"]
-    sentences = [f"Read strictly, it holds in {_percent(share)} of {row['cases']} cases."]
+    cases = "1 case" if row["cases"] == 1 else f"{row['cases']} cases"
+    sentences = [f"Read strictly, it holds in {_percent(share)} of {cases}."]
     if row["verdict"] == "by construction":
         sentences.append("The equation makes it so for any constants that it allows.")
     condition = [row["worst_oil"]] if row["worst_oil"] else []
