@@ -97,6 +97,28 @@ def test_conversation_ends_when_check_passes(
     assert main(["check", str(folder / "data/raw/june")]) == 0
 
 
+@pytest.mark.parametrize(("answer", "accepted"), [("yes", 1), ("no", 0), ("", 0)])
+def test_rows_that_look_settled_are_asked_about(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    answer: str,
+    accepted: int,
+) -> None:
+    percent = np.array([0.8, 1.5, 2.5, 4, 6, 9, 13, 18, 24, 30])
+    mu = 0.067 * np.tanh(0.6 * percent) * np.exp(-0.015 * percent)
+    readings = zip(np.arange(10) * 11, percent, mu, strict=True)
+    rows = [f"{time},{slip},2.0,{value:.4f},45.6,60" for time, slip, value in readings]
+    head = "Time (s),SRR (%),Rolling Speed (m/s),Traction Coeff (-),Ball Load (N),Lube Temp (C)"
+    (tmp_path / "log.csv").write_text("\n".join([head, *rows, ""]), encoding="utf-8")
+    answers = {"film_unjudged": REASON, "zero": "already_removed", "ball_radius_m": "12.7mm"}
+    someone = Person({**answers, "ball": "steel", "disc": "steel", "log_kind": answer})
+    at_terminal(monkeypatch, someone)
+    assert main(["init", str(tmp_path / "june"), str(tmp_path / "log.csv")]) == 1 - accepted
+    assert someone.asked.count("log_kind") == 1
+    assert f"check: {accepted} of 1 logs are accepted" in capsys.readouterr().out
+
+
 def test_impossible_answers_are_asked_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

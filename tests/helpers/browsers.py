@@ -25,10 +25,15 @@ class Tab:
         self.page = page
         self.problems: list[str] = []
         self.allowed: tuple[str, ...] = ()
-        page.on("console", lambda message: self.problems.append(message.text))
+        page.on("console", self._hear)
         page.on("dialog", self._refuse)
         page.on("pageerror", lambda error: self.problems.append(str(error)))
         page.on("request", lambda request: self._ask(request.url))
+
+    def _hear(self, message: Any) -> None:
+        # the theme of the site logs what it does
+        if message.type in ("error", "warning"):
+            self.problems.append(message.text)
 
     def _refuse(self, dialog: Any) -> None:
         self.problems.append(f"the page ran {dialog.message}")

@@ -3,6 +3,8 @@
 Decides: which answers a line of the settings takes.
 """
 
+import csv
+import io
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -187,11 +189,49 @@ def converse(
             if open_lines(folder, files):
                 return None
             checked = check_project(folder, campaign)
+            if _settled_rows(folder, campaign, checked, ask, say):
+                checked = check_project(folder, campaign)
             for rig, keys in checked.missing_rig_keys.items():
                 _add_to_rig(folder / f"config/rigs/{rig}.yaml", keys)
     except EOFError:
         return None
     return None if open_lines(folder, files) else checked
+
+
+def _settled_rows(folder: Path, campaign: str, checked: Checked, ask: Ask, say: Say) -> bool:
+    """Ask whether rows that look like settled readings are, and note it in the run sheet.
+
+    Returns:
+        Whether the run sheet has changed.
+    """
+    raw = folder / "data/raw" / campaign
+    sheet = raw / "runs.csv"
+    refused = {
+        Path(log["file"]).relative_to(raw).as_posix()
+        for log in checked.refused
+        if _first_reason(log) == "settled_readings"
+    }
+    if not refused or not sheet.is_file():
+        return False
+    text = sheet.read_text(encoding="utf-8-sig")
+    separator = ";" if ";" in text.partition("\n")[0] else ","
+    header, *rows = csv.reader(io.StringIO(text), delimiter=separator)
+    if "log_kind" in header or "file" not in header:
+        return False
+    say(f"{sheet.relative_to(folder)}, line 1: log_kind")
+    say(f"  {len(refused)} of {len(checked.logs)} logs have another slide-roll ratio in each row")
+    answer = ask(
+        "  Is each row a settled reading whose zero is removed? yes or no: (Enter: later) "
+    )
+    if answer.strip().casefold() not in ("yes", "y"):
+        return False
+    file_column = header.index("file")
+    written = io.StringIO()
+    writer = csv.writer(written, delimiter=separator, lineterminator="\n")
+    writer.writerow([*header, "log_kind"])
+    writer.writerows([*row, "steps" if row[file_column] in refused else ""] for row in rows)
+    write_text(f"\ufeff{written.getvalue()}", sheet)
+    return True
 
 
 def _filled_in(line: OpenLine, column_names: Sequence[str], ask: Ask, say: Say) -> str:
