@@ -25,7 +25,7 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.curation.curve_shapes import ShapeVerdicts, judged_shapes
+from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, judged_shapes
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
@@ -48,6 +48,7 @@ from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.config import CopySettings, GateSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import SET_POINTS, with_levels
 
 # ---------------------------------------------------------------- repeats
@@ -63,41 +64,40 @@ _SCALES = {
     "entrainment_speed_m_s": "surface_speed_m_s",
     "inlet_temperature_c": "temperature_c",
 }
-# Columns of points by which runs are compared: a campaign's table has three times as many.
-_COMPARED = [
-    *("run_id", "accepted", "slide_roll_ratio", "slide_roll_ratio_se"),
-    *("traction_coefficient", "traction_coefficient_se", *_SCALES),
-]
+# Columns of points of which copies have the same noise at the same conditions.
+_MEANS = ["slide_roll_ratio", "traction_coefficient"]
+_ERRORS = [f"{name}_se" for name in _MEANS]
+_AT = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
 def repeated(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+    shares: CampaignTables, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> list[Refusal]:
     """Refusals of accepted runs that repeat or contradict others, those of copies first.
 
     A torque rig may measure a condition again, and so may a campaign that declares repeats.
 
     Args:
-        points: Table of plateaus.
+        shares: The table `points`, of which each rule reads the columns that it compares.
         runs: Table of runs.
         kind: The kind of rig.
         settings: Settings of the run.
     """
     left = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
     refused: dict[str, Refusal] = {}
-    for case in _readings(points, left, kind, settings):
+    for case in _readings(shares, left, kind, settings):
         refused.setdefault(case.run_id, case)
     if kind.name == TRACTION and settings.campaign.repeated_conditions != "accept":
         left = left[~left["run_id"].isin(refused)]
-        refused |= {case.run_id: case for case in _conditions(points, left, settings)}
+        refused |= {case.run_id: case for case in _conditions(shares, left, settings)}
     return list(refused.values())
 
 
 def _readings(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+    shares: CampaignTables, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
-    pairs = list(_same_readings(points, runs, kind, settings))
+    pairs = list(_same_readings(shares, runs, kind, settings))
     for first, later in pairs:
         if first.oil == later.oil:
             yield fault("duplicate_log", run_id=later.run_id, kept=first.run_id)
@@ -107,7 +107,9 @@ def _readings(
                 yield fault("conflicting_labels", run_id=run.run_id, other=other)
 
 
-def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) -> Iterator[Refusal]:
+def _conditions(
+    shares: CampaignTables, runs: pd.DataFrame, settings: Settings
+) -> Iterator[Refusal]:
     """Runs of one condition: curves that contradict each other, and all but one of the others.
 
     Two runs contradict each other beyond `repeat_difference_max`. Of three or more, one that is off
@@ -115,7 +117,7 @@ def _conditions(points: pd.DataFrame, runs: pd.DataFrame, settings: Settings) ->
     """
     gates = settings.gates
     allowed, odd = gates.repeat_difference_max, gates.repeat_odd_min
-    for names, apart in _compared_conditions(points, runs, settings):
+    for names, apart in _compared_conditions(shares, runs, settings):
         kept = []
         largest_mutual = _largest_without_each(apart)
         for index, run_id in enumerate(names):
@@ -155,19 +157,24 @@ def _largest_without_each(apart: FloatArray) -> FloatArray:
 
 
 def _compared_conditions(
-    points: pd.DataFrame, runs: pd.DataFrame, settings: Settings
+    shares: CampaignTables, runs: pd.DataFrame, settings: Settings
 ) -> Iterator[tuple[list[str], FloatArray]]:
     """Runs of the same oil, rig and set points, and how far the curves of each two are apart.
 
     A load counts by the pressure that it makes, where the rig's contact is known: a pressure that
     is rounded by 0.5 % is a load that is off by 1.5 %.
     """
-    accepted = points.loc[points["accepted"], _COMPARED]
-    rows = accepted.groupby("run_id").indices
     noted, (pressure, load, *_) = with_levels(runs, settings), SET_POINTS
     # one of the two is unknown
     noted = noted[noted[[pressure, load]].notna().any(axis=1)].fillna({pressure: -1, load: -1})
-    for group in _same(noted, ["oil", "rig", *SET_POINTS]):
+    groups = list(_same(noted, ["oil", "rig", *SET_POINTS]))
+    if not groups:
+        return
+    points = shares.table("points", ["run_id", "accepted", *_MEANS, _ERRORS[1]])
+    has_repeats = points["run_id"].isin({run.run_id for group in groups for run in group})
+    accepted = points[points["accepted"] & has_repeats]
+    rows = accepted.groupby("run_id").indices
+    for group in groups:
         names = [run.run_id for run in group]
         curves = [_curve(accepted.iloc[rows[name]]) for name in names]
         yield names, _differences(curves, settings.gates.sign_slip_min)
@@ -182,7 +189,7 @@ def _same(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
 
 
 def _same_readings(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+    shares: CampaignTables, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> Iterator[tuple[Any, Any]]:
     """Pairs of runs out of files of one content, or with plateaus of the same noise."""
     named: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
@@ -191,8 +198,9 @@ def _same_readings(
     for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     if kind.name == TRACTION:
-        left = points.loc[points["run_id"].isin(named), _COMPARED]
-        for name, other in _same_noise(left, settings.gates.copies):
+        points = shares.table("points", ["run_id", *_MEANS, *_ERRORS, *_AT])
+        points = points[points["run_id"].isin(named) & (points[_ERRORS] > 0).all(axis=1)]
+        for name, other in _same_noise(points, settings.gates.copies):
             yield named[name], named[other]
 
 
@@ -203,9 +211,7 @@ def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[st
     of the same condition have other ones. The last plateaus of both are compared, but for the very
     last: it ends where the log does, or in a step that is found to within a few rows.
     """
-    means = ["slide_roll_ratio", "traction_coefficient"]
-    errors = [f"{name}_se" for name in means]
-    of_runs = points[(points[errors] > 0).all(axis=1)].groupby("run_id")
+    of_runs = points.groupby("run_id")
     counts = of_runs.size()
     names = counts.index[counts > copies.plateaus]
     last = of_runs.tail(copies.plateaus + 1)
@@ -215,7 +221,7 @@ def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[st
         return
     values, se, at = (
         last[columns].to_numpy(float).reshape(len(names), copies.plateaus, -1)
-        for columns in (means, errors, ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"])
+        for columns in (_MEANS, _ERRORS, _AT)
     )
     near = np.nan_to_num(at[:, -_LOOKED_UP:].reshape(len(names), -1))
     reach = copies.condition * np.abs(near).max(axis=0)
@@ -301,7 +307,7 @@ def _curve(points: pd.DataFrame) -> _Curve:
 
 def with_campaign_warnings(
     runs: pd.DataFrame,
-    points: pd.DataFrame,
+    shares: CampaignTables,
     kind: type[RigKind],
     settings: Settings,
     of_shapes: Iterable[tuple[str, str]],
@@ -310,7 +316,7 @@ def with_campaign_warnings(
 
     Args:
         runs: Table of runs.
-        points: Table of points.
+        shares: The table `points`, of which each rule reads the columns that it compares.
         kind: The kind of rig.
         settings: Settings of the run.
         of_shapes: Warnings about the shapes of curves: id of the run and a sentence.
@@ -319,13 +325,25 @@ def with_campaign_warnings(
         return runs
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
     texts = {run_id: list(own_texts) for run_id, own_texts in accepted["warning"].items()}
-    points = points.loc[points["run_id"].isin(accepted.index), _COMPARED]
-    constant = _constant_channels(points, accepted, settings.gates)
-    of_rig = _of_rig(points, accepted["rig"], settings)
-    of_spin = spin_warnings(points, accepted["rig"], settings)
-    of_oil = _of_oil(accepted["oil"], settings)
-    speeds = _speed_controls(points, accepted, settings.gates)
-    for run_id, text in chain(of_shapes, constant, of_rig, of_spin, of_oil, speeds):
+
+    def points(*columns: str) -> pd.DataFrame:
+        """Some columns of the points of accepted runs."""
+        frame = shares.table("points", ["run_id", *columns])
+        return frame[frame["run_id"].isin(accepted.index)]
+
+    # each rule has its own points: they are gone when the next one reads
+    for run_id, text in chain(
+        of_shapes,
+        _constant_channels(points("load_n", "inlet_temperature_c"), accepted, settings.gates),
+        _of_rig(points(*_SCALES), accepted["rig"], settings),
+        spin_warnings(points("accepted", *_MEANS, "load_n"), accepted["rig"], settings),
+        _of_oil(accepted["oil"], settings),
+        _speed_controls(
+            points("accepted", "entrainment_speed_m_s", "slide_roll_ratio"),
+            accepted,
+            settings.gates,
+        ),
+    ):
         texts[run_id].append(text)
     warnings = [tuple(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.lists(warnings, runs.index))
@@ -338,23 +356,22 @@ def _of_rig(
 
     Each is the id of the run and a sentence.
     """
-    for run_id, points_of_run in points.groupby("run_id"):
-        rig_name = rigs.loc[run_id]
-        rig = settings.rigs.get(rig_name)
+    largest_of_run = points[list(_SCALES)].abs().groupby(points["run_id"]).max()
+    for rig_name, of_rig in largest_of_run.groupby(rigs.reindex(largest_of_run.index)):
+        rig = settings.rigs.get(str(rig_name))
         if rig is None:
             continue
-        warnings = [f"unusual_rig: {doubt}" for doubt in rig.doubts()]
-        if rig.full_scale is not None:
-            for column, key in _SCALES.items():
-                largest = points_of_run[column].abs().max()
-                full_scale = getattr(rig.full_scale, key)
-                if exceeds(largest, full_scale):
-                    beyond = fault(
-                        "full_scale", column=column, of=largest, full=full_scale, key=key
-                    )
-                    warnings.append(beyond.reason)
-        for text in warnings:
-            yield str(run_id), f"{text}; correct {rig_name}.yaml"
+        advice = f"correct {rig_name}.yaml"
+        for doubt in rig.doubts():
+            for run_id in of_rig.index:
+                yield str(run_id), f"unusual_rig: {doubt}; {advice}"
+        if rig.full_scale is None:
+            continue
+        for column, key in _SCALES.items():
+            full_scale = getattr(rig.full_scale, key)
+            for run_id, largest in of_rig.loc[exceeds(of_rig[column], full_scale), column].items():
+                about = dict(column=column, of=largest, full=full_scale, key=key)
+                yield str(run_id), f"{fault('full_scale', **about).reason}; {advice}"
 
 
 def _of_oil(oils: "pd.Series[str]", settings: Settings) -> Iterator[tuple[str, str]]:
@@ -370,13 +387,15 @@ def _speed_controls(
     points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
 ) -> Iterator[tuple[str, str]]:
     """Runs in which a rig holds the speed of one body: id and a sentence."""
-    set_speeds = runs["nominal_entrainment_speed_m_s"].to_dict()
-    for run_id, of_run in points[points["accepted"]].groupby("run_id"):
+    set_speeds = runs["nominal_entrainment_speed_m_s"]
+    points = points[points["accepted"]]
+    nominal_of_point = set_speeds.reindex(points["run_id"]).to_numpy()
+    off = (points["entrainment_speed_m_s"] - nominal_of_point).abs()
+    is_off = exceeds(off, gates.speed_tolerance * nominal_of_point)
+    off_runs = set(points.loc[is_off, "run_id"])
+    for run_id, of_run in points[points["run_id"].isin(off_runs)].groupby("run_id"):
         nominal = set_speeds[run_id]
-        allowed = gates.speed_tolerance * nominal
         mean = of_run["entrainment_speed_m_s"]
-        if not exceeds((mean - nominal).abs(), allowed).any():
-            continue
         held = held_speed(of_run)
         speeds = controlled_speeds(of_run).items()
         control = next(name for name, speed in speeds if speed.equals(held))
@@ -681,30 +700,87 @@ def collect(curated: Curated, settings: Settings, kind: type[RigKind] = Traction
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    refused = repeated(curated.points, curated.runs, kind, settings)
-    judged = _without(curated, refused, kind)
-    shapes = ShapeVerdicts()
-    if kind.name == TRACTION:
-        shapes = judged_shapes(judged.points, judged.runs)
-        judged = _without(judged, shapes.refused, kind)
-    points, quarantine = judged.points, judged.quarantine
-    runs = with_campaign_warnings(judged.runs, points, kind, settings, shapes.warnings)
-    order = ["file", "run_id", "first_row", "rule"]
+    shares = CampaignTables.in_memory(
+        points=curated.points, runs=curated.runs, quarantine=curated.quarantine
+    )
+    compared = compare_runs(shares, settings, kind)
+    points = compared.judged(curated.points)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
-        runs.sort_values("run_id", ignore_index=True),
-        quarantine.sort_values(order, ignore_index=True),
+        compared.runs,
+        compared.quarantine,
     )
 
 
-def _without(curated: Curated, refused: list[Refusal], kind: type[RigKind]) -> Curated:
-    """The tables with some more runs refused."""
+@dataclass(frozen=True)
+class ComparedRuns:
+    """The runs of a campaign after they have been compared with each other.
+
+    Attributes:
+        runs: Table of runs, in order.
+        quarantine: Table of quarantine, in order.
+        refused: Refusals of runs by this comparison.
+        kind: The kind of rig.
+    """
+
+    runs: pd.DataFrame
+    quarantine: pd.DataFrame
+    refused: list[Refusal]
+    kind: type[RigKind]
+
+    def judged(self, points: pd.DataFrame) -> pd.DataFrame:
+        """Some rows of the table of points, with the verdicts on their runs."""
+        return _refuse_plateaus(points, self.refused, self.kind) if self.refused else points
+
+
+def compare_runs(
+    shares: CampaignTables, settings: Settings, kind: type[RigKind] = TractionRig
+) -> ComparedRuns:
+    """Judge the runs of a campaign by the rules that compare them with each other.
+
+    A rule reads only the columns of points that it needs, and the shapes of one oil at a time: the
+    table of points of a large campaign does not fit into memory.
+
+    Args:
+        shares: Tables `points`, `runs` and `quarantine` of all shares.
+        settings: Settings of the run.
+        kind: The kind of rig.
+    """
+    runs, quarantine = shares.runs, shares.quarantine
+    refused = repeated(shares, runs, kind, settings)
+    runs, quarantine = _without(runs, quarantine, refused, kind)
+    warnings: list[tuple[str, str]] = []
+    if kind.name == TRACTION:
+        odd: list[Refusal] = []
+        for oil in sorted(set(runs.loc[runs["verdict"] == "accepted", "oil"])):
+            shapes = judged_shapes(shares.table("points", SHAPE_COLUMNS, oil=oil), runs)
+            odd += shapes.refused
+            warnings += shapes.warnings
+        runs, quarantine = _without(runs, quarantine, odd, kind)
+        refused += odd
+    runs = with_campaign_warnings(runs, shares, kind, settings, warnings)
+    order = ["file", "run_id", "first_row", "rule"]
+    return ComparedRuns(
+        runs.sort_values("run_id", ignore_index=True),
+        quarantine.sort_values(order, ignore_index=True),
+        refused,
+        kind,
+    )
+
+
+def _without(
+    runs: pd.DataFrame, quarantine: pd.DataFrame, refused: list[Refusal], kind: type[RigKind]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The tables of runs and of quarantine with some more runs refused."""
     if not refused:
-        return curated
-    points = _refuse_plateaus(curated.points, refused, kind)
-    runs = _with_verdicts(curated.runs, points, refused)
-    new_rows = quarantine_rows(refused, runs, kind)
-    return Curated(points, runs, pd.concat([curated.quarantine, new_rows]))
+        return runs, quarantine
+    counts = runs.set_index("run_id")[["plateaus", "accepted_points"]]
+    names = [refusal.run_id for refusal in refused]
+    counts.loc[names, "accepted_points"] = 0
+    if not kind.keeps_refused_runs:
+        counts.loc[names, "plateaus"] = 0
+    runs = _with_verdicts(runs, counts, refused)
+    return runs, pd.concat([quarantine, quarantine_rows(refused, runs, kind)])
 
 
 def arrays_of(samples: pd.DataFrame) -> Columns:
@@ -768,7 +844,7 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     points = failed_gates.with_gate_of_run(points, rule_of_run)
     refused |= {refusal.run_id: refusal for refusal in refused_by_plateaus}
     in_order_of_runs = [refused[run_id] for run_id in runs["run_id"] if run_id in refused]
-    runs = _with_verdicts(runs, points, in_order_of_runs)
+    runs = _with_verdicts(runs, _counts_of_plateaus(points), in_order_of_runs)
     quarantine = quarantine_rows([*in_order_of_runs, *measured.too_short], runs, type(rig))
     return Curated(points[tables.columns(rig.table)], runs, quarantine)
 
@@ -783,19 +859,30 @@ def _refuse_plateaus(
     return points[~points["run_id"].isin(list(gate_of_run))]
 
 
+def _counts_of_plateaus(points: pd.DataFrame) -> pd.DataFrame:
+    """Numbers of plateaus and of accepted ones, by run."""
+    by_run = points.groupby("run_id")["accepted"]
+    return pd.DataFrame({"plateaus": by_run.size(), "accepted_points": by_run.sum()})
+
+
 def _with_verdicts(
-    runs: pd.DataFrame, points: pd.DataFrame, refused: list[Refusal]
+    runs: pd.DataFrame, counts: pd.DataFrame, refused: list[Refusal]
 ) -> pd.DataFrame:
-    """Runs with rule and sentence of their refusal, counts of their plateaus, and verdict."""
+    """Runs with rule and sentence of their refusal, counts of their plateaus, and verdict.
+
+    Args:
+        runs: Table of runs.
+        counts: Numbers of plateaus and of accepted ones, by run.
+        refused: Refusals of runs.
+    """
     refusal_of_run = {refusal.run_id: (refusal.rule, refusal.reason) for refusal in refused}
     rules_and_reasons = [
         refusal_of_run.get(run_id, (rule, reason))
         for run_id, rule, reason in zip(runs["run_id"], runs["rule"], runs["reason"], strict=True)
     ]
-    counts = points.groupby("run_id")["accepted"].agg(["size", "sum"])
     counts = counts.reindex(runs["run_id"], fill_value=0).astype(np.int64)
-    plateaus = counts["size"].to_numpy()
-    accepted = counts["sum"].to_numpy()
+    plateaus = counts["plateaus"].to_numpy()
+    accepted = counts["accepted_points"].to_numpy()
     # a run that is not used needs no warning
     warnings = [
         texts if count else () for texts, count in zip(runs["warning"], accepted, strict=True)
