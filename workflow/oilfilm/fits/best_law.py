@@ -10,7 +10,7 @@ a law whose further constants have no effect. Such laws count once, as the prefe
 Decides: which law is the best one for an oil, when laws tie, and when two laws are the same law.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -60,19 +60,39 @@ def best_laws(
         points: Table of points.
         bic_difference_min: Laws tie where their BIC differ by less.
     """
-    measured = points[["run_id", "first_row", "traction_coefficient"]]
-    compared = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
     rows = []
     for fit in tables.rows(quality[quality["configured"]]):
         quality_of_oil = quality[quality["oil"] == fit["oil"]]
-        compared_of_oil = compared[compared["oil"] == fit["oil"]]
-        verdict = _verdict(fit["law"], quality_of_oil, compared_of_oil, bic_difference_min)
+        compared = _compared(law_points[law_points["oil"] == fit["oil"]], points)
+        verdict = _verdict(fit["law"], quality_of_oil, compared, bic_difference_min)
         rows.append({"oil": fit["oil"], "law": fit["law"], **verdict})
     return tables.filled(pd.DataFrame(rows), "law_verdicts")
 
 
+# mu of each law at its points beside the measured mu, in the order of run and row.
+_Compared = Mapping[str, pd.DataFrame]
+_POINT = ["run_id", "first_row"]
+_MU_OF_LAW = ["traction_coefficient", "left_out_traction_coefficient"]
+
+
+def _compared(law_points: pd.DataFrame, points: pd.DataFrame) -> _Compared:
+    """mu of each law beside the measured mu, at the points of one oil.
+
+    Laws are joined one by one, and names of runs kept once: all at once they would be the largest
+    table of a campaign.
+    """
+    measured = points[[*_POINT, "traction_coefficient"]]
+    measured = measured.rename(columns={"traction_coefficient": _MEASURED})
+    compared = {}
+    for law in law_points["law"].unique():
+        of_law = law_points.loc[law_points["law"] == law, [*_POINT, *_MU_OF_LAW]]
+        joined = of_law.merge(measured, on=_POINT).sort_values(_POINT, ignore_index=True)
+        compared[str(law)] = joined.astype({"run_id": "category"})
+    return compared
+
+
 def _verdict(
-    law: str, quality: pd.DataFrame, compared: pd.DataFrame, bic_difference_min: float
+    law: str, quality: pd.DataFrame, compared: _Compared, bic_difference_min: float
 ) -> dict[str, Any]:
     """The columns of `law_verdicts` of one oil.
 
@@ -106,8 +126,9 @@ def _verdict(
         return {"verdict": "constants left open"}
     if len(left_out_sse) < FEWEST_CURVES:
         return {"verdict": "too few curves"}
-    points_of_law = compared[compared["law"] == law]
-    points_per_curve = points_of_law.groupby("run_id").size().to_numpy()[:, np.newaxis]
+    points_of_law = compared[law]
+    by_curve = points_of_law.groupby("run_id", observed=True)
+    points_per_curve = by_curve.size().to_numpy()[:, np.newaxis]
     points = points_per_curve.sum()
     total_sse = left_out_sse.sum()
     rmse = np.sqrt(total_sse / points)
@@ -138,17 +159,16 @@ def _verdict(
     }
 
 
-def _same_laws(compared: pd.DataFrame, in_order: Sequence[str]) -> dict[str, tuple[str, ...]]:
+def _same_laws(compared: _Compared, in_order: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """The laws that differ on the points, each with the laws that are the same law there.
 
     Args:
         compared: mu of every law beside the measured mu.
-        in_order: The laws in the order in which they are preferred.
+        in_order: The laws in the order in which they are preferred; their points are the same.
     """
-    point_and_law = compared.set_index(["run_id", "first_row", "law"])
-    fitted = point_and_law["traction_coefficient"].unstack()
-    errors = _errors_of_fits(compared)
-    size = float(np.sqrt(np.mean(compared[_MEASURED] ** 2)))
+    fitted = {law: compared[law]["traction_coefficient"].to_numpy() for law in in_order}
+    errors = {law: _error_of_fit(compared[law]) for law in in_order}
+    size = float(np.sqrt(np.mean(compared[in_order[0]][_MEASURED] ** 2)))
 
     def are_same(first: str, second: str) -> bool:
         difference = float(np.sqrt(np.mean((fitted[first] - fitted[second]) ** 2)))
@@ -165,8 +185,8 @@ def _same_laws(compared: pd.DataFrame, in_order: Sequence[str]) -> dict[str, tup
     return same_laws
 
 
-def _errors_of_fits(compared: pd.DataFrame) -> "pd.Series[float]":
-    """Standard error of each law's fitted mu, root-mean-square over the points.
+def _error_of_fit(compared: pd.DataFrame) -> float:
+    """Standard error of a law's fitted mu, root-mean-square over the points.
 
     With the errors e of curve i in a fit without it, and the leverage H_i of the curve, the mean
     variance of mu is the mean of e^T H_i e, where H_i e is the change of mu by leaving the curve
@@ -178,13 +198,12 @@ def _errors_of_fits(compared: pd.DataFrame) -> "pd.Series[float]":
     left_out = compared["left_out_traction_coefficient"]
     change = left_out - compared["traction_coefficient"]
     error = left_out - compared[_MEASURED]
-    by_law = (change * error).groupby(compared["law"])
+    variance = (change * error).mean(skipna=False)
     # the identity holds for small changes; a fit that jumps may give less than 0
-    variance = by_law.apply(lambda products: products.mean(skipna=False)).fillna(0.0)
-    return np.sqrt(variance.clip(lower=0.0))
+    return float(np.sqrt(max(variance, 0.0))) if np.isfinite(variance) else 0.0
 
 
-def _sse_of_curves(compared: pd.DataFrame, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
+def _sse_of_curves(compared: _Compared, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
     """Sum of squared errors of each curve, one column per law.
 
     Laws without an error at some point are left out.
@@ -194,10 +213,13 @@ def _sse_of_curves(compared: pd.DataFrame, laws: "pd.Index[str]", column: str) -
         laws: The laws that are compared.
         column: mu of the laws.
     """
-    squares = (compared[column] - compared[_MEASURED]) ** 2
-    by_curve_and_law = squares.groupby([compared["run_id"], compared["law"]])
-    sums = by_curve_and_law.sum(skipna=False).unstack()
-    return sums.reindex(columns=laws).dropna(axis=1)
+    sums = {}
+    for law in laws.intersection(list(compared), sort=False):
+        of_law = compared[law]
+        squares = (of_law[column] - of_law[_MEASURED]) ** 2
+        of_curves = squares.groupby(of_law["run_id"], observed=True).sum(skipna=False)
+        sums[law] = of_curves.set_axis(of_curves.index.astype("str"))
+    return pd.DataFrame(sums).dropna(axis=1)
 
 
 def _ranking(

@@ -35,7 +35,7 @@ from oilfilm.fits.problem import Curves
 from oilfilm.physics.contact import Floats
 from oilfilm.settings.config import PlanLevels, PlanSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.torque.answers import DUTY, Budget, budgets, duty_points
 from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_of_results
 from oilfilm.torque.feasible_tests import PlannedRig, counted, judge_tests
@@ -249,7 +249,8 @@ def plan_oil(
         )
     fitted = FittedLaw.of_configured(results, oil)
     beyond = settings.bearing.law_error_beyond
-    information = measured_information(fitted, results.points, oil, rig.calibration, beyond)
+    points = results.table("points", CURVE_POINTS, oil=oil)
+    information = measured_information(fitted, points, oil, rig.calibration, beyond)
     film = Film(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels
     feasible = candidates(levels, rig, film, settings.gates.lambda_limit, information)

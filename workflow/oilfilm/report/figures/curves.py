@@ -14,7 +14,7 @@ from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.words import CONDITIONS as CONDITION_WORDS
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.tables.set_points import SET_POINTS, with_levels, with_measured
 from oilfilm.traction.law import CONDITIONS
 
@@ -91,9 +91,10 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     oils = list(settings.oils)
     sheet, panels = oil_grid(oils, height=2.2)
     # runs without a stated speed get their measured one: they need not be repeats
-    runs = with_levels(with_measured(results.runs, results.points), settings)
+    runs = with_levels(with_measured(results.runs, results.table("points", CURVE_POINTS)), settings)
     for panel, _, oil in panels:
-        of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+        of_oil = results.table("points", CURVE_POINTS, oil=oil)
+        of_oil = of_oil[of_oil["accepted"]]
         if of_oil.empty:
             panel.say("no accepted point")
             continue
@@ -243,7 +244,8 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
     """Accepted points with residual (1e-3) and the set points of the run; None without a fit."""
     coefficients = results.configured.coefficients
     of_oil = coefficients[coefficients["oil"] == oil]
-    points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+    points = results.table("points", CURVE_POINTS, oil=oil)
+    points = points[points["accepted"]]
     if of_oil.empty or points.empty:
         return None
     law = FittedLaw.from_tables(of_oil, oil)
@@ -296,7 +298,7 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     cells["state"] = np.select([has_accepted, has_runs], ["accepted", "refused"], "missing")
     levels = sorted(cells[load_column].unique())
     if not 0 < len(levels) <= _MOST_ROWS:
-        return _measured_coverage(results.points, settings)
+        return _measured_coverage(results.table("points", CURVE_POINTS), settings)
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
         rows=levels,
