@@ -20,6 +20,13 @@ CURVE_POINTS = (
     *("slide_roll_ratio", "slide_roll_ratio_se"),
     *("traction_coefficient", "traction_coefficient_se"),
 )
+# The same with the calibration of the sensors, for a fit.
+FITTED_POINTS = (
+    *CURVE_POINTS,
+    *("load_systematic_n", "traction_force_systematic_n"),
+    *("entrainment_speed_systematic_m_s", "inlet_temperature_systematic_c"),
+    "traction_force_n",
+)
 # Columns of `law_points` by which laws are compared.
 OF_COMPARISON = (
     *("oil", "law", "run_id", "first_row"),
