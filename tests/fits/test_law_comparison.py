@@ -14,7 +14,7 @@ from nights import nightly
 from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.fits import engine
-from oilfilm.fits.best_law import _errors_of_fits, best_laws
+from oilfilm.fits.best_law import _error_of_fit, best_laws
 from oilfilm.fits.conditions import level_numbers_by_gap
 from oilfilm.fits.fit import fit_oil, laws_of, leave_curves_out, leave_ends_out
 from oilfilm.fits.fit_tables import bayesian_criterion
@@ -341,8 +341,9 @@ def lines(bend: float) -> tuple[tuple[pd.DataFrame, ...], float]:
 def test_error_of_a_fit_is_that_of_refits_without_each_curve() -> None:
     (_, law_points, points), expected = lines(bend=0.01)
     measured = points[["run_id", "first_row", "traction_coefficient"]]
-    frames = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
-    assert _errors_of_fits(frames)["deng2026"] == pytest.approx(expected, rel=1e-9)
+    of_law = law_points[law_points["law"] == "deng2026"]
+    compared = of_law.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
+    assert _error_of_fit(compared) == pytest.approx(expected, rel=1e-9)
 
 
 def test_law_whose_further_constant_means_nothing_counts_as_one_with_the_plain_one() -> None:

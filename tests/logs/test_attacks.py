@@ -2,6 +2,7 @@
 
 import pytest
 
+import bad_logs
 from attacks import MUTATORS, attack, carry, rows_written
 from bad_logs import PCS_CONFIG
 from damages import SOUND
@@ -9,6 +10,7 @@ from formats import WRITERS
 from nights import nightly
 from oilfilm.base.randomness import generator
 from oilfilm.curation.curate import check_logs
+from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolved import Settings
 from pcs_exports import film_export, traction_export
 
@@ -57,3 +59,14 @@ def test_damaged_logs_of_every_format_end_in_a_verdict(rig: str, name: str, file
 @pytest.mark.parametrize("content", [b"", b"\n", b"\0", b"#", b"# oil: 4102", b"\xef\xbb\xbf"])
 def test_next_to_nothing_ends_in_a_verdict(config: Settings, content: bytes) -> None:
     assert carry(content, config) in {"unknown_format", "columns"}
+
+
+@pytest.mark.parametrize("zeros", [1, 3])
+def test_rows_of_a_text_that_zero_bytes_hide_are_counted(zeros: int) -> None:
+    content = bad_logs.csv(bad_logs.good())
+    damaged = content[:10] + zeros * b"\0" + content[10 + zeros :]
+    _, reading = read_log(damaged, "log", bad_logs.CONFIG)
+    (refusal,) = reading.refusals
+    # five lines are above the rows
+    rows = content.count(b"\n") - 5
+    assert (refusal.rule, refusal.refused_rows) == ("unknown_format", rows)

@@ -1,5 +1,6 @@
 """Runs that a campaign lacks: levels, corners, repeats and references, in an order by chance."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -366,3 +367,14 @@ def test_the_force_of_a_run_is_that_of_the_nearest_measured_run() -> None:
     # 72.5 degC is as near to 25 degC as to 120 degC: the larger mu counts
     assert 1.5 not in third[:, 0]
     assert made.left_out["the force sensor's full scale"] == 1
+
+
+def test_memory_of_a_plan_does_not_grow_with_pairs_of_runs() -> None:
+    lowest, highest = np.array(BOX).T
+    conditions = np.random.default_rng(1).uniform(lowest, highest, (2000, 3))
+    tracemalloc.start()
+    plan(conditions)
+    _, peak_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    # the distances of all pairs take 96 MB
+    assert peak_bytes < 20e6

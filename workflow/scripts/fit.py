@@ -8,11 +8,13 @@ import oilfilm.run.job as run
 from oilfilm.fits.certificate_sentences import certificate
 from oilfilm.fits.fit import fit_law
 from oilfilm.tables import rows
+from oilfilm.tables.campaign_tables import FITTED_POINTS
 from oilfilm.tables.table_needs import FIT_TABLES
 
 with run.job(snakemake) as job:
     oil, law_names = snakemake.wildcards.oil, snakemake.params.laws
-    fits = [fit_law(job.tables.points, oil, law_name, job.settings) for law_name in law_names]
+    points = job.tables.table("points", FITTED_POINTS)
+    fits = [fit_law(points, oil, law_name, job.settings) for law_name in law_names]
     job.write({name: pd.concat([fit.table(name) for fit in fits]) for name in FIT_TABLES})
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
         for law_name, fit in zip(law_names, fits, strict=True):

@@ -2,6 +2,9 @@
 
 import oilfilm.run.job as run
 from oilfilm.fits.soundness import finished_fits
+from oilfilm.tables.table_needs import OF_FIT, OF_SURFACE
 
 with run.job(snakemake) as job:
-    job.write(finished_fits(job.tables, job.settings))
+    finished = finished_fits(job.tables, job.settings)
+    job.write(finished)
+    job.join({*OF_FIT, *OF_SURFACE} - finished.keys())

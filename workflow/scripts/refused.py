@@ -7,15 +7,19 @@ from oilfilm import tables
 from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.run_sheet import RunSheet
-from oilfilm.report.figures.refused_runs import JudgedLogs, draw_pages, judged_torque_logs
+from oilfilm.report.figures.refused_runs import (
+    MARKED_POINTS,
+    JudgedLogs,
+    draw_pages,
+    judged_torque_logs,
+)
 from oilfilm.tables.samples_content import samples_by_run
 
 with run.job(snakemake) as job:
     inputs = snakemake.input
     samples = samples_by_run([Path(path) for path in inputs.samples])
-    traction = JudgedLogs(
-        TractionRig, job.tables.runs, job.tables.points, job.tables.quarantine, samples
-    )
+    points = job.tables.table("points", MARKED_POINTS)
+    traction = JudgedLogs(TractionRig, job.tables.runs, points, job.tables.quarantine, samples)
     rigs = [traction]
     if job.settings.campaign.torque is not None:
         refused = job.tables.torque_quarantine

@@ -25,7 +25,7 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.curation.curve_shapes import ShapeVerdicts, judged_shapes
+from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, judged_shapes
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
 from oilfilm.curation.measure import measure
@@ -48,6 +48,7 @@ from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.config import CopySettings, GateSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
 
 # ---------------------------------------------------------------- repeats
@@ -63,44 +64,43 @@ _FULL_SCALE_KEYS = {
     "entrainment_speed_m_s": "surface_speed_m_s",
     "inlet_temperature_c": "temperature_c",
 }
-# Columns of points by which runs are compared: a campaign's table has three times as many.
-_COMPARED_COLUMNS = [
-    *("run_id", "accepted", "slide_roll_ratio", "slide_roll_ratio_se"),
-    *("traction_coefficient", "traction_coefficient_se", *_FULL_SCALE_KEYS),
-]
+# Columns of points of which copies have the same noise at the same conditions.
+_MEAN_COLUMNS = ["slide_roll_ratio", "traction_coefficient"]
+_ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
+_CONDITION_COLUMNS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
 def repeated(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+    shares: CampaignTables, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> list[Refusal]:
     """Refusals of accepted runs that repeat or contradict others, those of copies first.
 
     A torque rig may measure a condition again, and so may a campaign that declares repeats.
 
     Args:
-        points: Table of plateaus.
+        shares: The table `points`, of which each rule reads the columns that it compares.
         runs: Table of runs.
         kind: The kind of rig.
         settings: Settings of the run.
     """
     remaining = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
     refused: dict[str, Refusal] = {}
-    for refusal in _refusals_of_same_readings(points, remaining, kind, settings):
+    for refusal in _refusals_of_same_readings(shares, remaining, kind, settings):
         refused.setdefault(refusal.run_id, refusal)
     if kind.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
         remaining = remaining[~remaining["run_id"].isin(refused)]
         refused |= {
             refusal.run_id: refusal
-            for refusal in _refusals_of_same_conditions(points, remaining, settings)
+            for refusal in _refusals_of_same_conditions(shares, remaining, settings)
         }
     return list(refused.values())
 
 
 def _refusals_of_same_readings(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+    shares: CampaignTables, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
-    pairs = list(_pairs_with_same_readings(points, runs, kind, settings))
+    pairs = list(_pairs_with_same_readings(shares, runs, kind, settings))
     for first, later in pairs:
         if first.oil == later.oil:
             yield fault("duplicate_log", run_id=later.run_id, kept=first.run_id)
@@ -111,7 +111,7 @@ def _refusals_of_same_readings(
 
 
 def _refusals_of_same_conditions(
-    points: pd.DataFrame, runs: pd.DataFrame, settings: Settings
+    shares: CampaignTables, runs: pd.DataFrame, settings: Settings
 ) -> Iterator[Refusal]:
     """Runs of one condition: curves that contradict each other, and all but one of the others.
 
@@ -120,7 +120,7 @@ def _refusals_of_same_conditions(
     """
     gates = settings.gates
     allowed, odd_from = gates.repeat_difference_max, gates.repeat_odd_min
-    for run_ids, differences in _compared_conditions(points, runs, settings):
+    for run_ids, differences in _compared_conditions(shares, runs, settings):
         kept = []
         largest_among_others = _largest_without_each(differences)
         for index, run_id in enumerate(run_ids):
@@ -169,23 +169,29 @@ def _largest_without_each(differences: FloatArray) -> FloatArray:
 
 
 def _compared_conditions(
-    points: pd.DataFrame, runs: pd.DataFrame, settings: Settings
+    shares: CampaignTables, runs: pd.DataFrame, settings: Settings
 ) -> Iterator[tuple[list[str], FloatArray]]:
     """Runs of the same oil, rig and set points, and how far the curves of each two are apart.
 
     A load counts by the pressure that it makes, where the rig's contact is known: a pressure that
     is rounded by 0.5 % is a load that is off by 1.5 %.
     """
-    accepted = points.loc[points["accepted"], _COMPARED_COLUMNS]
-    rows_by_run = accepted.groupby("run_id").indices
     pressure, load = NOMINAL_COLUMNS[:2]
     noted = with_levels(runs, settings)
     noted = noted[noted[[pressure, load]].notna().any(axis=1)]
     # one of the two is unknown, and unknown values would not be compared
     noted = noted.fillna({pressure: -1, load: -1})
-    for group in _groups_with_same_values(noted, ["oil", "rig", *NOMINAL_COLUMNS]):
+    groups = list(_groups_with_same_values(noted, ["oil", "rig", *NOMINAL_COLUMNS]))
+    if not groups:
+        return
+    columns = ["run_id", "accepted", *_MEAN_COLUMNS, "traction_coefficient_se"]
+    points = shares.table("points", columns)
+    has_repeats = points["run_id"].isin({run.run_id for group in groups for run in group})
+    accepted = points[points["accepted"] & has_repeats]
+    rows_by_run = accepted.groupby("run_id").indices
+    for group in groups:
         run_ids = [run.run_id for run in group]
-        curves = [_curve(accepted.iloc[rows_by_run[name]]) for name in run_ids]
+        curves = [_curve(accepted.iloc[rows_by_run[run_id]]) for run_id in run_ids]
         yield run_ids, _curve_differences(curves, settings.gates.sign_slip_min)
 
 
@@ -198,7 +204,7 @@ def _groups_with_same_values(runs: pd.DataFrame, key: list[str]) -> Iterator[lis
 
 
 def _pairs_with_same_readings(
-    points: pd.DataFrame, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+    shares: CampaignTables, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
 ) -> Iterator[tuple[Any, Any]]:
     """Pairs of runs out of files of one content, or with plateaus of the same noise."""
     run_by_id: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
@@ -208,7 +214,10 @@ def _pairs_with_same_readings(
     for first, *others in _groups_with_same_values(runs_with_places, ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     if kind.name == TRACTION_KIND:
-        remaining = points.loc[points["run_id"].isin(run_by_id), _COMPARED_COLUMNS]
+        columns = ["run_id", *_MEAN_COLUMNS, *_ERROR_COLUMNS, *_CONDITION_COLUMNS]
+        points = shares.table("points", columns)
+        has_errors = (points[_ERROR_COLUMNS] > 0).all(axis=1)
+        remaining = points[points["run_id"].isin(run_by_id) & has_errors]
         for first_id, later_id in _pairs_with_same_noise(remaining, settings.gates.copies):
             yield run_by_id[first_id], run_by_id[later_id]
 
@@ -220,9 +229,7 @@ def _pairs_with_same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterat
     of the same condition have other ones. The last plateaus of both are compared, but for the very
     last: it ends where the log does, or in a step that is found to within a few rows.
     """
-    means = ["slide_roll_ratio", "traction_coefficient"]
-    errors = [f"{name}_se" for name in means]
-    points_by_run = points[(points[errors] > 0).all(axis=1)].groupby("run_id")
+    points_by_run = points.groupby("run_id")
     counts = points_by_run.size()
     run_ids = counts.index[counts > copies.plateaus]
     last_points = points_by_run.tail(copies.plateaus + 1)
@@ -235,9 +242,9 @@ def _pairs_with_same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterat
         """Values of the last plateaus of each run, shape (runs, plateaus, columns)."""
         return last_points[columns].to_numpy(float).reshape(len(run_ids), copies.plateaus, -1)
 
-    values = of_plateaus(means)
-    se = of_plateaus(errors)
-    conditions = of_plateaus(["load_n", "entrainment_speed_m_s", "inlet_temperature_c"])
+    values = of_plateaus(_MEAN_COLUMNS)
+    se = of_plateaus(_ERROR_COLUMNS)
+    conditions = of_plateaus(_CONDITION_COLUMNS)
     conditions = np.nan_to_num(conditions[:, -_PLATEAUS_LOOKED_UP:].reshape(len(run_ids), -1))
     # two conditions are near where they differ by less than 1 once they are scaled
     condition_reach = copies.condition * np.abs(conditions).max(axis=0)
@@ -335,7 +342,7 @@ RunWarning = tuple[str, str]
 
 def with_campaign_warnings(
     runs: pd.DataFrame,
-    points: pd.DataFrame,
+    shares: CampaignTables,
     kind: type[RigKind],
     settings: Settings,
     shape_warnings: Iterable[RunWarning],
@@ -344,7 +351,7 @@ def with_campaign_warnings(
 
     Args:
         runs: Table of runs.
-        points: Table of points.
+        shares: The table `points`, of which each rule reads the columns that it compares.
         kind: The kind of rig.
         settings: Settings of the run.
         shape_warnings: Warnings about the shapes of curves: id of the run and a sentence.
@@ -355,19 +362,24 @@ def with_campaign_warnings(
     sentences_by_run = {
         run_id: list(own_sentences) for run_id, own_sentences in accepted["warning"].items()
     }
-    points = points.loc[points["run_id"].isin(accepted.index), _COMPARED_COLUMNS]
-    warnings_of_channels = _channel_warnings(points, accepted, settings.gates)
-    warnings_of_rigs = _rig_warnings(points, accepted["rig"], settings)
-    warnings_of_spin = spin_warnings(points, accepted["rig"], settings)
-    warnings_of_oils = _oil_warnings(accepted["oil"], settings)
-    warnings_of_speeds = _speed_warnings(points, accepted, settings.gates)
+
+    def points(*columns: str) -> pd.DataFrame:
+        """Some columns of the points of accepted runs."""
+        frame = shares.table("points", ["run_id", *columns])
+        return frame[frame["run_id"].isin(accepted.index)]
+
+    # each rule has its own points: they are gone when the next one reads
     for run_id, sentence in chain(
         shape_warnings,
-        warnings_of_channels,
-        warnings_of_rigs,
-        warnings_of_spin,
-        warnings_of_oils,
-        warnings_of_speeds,
+        _channel_warnings(points("load_n", "inlet_temperature_c"), accepted, settings.gates),
+        _rig_warnings(points(*_FULL_SCALE_KEYS), accepted["rig"], settings),
+        spin_warnings(points("accepted", *_MEAN_COLUMNS, "load_n"), accepted["rig"], settings),
+        _oil_warnings(accepted["oil"], settings),
+        _speed_warnings(
+            points("accepted", "entrainment_speed_m_s", "slide_roll_ratio"),
+            accepted,
+            settings.gates,
+        ),
     ):
         sentences_by_run[run_id].append(sentence)
     warnings = [tuple(sentences_by_run.get(run_id, ())) for run_id in runs["run_id"]]
@@ -378,23 +390,24 @@ def _rig_warnings(
     points: pd.DataFrame, rigs: "pd.Series[str]", settings: Settings
 ) -> Iterator[RunWarning]:
     """Warnings from the rig's file: readings beyond the full scale, impossible materials."""
-    for run_id, points_of_run in points.groupby("run_id"):
-        rig_name = rigs.loc[run_id]
-        rig = settings.rigs.get(rig_name)
+    largest_readings = points[list(_FULL_SCALE_KEYS)].abs().groupby(points["run_id"]).max()
+    by_rig = largest_readings.groupby(rigs.reindex(largest_readings.index))
+    for rig_name, readings_of_rig in by_rig:
+        rig = settings.rigs.get(str(rig_name))
         if rig is None:
             continue
-        warnings = [f"unusual_rig: {doubt}" for doubt in rig.doubts()]
-        if rig.full_scale is not None:
-            for column, key in _FULL_SCALE_KEYS.items():
-                largest = points_of_run[column].abs().max()
-                full_scale = getattr(rig.full_scale, key)
-                if exceeds(largest, full_scale):
-                    refusal = fault(
-                        "full_scale", column=column, of=largest, full=full_scale, key=key
-                    )
-                    warnings.append(refusal.reason)
-        for text in warnings:
-            yield str(run_id), f"{text}; correct {rig_name}.yaml"
+        advice = f"correct {rig_name}.yaml"
+        for doubt in rig.doubts():
+            for run_id in readings_of_rig.index:
+                yield str(run_id), f"unusual_rig: {doubt}; {advice}"
+        if rig.full_scale is None:
+            continue
+        for column, key in _FULL_SCALE_KEYS.items():
+            full_scale = getattr(rig.full_scale, key)
+            readings = readings_of_rig[column]
+            for run_id, largest in readings[exceeds(readings, full_scale)].items():
+                numbers = dict(column=column, of=largest, full=full_scale, key=key)
+                yield str(run_id), f"{fault('full_scale', **numbers).reason}; {advice}"
 
 
 def _oil_warnings(oils: "pd.Series[str]", settings: Settings) -> Iterator[RunWarning]:
@@ -410,18 +423,19 @@ def _speed_warnings(
     points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
 ) -> Iterator[RunWarning]:
     """Warnings about runs in which a rig holds the speed of one body."""
-    set_speeds = runs["nominal_entrainment_speed_m_s"].to_dict()
-    for run_id, points_of_run in points[points["accepted"]].groupby("run_id"):
-        set_speed = set_speeds[run_id]
-        allowed = gates.speed_tolerance * set_speed
+    set_speeds = runs["nominal_entrainment_speed_m_s"]
+    points = points[points["accepted"]]
+    set_speed_of_points = set_speeds.reindex(points["run_id"]).to_numpy()
+    deviation = (points["entrainment_speed_m_s"] - set_speed_of_points).abs()
+    is_off = exceeds(deviation, gates.speed_tolerance * set_speed_of_points)
+    runs_off = set(points.loc[is_off, "run_id"])
+    for run_id, points_of_run in points[points["run_id"].isin(runs_off)].groupby("run_id"):
         mean_speeds = points_of_run["entrainment_speed_m_s"]
-        if not exceeds((mean_speeds - set_speed).abs(), allowed).any():
-            continue
         held_speeds = held_speed(points_of_run)
         speed_by_name = controlled_speeds(points_of_run).items()
         control = next(name for name, speed in speed_by_name if speed.equals(held_speeds))
         numbers = dict(
-            control=control, set=set_speed, least=mean_speeds.min(), most=mean_speeds.max()
+            control=control, set=set_speeds[run_id], least=mean_speeds.min(), most=mean_speeds.max()
         )
         yield str(run_id), fault("body_at_set_speed", **numbers).reason
 
@@ -741,30 +755,87 @@ def collect(curated: Curated, settings: Settings, kind: type[RigKind] = Traction
         settings: Settings of the run.
         kind: The kind of rig.
     """
-    refused = repeated(curated.points, curated.runs, kind, settings)
-    judged = _with_runs_refused(curated, refused, kind)
-    shapes = ShapeVerdicts()
-    if kind.name == TRACTION_KIND:
-        shapes = judged_shapes(judged.points, judged.runs)
-        judged = _with_runs_refused(judged, shapes.refused, kind)
-    points, quarantine = judged.points, judged.quarantine
-    runs = with_campaign_warnings(judged.runs, points, kind, settings, shapes.warnings)
-    order = ["file", "run_id", "first_row", "rule"]
+    shares = CampaignTables.in_memory(
+        points=curated.points, runs=curated.runs, quarantine=curated.quarantine
+    )
+    compared = compare_runs(shares, settings, kind)
+    points = compared.judged(curated.points)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
-        runs.sort_values("run_id", ignore_index=True),
-        quarantine.sort_values(order, ignore_index=True),
+        compared.runs,
+        compared.quarantine,
     )
 
 
-def _with_runs_refused(curated: Curated, refused: list[Refusal], kind: type[RigKind]) -> Curated:
-    """The tables with some more runs refused."""
+@dataclass(frozen=True)
+class ComparedRuns:
+    """The runs of a campaign after they have been compared with each other.
+
+    Attributes:
+        runs: Table of runs, in order.
+        quarantine: Table of quarantine, in order.
+        refused: Refusals of runs by this comparison.
+        kind: The kind of rig.
+    """
+
+    runs: pd.DataFrame
+    quarantine: pd.DataFrame
+    refused: list[Refusal]
+    kind: type[RigKind]
+
+    def judged(self, points: pd.DataFrame) -> pd.DataFrame:
+        """Some rows of the table of points, with the verdicts on their runs."""
+        return _refuse_plateaus(points, self.refused, self.kind) if self.refused else points
+
+
+def compare_runs(
+    shares: CampaignTables, settings: Settings, kind: type[RigKind] = TractionRig
+) -> ComparedRuns:
+    """Judge the runs of a campaign by the rules that compare them with each other.
+
+    A rule reads only the columns of points that it needs, and the shapes of one oil at a time: the
+    table of points of a large campaign does not fit into memory.
+
+    Args:
+        shares: Tables `points`, `runs` and `quarantine` of all shares.
+        settings: Settings of the run.
+        kind: The kind of rig.
+    """
+    runs, quarantine = shares.runs, shares.quarantine
+    refused = repeated(shares, runs, kind, settings)
+    runs, quarantine = _without(runs, quarantine, refused, kind)
+    warnings: list[tuple[str, str]] = []
+    if kind.name == TRACTION_KIND:
+        odd: list[Refusal] = []
+        for oil in sorted(set(runs.loc[runs["verdict"] == "accepted", "oil"])):
+            shapes = judged_shapes(shares.table("points", SHAPE_COLUMNS, oil=oil), runs)
+            odd += shapes.refused
+            warnings += shapes.warnings
+        runs, quarantine = _without(runs, quarantine, odd, kind)
+        refused += odd
+    runs = with_campaign_warnings(runs, shares, kind, settings, warnings)
+    order = ["file", "run_id", "first_row", "rule"]
+    return ComparedRuns(
+        runs.sort_values("run_id", ignore_index=True),
+        quarantine.sort_values(order, ignore_index=True),
+        refused,
+        kind,
+    )
+
+
+def _without(
+    runs: pd.DataFrame, quarantine: pd.DataFrame, refused: list[Refusal], kind: type[RigKind]
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """The tables of runs and of quarantine with some more runs refused."""
     if not refused:
-        return curated
-    points = _refuse_plateaus(curated.points, refused, kind)
-    runs = _with_verdicts(curated.runs, points, refused)
-    new_rows = quarantine_rows(refused, runs, kind)
-    return Curated(points, runs, pd.concat([curated.quarantine, new_rows]))
+        return runs, quarantine
+    counts = runs.set_index("run_id")[["plateaus", "accepted_points"]]
+    names = [refusal.run_id for refusal in refused]
+    counts.loc[names, "accepted_points"] = 0
+    if not kind.keeps_refused_runs:
+        counts.loc[names, "plateaus"] = 0
+    runs = _with_verdicts(runs, counts, refused)
+    return runs, pd.concat([quarantine, quarantine_rows(refused, runs, kind)])
 
 
 def arrays_of(samples: pd.DataFrame) -> Columns:
@@ -830,7 +901,7 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     points = failed_gates.with_gate_of_run(points, rule_of_run)
     refused |= {refusal.run_id: refusal for refusal in refused_by_plateaus}
     in_order_of_runs = [refused[run_id] for run_id in runs["run_id"] if run_id in refused]
-    runs = _with_verdicts(runs, points, in_order_of_runs)
+    runs = _with_verdicts(runs, _counts_of_plateaus(points), in_order_of_runs)
     quarantine = quarantine_rows([*in_order_of_runs, *measured.too_short], runs, type(rig))
     return Curated(points[tables.columns(rig.table)], runs, quarantine)
 
@@ -845,19 +916,30 @@ def _refuse_plateaus(
     return points[~points["run_id"].isin(list(gate_of_run))]
 
 
+def _counts_of_plateaus(points: pd.DataFrame) -> pd.DataFrame:
+    """Numbers of plateaus and of accepted ones, by run."""
+    by_run = points.groupby("run_id")["accepted"]
+    return pd.DataFrame({"plateaus": by_run.size(), "accepted_points": by_run.sum()})
+
+
 def _with_verdicts(
-    runs: pd.DataFrame, points: pd.DataFrame, refused: list[Refusal]
+    runs: pd.DataFrame, counts: pd.DataFrame, refused: list[Refusal]
 ) -> pd.DataFrame:
-    """Runs with rule and sentence of their refusal, counts of their plateaus, and verdict."""
+    """Runs with rule and sentence of their refusal, counts of their plateaus, and verdict.
+
+    Args:
+        runs: Table of runs.
+        counts: Numbers of plateaus and of accepted ones, by run.
+        refused: Refusals of runs.
+    """
     refusal_of_run = {refusal.run_id: (refusal.rule, refusal.reason) for refusal in refused}
     rules_and_reasons = [
         refusal_of_run.get(run_id, (rule, reason))
         for run_id, rule, reason in zip(runs["run_id"], runs["rule"], runs["reason"], strict=True)
     ]
-    counts = points.groupby("run_id")["accepted"].agg(["size", "sum"])
     counts = counts.reindex(runs["run_id"], fill_value=0).astype(np.int64)
-    plateaus = counts["size"].to_numpy()
-    accepted = counts["sum"].to_numpy()
+    plateaus = counts["plateaus"].to_numpy()
+    accepted = counts["accepted_points"].to_numpy()
     # a run that is not used needs no warning
     warnings = [
         texts if count else () for texts, count in zip(runs["warning"], accepted, strict=True)

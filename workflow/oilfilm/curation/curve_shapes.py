@@ -23,7 +23,7 @@ from oilfilm.traction import PAPER_LAW
 
 _CONDITIONS = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
 # Columns of points that are judged: a campaign's table has three times as many.
-_COLUMNS = [
+SHAPE_COLUMNS = [
     *("run_id", "oil", "accepted", "first_row", "last_row", *_CONDITIONS),
     *("slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"),
 ]
@@ -81,7 +81,6 @@ def judged_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
         runs: Table of runs.
     """
     verdicts = ShapeVerdicts()
-    points = points[_COLUMNS]
     accepted = runs[runs["verdict"] == "accepted"]
     rig_of_run = accepted.set_index("run_id")["rig"]
     is_sliding = points["slide_roll_ratio"] >= _LEAST_SLIP

@@ -28,7 +28,7 @@ from oilfilm.report.captions import credit
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
 from oilfilm.traction.law import QUANTITIES, Law, to_internal
@@ -414,7 +414,7 @@ def describe(
         law: The fitted law.
         settings: `campaign` and `exports` of them.
     """
-    points = results.points[results.points["oil"] == oil]
+    points = results.table("points", CURVE_POINTS, oil=oil)
     accepted = points[points["accepted"]]
     coefficients = results.coefficients[results.coefficients["oil"] == oil]
     quality = results.fit_quality[results.fit_quality["oil"] == oil]

@@ -10,7 +10,7 @@ a law whose further constants have no effect. Such laws count once, as the prefe
 Decides: which law is the best one for an oil, when laws tie, and when two laws are the same law.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -60,26 +60,48 @@ def best_laws(
         points: Table of points.
         bic_difference_min: Laws tie where their BIC differ by less.
     """
-    measured = points[["run_id", "first_row", "traction_coefficient"]]
-    mu_of_laws = law_points.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
     rows = []
     for fit in tables.rows(quality[quality["configured"]]):
         quality_of_oil = quality[quality["oil"] == fit["oil"]]
-        mu_of_laws_of_oil = mu_of_laws[mu_of_laws["oil"] == fit["oil"]]
-        verdict = _verdict(fit["law"], quality_of_oil, mu_of_laws_of_oil, bic_difference_min)
+        mu_by_law = _mu_by_law(law_points[law_points["oil"] == fit["oil"]], points)
+        verdict = _verdict(fit["law"], quality_of_oil, mu_by_law, bic_difference_min)
         rows.append({"oil": fit["oil"], "law": fit["law"], **verdict})
     return tables.filled(pd.DataFrame(rows), "law_verdicts")
 
 
+# mu of each law at its points beside the measured mu, in the order of run and row.
+_MuByLaw = Mapping[str, pd.DataFrame]
+# Columns that name a point.
+_POINT_KEY = ["run_id", "first_row"]
+_MU_OF_LAW = ["traction_coefficient", "left_out_traction_coefficient"]
+
+
+def _mu_by_law(law_points: pd.DataFrame, points: pd.DataFrame) -> _MuByLaw:
+    """mu of each law beside the measured mu, at the points of one oil.
+
+    Laws are joined one by one, and names of runs kept once: all at once they would be the largest
+    table of a campaign.
+    """
+    measured = points[[*_POINT_KEY, "traction_coefficient"]]
+    measured = measured.rename(columns={"traction_coefficient": _MEASURED})
+    mu_by_law = {}
+    for law in law_points["law"].unique():
+        points_of_law = law_points.loc[law_points["law"] == law, [*_POINT_KEY, *_MU_OF_LAW]]
+        joined = points_of_law.merge(measured, on=_POINT_KEY)
+        joined = joined.sort_values(_POINT_KEY, ignore_index=True)
+        mu_by_law[str(law)] = joined.astype({"run_id": "category"})
+    return mu_by_law
+
+
 def _verdict(
-    configured_law: str, quality: pd.DataFrame, mu_of_laws: pd.DataFrame, bic_difference_min: float
+    configured_law: str, quality: pd.DataFrame, mu_by_law: _MuByLaw, bic_difference_min: float
 ) -> dict[str, Any]:
     """The columns of `law_verdicts` of one oil.
 
     Args:
         configured_law: The configured law.
         quality: Rows of `fit_quality` of the oil.
-        mu_of_laws: mu of every law beside the measured mu at the oil's points.
+        mu_by_law: mu of every law beside the measured mu at the oil's points.
         bic_difference_min: As in `best_laws`.
     """
     laws = quality.set_index("law")
@@ -97,23 +119,24 @@ def _verdict(
     in_order = comparable.assign(other=comparable.index != configured_law).sort_values(
         ["other", "certified", "n_constants"], ascending=[True, False, True], kind="stable"
     )
-    same_laws = _same_laws(mu_of_laws, list(in_order.index))
+    same_laws = _same_laws(mu_by_law, list(in_order.index))
     preferred = list(same_laws)
     in_order = in_order.loc[preferred]
     comparable = comparable.loc[preferred]
-    left_out_sse = _sse_of_curves(mu_of_laws, comparable.index, "left_out_traction_coefficient")
+    left_out_sse = _sse_of_curves(mu_by_law, comparable.index, "left_out_traction_coefficient")
     if configured_law not in left_out_sse:
         return {"verdict": "constants left open"}
     if len(left_out_sse) < FEWEST_CURVES:
         return {"verdict": "too few curves"}
-    points_of_law = mu_of_laws[mu_of_laws["law"] == configured_law]
-    points_per_curve = points_of_law.groupby("run_id").size().to_numpy()[:, np.newaxis]
+    points_of_law = mu_by_law[configured_law]
+    by_curve = points_of_law.groupby("run_id", observed=True)
+    points_per_curve = by_curve.size().to_numpy()[:, np.newaxis]
     points = points_per_curve.sum()
     total_sse = left_out_sse.sum()
     rmse = np.sqrt(total_sse / points)
     rmse_without_curve = np.sqrt((total_sse - left_out_sse) / (points - points_per_curve))
     left_out = _ranking(preferred, rmse, rmse_without_curve)
-    fitted_sse = _sse_of_curves(mu_of_laws, comparable.index, "traction_coefficient")
+    fitted_sse = _sse_of_curves(mu_by_law, comparable.index, "traction_coefficient")
     # the differences have the error of Vuong's statistic (Econometrica 57 (1989) 307, section 5)
     bic_without_curve = points * np.log(fitted_sse.sum() - fitted_sse)
     by_bic = _ranking(preferred, comparable["bic"], bic_without_curve, bic_difference_min)
@@ -138,17 +161,16 @@ def _verdict(
     }
 
 
-def _same_laws(mu_of_laws: pd.DataFrame, in_order: Sequence[str]) -> dict[str, tuple[str, ...]]:
+def _same_laws(mu_by_law: _MuByLaw, in_order: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """The laws that differ on the points, each with the laws that are the same law there.
 
     Args:
-        mu_of_laws: mu of every law beside the measured mu.
-        in_order: The laws in the order in which they are preferred.
+        mu_by_law: mu of every law beside the measured mu.
+        in_order: The laws in the order in which they are preferred; their points are the same.
     """
-    point_and_law = mu_of_laws.set_index(["run_id", "first_row", "law"])
-    fitted = point_and_law["traction_coefficient"].unstack()
-    errors = _errors_of_fits(mu_of_laws)
-    rms_measured_mu = float(np.sqrt(np.mean(mu_of_laws[_MEASURED] ** 2)))
+    fitted = {law: mu_by_law[law]["traction_coefficient"].to_numpy() for law in in_order}
+    errors = {law: _error_of_fit(mu_by_law[law]) for law in in_order}
+    rms_measured_mu = float(np.sqrt(np.mean(mu_by_law[in_order[0]][_MEASURED] ** 2)))
 
     def are_same(first: str, second: str) -> bool:
         """Whether the mu of two laws differ by less than their errors explain."""
@@ -166,8 +188,8 @@ def _same_laws(mu_of_laws: pd.DataFrame, in_order: Sequence[str]) -> dict[str, t
     return same_laws
 
 
-def _errors_of_fits(mu_of_laws: pd.DataFrame) -> "pd.Series[float]":
-    """Standard error of each law's fitted mu, root-mean-square over the points.
+def _error_of_fit(mu_of_law: pd.DataFrame) -> float:
+    """Standard error of a law's fitted mu, root-mean-square over the points.
 
     With the errors e of curve i in a fit without it, and the leverage H_i of the curve, the mean
     variance of mu is the mean of e^T H_i e, where H_i e is the change of mu by leaving the curve
@@ -176,29 +198,31 @@ def _errors_of_fits(mu_of_laws: pd.DataFrame) -> "pd.Series[float]":
 
     Reference: R. M. Bell, D. F. McCaffrey, Surv. Methodol. 28 (2002) 169 (CR3).
     """
-    left_out = mu_of_laws["left_out_traction_coefficient"]
-    change = left_out - mu_of_laws["traction_coefficient"]
-    error = left_out - mu_of_laws[_MEASURED]
-    by_law = (change * error).groupby(mu_of_laws["law"])
+    left_out = mu_of_law["left_out_traction_coefficient"]
+    change = left_out - mu_of_law["traction_coefficient"]
+    error = left_out - mu_of_law[_MEASURED]
+    variance = (change * error).mean(skipna=False)
     # the identity holds for small changes; a fit that jumps may give less than 0
-    variance = by_law.apply(lambda products: products.mean(skipna=False)).fillna(0.0)
-    return np.sqrt(variance.clip(lower=0.0))
+    return float(np.sqrt(max(variance, 0.0))) if np.isfinite(variance) else 0.0
 
 
-def _sse_of_curves(mu_of_laws: pd.DataFrame, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
+def _sse_of_curves(mu_by_law: _MuByLaw, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
     """Sum of squared errors of each curve, one column per law.
 
     Laws without an error at some point are left out.
 
     Args:
-        mu_of_laws: mu of every law beside the measured mu.
+        mu_by_law: mu of every law beside the measured mu.
         laws: The laws that are compared.
         column: mu of the laws.
     """
-    squares = (mu_of_laws[column] - mu_of_laws[_MEASURED]) ** 2
-    by_curve_and_law = squares.groupby([mu_of_laws["run_id"], mu_of_laws["law"]])
-    sums = by_curve_and_law.sum(skipna=False).unstack()
-    return sums.reindex(columns=laws).dropna(axis=1)
+    sums = {}
+    for law in laws.intersection(list(mu_by_law), sort=False):
+        mu_of_law = mu_by_law[law]
+        squares = (mu_of_law[column] - mu_of_law[_MEASURED]) ** 2
+        sums_of_curves = squares.groupby(mu_of_law["run_id"], observed=True).sum(skipna=False)
+        sums[law] = sums_of_curves.set_axis(sums_of_curves.index.astype("str"))
+    return pd.DataFrame(sums).dropna(axis=1)
 
 
 def _ranking(

@@ -38,7 +38,7 @@ from oilfilm.fits.whole_fit import explaining_contradictions, refuse_contradicti
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.surface.support import Support
 from oilfilm.tables import refuse_unpacking
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
 
@@ -710,11 +710,10 @@ def read_surface(results: CampaignTables, oil: str) -> OilSurface | None:
     (row,) = rows
     fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[row["law"]])
     sizes = results.surface_sizes
-    points = results.points
     return surface_from_tables(
         row,
         sizes[sizes["oil"] == oil],
-        points[points["oil"] == oil],
+        results.table("points", CURVE_POINTS, oil=oil),
         LawConstants(fit.law, fit.coefficients.constants, fit.coefficients.followed),
     )
 

@@ -16,7 +16,7 @@ from oilfilm.fits.measured_surface import Contact, free_law, usable_measurements
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
 # With fewer, left-out conditions allow less than 80 %.
@@ -72,12 +72,9 @@ def read_oil(folder: Path, oil: str) -> MeasuredOil:
         oil: Name of the oil.
     """
     results = CampaignTables.in_folder(folder)
-    points, runs = results.points, results.runs
-    points = points[points["oil"] == oil]
-    has_accepted_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
-    return MeasuredOil(
-        read_fit(folder, oil), points, frozenset(runs.loc[has_accepted_points, "rig"])
-    )
+    points, runs = results.table("points", CURVE_POINTS, oil=oil), results.runs
+    of_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
+    return MeasuredOil(read_fit(folder, oil), points, frozenset(runs.loc[of_points, "rig"]))
 
 
 def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:

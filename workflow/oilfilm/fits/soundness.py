@@ -25,9 +25,8 @@ from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_columns, runs_in_common
 from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, OF_COMPARISON, CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
-from oilfilm.tables.table_needs import FIT_TABLES, SURFACE_TABLES
 
 # Largest ratio of the sum of squares to that between repeats. Repeats that are copies have a sum of
 # squares of rounding only.
@@ -70,8 +69,8 @@ def _lack_of_one_fit(
     """
     oil = quality["oil"]
     fit = FittedLaw.from_tables(results.coefficients, oil, quality=results.fit_quality)
-    points = results.points
-    points_of_fit = points[points["accepted"] & (points["oil"] == oil)]
+    points = results.table("points", CURVE_POINTS, oil=oil)
+    points_of_fit = points[points["accepted"]]
     # the conditions of a point are the mean conditions of its run, as in the fit
     means = (
         points_of_fit.groupby("run_id")[list(fit.law.conditions)].transform("mean").to_numpy(float)
@@ -128,7 +127,8 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     not stated, the level of the measured mean is used, by the widths of `same_condition`.
     """
     runs = with_levels(results.runs, settings).set_index("run_id")
-    accepted = results.points[results.points["accepted"]]
+    points = results.table("points", ["run_id", "accepted", *_MEASURED])
+    accepted = points[points["accepted"]]
     means = accepted.groupby("run_id")[list(_MEASURED)].mean().reindex(runs.index)
     # pressure and load are one set point: where one is stated, the other is not needed
     load_set_points = NOMINAL_COLUMNS[:2]
@@ -278,7 +278,9 @@ def with_configured_law(results: CampaignTables, law_name: str) -> CampaignTable
 
 
 def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
-    """The tables of the fits, `law_verdicts`, `lack_of_fit` and `soundness`, by name.
+    """The tables `fit_quality`, `law_verdicts`, `lack_of_fit` and `soundness`, by name.
+
+    The other tables of the fits stay as they are.
 
     Args:
         results: The tables of every fit, `points` and `runs`.
@@ -295,13 +297,23 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
         limiting_stress_ratio=quality["oil"].map(limiting_stress_ratios).astype(float)
     )
     results = results.replace(fit_quality=quality)
-    finished = {name: results.table(name) for name in (*FIT_TABLES, *SURFACE_TABLES)}
-    finished["law_verdicts"] = best_laws(
-        quality, results.law_points, results.points, settings.compare.bic_difference_min
-    )
+    finished = {"fit_quality": quality}
+    finished["law_verdicts"] = _law_verdicts(results, settings.compare.bic_difference_min)
     finished["lack_of_fit"] = noise_and_misfit(results, settings)
     finished["soundness"] = judged_fits(results, finished["lack_of_fit"], settings)
     return finished
+
+
+def _law_verdicts(results: CampaignTables, bic_difference_min: float) -> pd.DataFrame:
+    """Table `law_verdicts`, made oil by oil: the points of all laws are the largest table."""
+    quality = results.fit_quality
+    verdicts = []
+    for oil in quality.loc[quality["configured"], "oil"]:
+        law_points = results.table("law_points", OF_COMPARISON, oil=oil)
+        points = results.table("points", CURVE_POINTS, oil=oil)
+        of_oil = quality[quality["oil"] == oil]
+        verdicts.append(best_laws(of_oil, law_points, points, bic_difference_min))
+    return pd.concat(verdicts, ignore_index=True) if verdicts else tables.empty("law_verdicts")
 
 
 def judged_fits(
@@ -315,7 +327,6 @@ def judged_fits(
         settings: `fit`, `surface` and `steadiness`.
     """
     fits = results.configured
-    points = results.points
     quality_of_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
     fitted = {}
     for oil, quality in quality_of_oil.items():
@@ -325,10 +336,11 @@ def judged_fits(
     lack_verdict = lack_of_fit.set_index("oil")["verdict"]
     rows = []
     for oil, quality in quality_of_oil.items():
+        points = results.table("points", CURVE_POINTS, oil=oil)
         verdict = verdict_of_fit(
             quality,
             fitted.get(oil),
-            points[points["accepted"] & (points["oil"] == oil)],
+            points[points["accepted"]],
             settings,
             runs=results.runs,
             lack_shown=lack_verdict.get(oil) == "shown",

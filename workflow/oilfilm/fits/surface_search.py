@@ -36,7 +36,7 @@ from oilfilm.surface.surface import (
     most_likely_surface,
     surface_of_sizes,
 )
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, OF_COMPARISON, CampaignTables
 from oilfilm.tables.table_needs import SURFACE_TABLES
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import to_constants
@@ -56,7 +56,7 @@ def surface_of_oil(
         settings: `compare`, `same_condition` and `surface`.
         rigs: The rigs of the campaign.
     """
-    points = results.points[results.points["oil"] == oil]
+    points = results.table("points", CURVE_POINTS, oil=oil)
     rig_of_runs = _rig_of_runs(points, results.runs)
     assumptions = RunAssumptions.from_settings(settings.same_condition, rigs, rig_of_runs)
     contact = Contact.from_points(points[points["accepted"]])
@@ -104,7 +104,9 @@ def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float)
     """
     quality = results.fit_quality[results.fit_quality["oil"] == oil]
     by_error = quality.sort_values("left_out_rmse", kind="stable", na_position="last")
-    verdicts = best_laws(quality, results.law_points, results.points, bic_difference_min)
+    law_points = results.table("law_points", OF_COMPARISON, oil=oil)
+    points = results.table("points", CURVE_POINTS, oil=oil)
+    verdicts = best_laws(quality, law_points, points, bic_difference_min)
     (verdict,) = tables.rows(verdicts)
     ties = verdict["left_out_ties"] or ()
     preferred = [verdict["law"]] if verdict["law"] in ties or not ties else []

@@ -310,7 +310,7 @@ def _tables_of_file(format_name: str, content: bytes, vocabulary: Vocabulary) ->
         UnreadableLogError: The format is not known, or nothing of the file can be used.
     """
     if format_name not in READERS:
-        raise _unknown_format(content)
+        raise _unknown_format(content, vocabulary)
     try:
         return READERS[format_name].tables(content, vocabulary)
     except base.UnreadableLogError:
@@ -323,7 +323,7 @@ def _tables_of_file(format_name: str, content: bytes, vocabulary: Vocabulary) ->
         raise base.UnreadableLogError(reason, base.COPY_AGAIN, rule="damaged_file") from error
 
 
-def _unknown_format(content: bytes) -> base.UnreadableLogError:
+def _unknown_format(content: bytes, vocabulary: Vocabulary) -> base.UnreadableLogError:
     """The error for a file that no reader recognises."""
     if content:
         description = f"not text; its first bytes are {content[:8].hex(' ')} (hexadecimal)"
@@ -336,8 +336,21 @@ def _unknown_format(content: bytes) -> base.UnreadableLogError:
     return base.UnreadableLogError(
         reason,
         f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them.",
+        rows=_rows_among_zeros(content, vocabulary),
         rule="unknown_format",
     )
+
+
+def _rows_among_zeros(content: bytes, vocabulary: Vocabulary) -> int:
+    """Rows of a text that zero bytes near its top hide; 0 where there is no text."""
+    text = content.replace(b"\0", b"")
+    if recognised_format(text) != "csv":
+        return 0
+    try:
+        _, found = delimited_text.tables(text, vocabulary)
+    except base.UnreadableLogError as error:
+        return error.rows
+    return sum(table.rows for table in found)
 
 
 def _without_absurd(reading: base.Reading) -> base.Reading:

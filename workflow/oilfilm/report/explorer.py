@@ -109,7 +109,7 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     load_n_at_1_gpa = load_at_1_gpa(settings)
     fits = explored_fits(results, load_n_at_1_gpa)
     nearby = settings.report.nearby.model_dump()
-    axes = [_axis_as_json(axis, nearby) for axis in sliders(fits, results.points, settings)]
+    axes = [_axis_as_json(axis, nearby) for axis in sliders(fits, results, settings)]
     oils = []
     for oil, fit in fits.items():
         oil_as_json = {
@@ -164,15 +164,18 @@ def explored_fits(results: CampaignTables, load_at_1_gpa: float | None) -> dict[
     return fits
 
 
-def sliders(fits: Mapping[str, FittedLaw], points: pd.DataFrame, settings: Settings) -> list[Axis]:
+def sliders(
+    fits: Mapping[str, FittedLaw], results: CampaignTables, settings: Settings
+) -> list[Axis]:
     """Sliders over all tested conditions, and over the ranges of `report.sliders` if they overlap.
 
     Args:
         fits: By oil.
-        points: Table of points.
+        results: Table `points`.
         settings: All settings of the campaign.
     """
     load_n_at_1_gpa = load_at_1_gpa(settings)
+    points = results.table("points", [*AXES, "accepted"])
     usual_ranges = settings.report.sliders
     start_point = _central_point(points[points["accepted"]])
     boxes = [

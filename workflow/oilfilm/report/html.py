@@ -103,7 +103,7 @@ def html(
     gallery = _gallery(pngs)
     signals = _signals(results, refused_folder)
     data = explorer(results, settings)
-    data["points"] = drawn_points(results.points, settings.report.points_max)
+    data["points"] = drawn_points(results, settings.report.points_max)
     data["bearing"] = bearing_explorer(results, settings)
     context = {
         "sections": sections,

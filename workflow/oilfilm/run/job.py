@@ -5,7 +5,7 @@ Decides: the provenance in the footer of every table.
 
 import gc
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -55,6 +55,18 @@ class Job:
         for name, frame in frames.items():
             path = Path(self.snakemake.output[name])
             tables.write(frame, model_of(name), path, self.provenance)
+
+    def join(self, names: Iterable[str]) -> None:
+        """Write tables whose parts are inputs, some rows at a time.
+
+        Raises:
+            OilfilmError: As in `tables.write`.
+        """
+        for name in names:
+            path = Path(self.snakemake.output[name])
+            with tables.writing(model_of(name), path, self.provenance, tables.ROW_GROUP) as add:
+                for rows in self.tables.parts(name):
+                    add(rows)
 
     def raw_logs(self, folder: str) -> RawLogs:
         """The raw logs: the inputs `logs`, whose names and digests are the params `files`.

@@ -9,7 +9,7 @@ Decides: how a table is checked, written and read; how many rows are in memory a
 
 import json
 from base64 import b64encode
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -161,7 +161,13 @@ _OTHER_VERSION = (
 )
 
 
-def conform(frame: pd.DataFrame, table: str, where: str, advice: str = _GIVEN) -> pd.DataFrame:
+def conform(
+    frame: pd.DataFrame,
+    table: str,
+    where: str,
+    advice: str = _GIVEN,
+    columns: Sequence[str] | None = None,
+) -> pd.DataFrame:
     """The frame with the columns of the table in order and of their types, after every check.
 
     Columns are checked one at a time: a whole frame of samples at once takes three times the
@@ -173,25 +179,41 @@ def conform(frame: pd.DataFrame, table: str, where: str, advice: str = _GIVEN) -
         table: Name of the table's model.
         where: Where the rows are from, for messages.
         advice: What to do where the columns are not those that are declared.
+        columns: The columns that the frame has, in order; all of the table if not given. Checks
+            over several columns or rows need them all.
 
     Raises:
         OilfilmError: A column is missing, unknown, or holds what the contract forbids.
     """
     model = TABLES[table]
-    missing = [name for name in model.names if name not in frame.columns]
-    unknown = [name for name in frame.columns if name not in model.names]
+    names = model.names if columns is None else list(columns)
+    _refuse_other_columns(frame.columns, names, table, where, advice)
+    frame = frame.reset_index(drop=True)
+    checked = {name: _checked(frame, model[name], model, where) for name in names}
+    # one block of all columns would be one more copy of a large table
+    conformed = pd.DataFrame(checked, columns=names, copy=False)
+    if columns is None:
+        for complaint in model.complaints(conformed):
+            raise OilfilmError(f"{where}: table {table!r}: {cut(complaint, 1000)}.")
+    return conformed
+
+
+def _refuse_other_columns(
+    found: Iterable[str], expected: Sequence[str], table: str, where: str, advice: str
+) -> None:
+    """Refuse columns that are not those expected, in any order.
+
+    Raises:
+        OilfilmError: A column is missing or unknown.
+    """
+    found = list(found)
+    missing = [name for name in expected if name not in found]
+    unknown = [name for name in found if name not in expected]
     if missing or unknown:
         raise OilfilmError(
             f"{where}: table {table!r} lacks the columns {missing or 'none'} and has the unknown "
             f"columns {cut(unknown or 'none')}. {advice}"
         )
-    frame = frame.reset_index(drop=True)
-    checked = {column.name: _checked(frame, column, model, where) for column in model.columns}
-    # one block of all columns would be one more copy of a large table
-    conformed = pd.DataFrame(checked, columns=model.names, copy=False)
-    for complaint in model.complaints(conformed):
-        raise OilfilmError(f"{where}: table {table!r}: {cut(complaint, 1000)}.")
-    return conformed
 
 
 def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> pd.Series:
@@ -281,7 +303,7 @@ ROW_GROUP = 1 << 18
 
 @contextmanager
 def writing(
-    table: str, path: Path, provenance: Mapping[str, Any], largest_group: int | None = None
+    table: str, path: Path, provenance: Mapping[str, Any], rows_of_group: int | None = None
 ) -> Iterator[Callable[[pd.DataFrame], None]]:
     """Write a table a part at a time, completely or not at all, as `write` does.
 
@@ -291,7 +313,8 @@ def writing(
         table: Name of the table's model.
         path: Parquet file to write.
         provenance: As for `write`.
-        largest_group: Rows of a row group, at most; each part is one if not given.
+        rows_of_group: Rows of each row group but the last, whatever rows the parts have: the bytes
+            do not depend on the parts then. Each part is a row group if not given.
 
     Raises:
         OilfilmError: A part breaks the contract.
@@ -315,26 +338,40 @@ def writing(
             write_page_checksum=True,
             store_schema=False,  # with its metadata at the end
         ) as writer:
-            parts_written = 0
+            waiting: list[pd.DataFrame] = []
+            groups = 0
+
+            def write_group(group: pd.DataFrame) -> None:
+                nonlocal groups
+                # column by column, in half of the time of `from_pandas` of the table
+                arrays = [
+                    arrow.array(group[field.name], field.type, from_pandas=True) for field in schema
+                ]
+                writer.write_table(arrow.table(arrays, schema=schema), max(len(group), 1))
+                groups += 1
 
             def add(frame: pd.DataFrame) -> None:
-                nonlocal parts_written
-                conformed = conform(frame, table, str(path))
-                rows_of_group = largest_group or max(len(frame), 1)
+                part = conform(frame, table, str(path))
+                if rows_of_group is None:
+                    write_group(part)
+                    return
+                waiting.append(part)
+                if sum(map(len, waiting)) < rows_of_group:
+                    return
+                rows = pd.concat(waiting, ignore_index=True) if len(waiting) > 1 else part
+                waiting.clear()
                 # a whole table as Arrow's would be one more copy of it
-                for start in range(0, max(len(frame), 1), rows_of_group):
-                    group = conformed.iloc[start : start + rows_of_group]
-                    # column by column, in half of the time of `from_pandas` of the table
-                    arrays = [
-                        arrow.array(group[field.name], field.type, from_pandas=True)
-                        for field in schema
-                    ]
-                    writer.write_table(arrow.table(arrays, schema=schema), rows_of_group)
-                parts_written += 1
+                whole_groups = len(rows) // rows_of_group * rows_of_group
+                for start in range(0, whole_groups, rows_of_group):
+                    write_group(rows.iloc[start : start + rows_of_group])
+                waiting.append(rows.iloc[whole_groups:].copy())
 
             yield add
-            if not parts_written:
-                add(empty(table))
+            rest = [part for part in waiting if len(part)]
+            if rest:
+                write_group(pd.concat(rest, ignore_index=True) if len(rest) > 1 else rest[0])
+            elif not groups:
+                write_group(empty(table))
             footer = {"table": table, **provenance}
             metadata = {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
             encoded_schema = b64encode(schema.with_metadata(metadata).serialize())
@@ -345,27 +382,75 @@ def writing(
 _ENCODINGS = {"int64": "DELTA_BINARY_PACKED", "double": "BYTE_STREAM_SPLIT"}
 
 
-def read(table: str, *paths: Path) -> pd.DataFrame:
+def read(
+    table: str,
+    *paths: Path,
+    columns: Sequence[str] | None = None,
+    wanted: Mapping[str, str] | None = None,
+) -> pd.DataFrame:
     """Read a table from one file, from several or from none (then empty), and check it again.
+
+    A long table needs the memory of the columns and the rows that are read, and no more. Checks
+    over several columns are made where the whole table is read.
+
+    Args:
+        table: Name of the table's model.
+        paths: Its files.
+        columns: The columns to read; all if not given.
+        wanted: What a column must be in the rows that are read; all rows if not given.
 
     Raises:
         OilfilmError: A file is missing or damaged, holds another table or columns in other units,
             or breaks the contract.
     """
     if not paths:
-        return empty(table)
+        return empty(table) if columns is None else empty(table)[list(columns)]
+    where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
+    filters = [(name, "==", value) for name, value in (wanted or {}).items()]
     for path in paths:
         _check_written_as(table, path)
-    contents = [_content(path).replace_schema_metadata(None) for path in paths]
-    where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
-    content = contents[0]
-    if len(contents) > 1:
-        content = arrow.concat_tables(contents).unify_dictionaries()
-    contents.clear()
-    # Arrow's copy of a column goes when pandas has it: two copies of a table are never there
-    frame = content.to_pandas(split_blocks=True, self_destruct=True)
-    del content
-    return conform(frame, table, where, _OTHER_VERSION)
+    parts = [_content(path, filters or None, columns) for path in paths]
+    return conform(_as_frame(parts), table, where, _OTHER_VERSION, columns)
+
+
+def from_arrow(content: arrow.Table) -> pd.DataFrame:
+    """A part of a table, as `arrow_parts` gives it, as a frame; its values are not checked."""
+    return _as_frame([content])
+
+
+def _as_frame(parts: list[arrow.Table], use_threads: bool = True) -> pd.DataFrame:
+    """Parts of one table as a frame; the list of parts is emptied.
+
+    Two copies of a column are never there: Arrow's goes when pandas has it.
+    """
+    content = arrow.concat_tables([part.replace_schema_metadata(None) for part in parts])
+    parts.clear()
+    content = content.unify_dictionaries()
+    names = content.column_names
+    lists = {}
+    for field in content.schema:
+        if _is_list_of_texts(field.type):
+            lists[field.name] = _tuples_of(content[field.name])
+    content = content.drop_columns(list(lists))
+    frame = content.to_pandas(split_blocks=True, self_destruct=True, use_threads=use_threads)
+    for name, tuples in lists.items():
+        frame.insert(names.index(name), name, tuples)
+    return frame
+
+
+def _tuples_of(column: arrow.ChunkedArray) -> "np.ndarray[Any, np.dtype[np.object_]]":
+    """Lists of texts as tuples, None where missing. Arrow would make an array for each of them."""
+    tuples = np.empty(len(column), dtype=object)
+    row = 0
+    for chunk in column.chunks:
+        texts = chunk.flatten().to_pylist()
+        end = 0
+        for length in chunk.value_lengths().to_pylist():
+            if length is not None:
+                tuples[row] = tuple(texts[end : end + length])
+                end += length
+            row += 1
+    return tuples
 
 
 def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
@@ -375,23 +460,40 @@ def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
         OilfilmError: As `read`.
     """
     for path in paths:
-        _check_written_as(table, path)
-        try:
-            with parquet.ParquetFile(path, page_checksum_verification=True) as file:
-                for group in range(file.num_row_groups):
-                    # one thread, because the shares of a campaign are spread over all cores
-                    content = file.read_row_group(group, use_threads=False)
-                    frame = content.replace_schema_metadata(None).to_pandas(use_threads=False)
-                    yield conform(frame, table, str(path), _OTHER_VERSION)
-        except UNREADABLE as error:
-            raise _damaged(path, error) from error
+        for content in arrow_parts(table, path):
+            # one thread, because the shares of a campaign are spread over all cores
+            rows = _as_frame([content], use_threads=False)
+            yield conform(rows, table, str(path), _OTHER_VERSION)
 
 
-def _content(path: Path, filters: list[tuple[str, str, str]] | None = None) -> arrow.Table:
+def arrow_parts(table: str, path: Path) -> Iterator[arrow.Table]:
+    """The row groups of a file as Arrow has them; their values are not checked.
+
+    Raises:
+        OilfilmError: As `read`, but for values.
+    """
+    _check_written_as(table, path)
+    try:
+        with parquet.ParquetFile(path, page_checksum_verification=True) as file:
+            for group in range(file.num_row_groups):
+                yield file.read_row_group(group, use_threads=False)
+    except UNREADABLE as error:
+        raise _damaged(path, error) from error
+
+
+def _content(
+    path: Path,
+    filters: list[tuple[str, str, str]] | None = None,
+    columns: Sequence[str] | None = None,
+) -> arrow.Table:
     """The content of a file, each page checked, without columns from the folder's name."""
     try:
         return parquet.read_table(
-            path, partitioning=None, page_checksum_verification=True, filters=filters
+            path,
+            columns=None if columns is None else list(columns),
+            partitioning=None,
+            page_checksum_verification=True,
+            filters=filters,
         )
     except UNREADABLE as error:
         raise _damaged(path, error) from error
@@ -413,12 +515,12 @@ def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
         _check_written_as(table, path)
     # what is not of the run never leaves Arrow, and row groups without it are not even read
     rows_of_run = [("run_id", "==", run_id)]
-    content = arrow.concat_tables([_content(path, filters=rows_of_run) for path in paths])
-    return conform(content.to_pandas(), table, f"run {run_id}", _OTHER_VERSION)
+    parts = [_content(path, filters=rows_of_run) for path in paths]
+    return conform(_as_frame(parts), table, f"run {run_id}", _OTHER_VERSION)
 
 
 def _check_written_as(table: str, path: Path) -> None:
-    """Refuse a file that holds another table, or a column in another unit."""
+    """Refuse a file that holds another table, other columns, or a column in another unit."""
     schema = _schema(path)
     name = _footer(path, schema).get("table")
     if name != table:
@@ -436,6 +538,7 @@ def _check_written_as(table: str, path: Path) -> None:
                 f"{path}: column {column.name!r} is in {cut(repr(unit))}; expected "
                 f"{column.unit!r}. {_OTHER_VERSION}"
             )
+    _refuse_other_columns(schema.names, TABLES[table].names, table, str(path), _OTHER_VERSION)
 
 
 def read_footer(path: Path) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """The finished tables of one campaign, read when they are first used."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -8,10 +8,30 @@ from typing import Any
 import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.tables import read
+from oilfilm.tables import read, read_parts
 from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.table_needs import FIT_TABLES, NOT_IN_EVERY_CAMPAIGN
 
+# Columns of `points` that say what was measured, at which conditions: the table has three times as
+# many, and in a large campaign it is the largest one.
+CURVE_POINTS = (
+    *("run_id", "oil", "first_row", "accepted"),
+    *("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c"),
+    *("slide_roll_ratio", "slide_roll_ratio_se"),
+    *("traction_coefficient", "traction_coefficient_se"),
+)
+# The same with the calibration of the sensors, for a fit.
+FITTED_POINTS = (
+    *CURVE_POINTS,
+    *("load_systematic_n", "traction_force_systematic_n"),
+    *("entrainment_speed_systematic_m_s", "inlet_temperature_systematic_c"),
+    "traction_force_n",
+)
+# Columns of `law_points` by which laws are compared.
+OF_COMPARISON = (
+    *("oil", "law", "run_id", "first_row"),
+    *("traction_coefficient", "left_out_traction_coefficient"),
+)
 # Tables whose rows are those of another table.
 _SAME_COLUMNS = {"torque_quarantine": "quarantine"}
 # Tables whose file is not `tables/<name>.parquet`.
@@ -68,8 +88,16 @@ class CampaignTables:
         """The same tables with some of them replaced."""
         return CampaignTables(self._files, {**self._frames, **frames})
 
-    def table(self, name: str) -> pd.DataFrame:
-        """One table.
+    def table(self, name: str, columns: Sequence[str] | None = None, **wanted: str) -> pd.DataFrame:
+        """One table, or some of its columns and rows.
+
+        A whole table is kept. Of a long one, as `points`, read only what is needed: columns and
+        rows that are not asked for take no memory.
+
+        Args:
+            name: Name of the table.
+            columns: The columns; all if not given.
+            wanted: What a column must be in the rows, as `oil="4102"`; all rows if not given.
 
         Raises:
             OilfilmError: It is not among the inputs, or as `tables.read`.
@@ -80,8 +108,21 @@ class CampaignTables:
                     f"the table {name!r} is not among the inputs of this job; list it under "
                     f"`input:` of the rule. Listed: {', '.join(sorted(self._files)) or 'none'}."
                 )
+            if columns is not None or wanted:
+                return read(model_of(name), *self._files[name], columns=columns, wanted=wanted)
             self._frames[name] = read(model_of(name), *self._files[name])
-        return self._frames[name]
+        return _part_of(self._frames[name], columns, wanted)
+
+    def parts(self, name: str) -> Iterator[pd.DataFrame]:
+        """The rows of a table in turn, so many as are in memory at once.
+
+        Raises:
+            OilfilmError: As `table`.
+        """
+        if name in self._frames:
+            yield self._frames[name]
+        else:
+            yield from read_parts(model_of(name), *self._files[name])
 
     @cached_property
     def configured(self) -> "CampaignTables":
@@ -99,15 +140,27 @@ class _TablesOfConfiguredLaw(CampaignTables):
         super().__init__({})
         self._every_law = every_law
 
-    def table(self, name: str) -> pd.DataFrame:
+    def table(self, name: str, columns: Sequence[str] | None = None, **wanted: str) -> pd.DataFrame:
+        if name not in FIT_TABLES:
+            return self._every_law.table(name, columns, **wanted)
         if name not in self._frames:
             frame = self._every_law.table(name)
-            if name in FIT_TABLES:
-                quality = self._every_law.fit_quality
-                laws = quality.loc[quality["configured"], ["oil", "law"]]
-                frame = frame.merge(laws, on=["oil", "law"])
-            self._frames[name] = frame
-        return self._frames[name]
+            quality = self._every_law.fit_quality
+            laws = quality.loc[quality["configured"], ["oil", "law"]]
+            self._frames[name] = frame.merge(laws, on=["oil", "law"])
+        return _part_of(self._frames[name], columns, wanted)
+
+
+def _part_of(
+    frame: pd.DataFrame, columns: Sequence[str] | None, wanted: Mapping[str, str]
+) -> pd.DataFrame:
+    """Some columns and rows of a table; the table itself if all are wanted."""
+    for name, value in wanted.items():
+        frame = frame[frame[name] == value].reset_index(drop=True)
+    if columns is None:
+        return frame
+    # points of plain arrays have no standard errors
+    return frame[[name for name in columns if name in frame]]
 
 
 def _file(path: Path) -> Path:

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from oilfilm.base.ties import exceeds, first_largest, first_smallest
 from oilfilm.base.units import BoolArray, FloatArray
@@ -156,9 +157,15 @@ def distinct(conditions: FloatArray) -> FloatArray:
 
 def is_among(conditions: FloatArray, listed: FloatArray) -> BoolArray:
     """Which conditions are the same as one of the others, shape (conditions,)."""
-    scaled_distance = scaled_conditions(conditions)[:, np.newaxis] - scaled_conditions(listed)
-    is_same = np.all(~_is_wider(scaled_distance, _LEVEL_WIDTHS), axis=2)
-    return np.asarray(np.any(is_same, axis=1))
+    if not len(listed):
+        return np.zeros(len(conditions), dtype=bool)
+    scaled = scaled_conditions(conditions)
+    scaled_listed = scaled_conditions(listed)
+    # the nearest by the widths of a level is the same if any is; all pairs of a large campaign do
+    # not fit into memory
+    tree = scipy.spatial.cKDTree(scaled_listed / _LEVEL_WIDTHS)
+    _, nearest = tree.query(scaled / _LEVEL_WIDTHS, p=np.inf)
+    return np.all(~_is_wider(scaled - scaled_listed[nearest], _LEVEL_WIDTHS), axis=1)
 
 
 def spaced(lowest: float, highest: float, count: int, dimension: int) -> FloatArray:

@@ -35,7 +35,7 @@ from oilfilm.fits.problem import Curves
 from oilfilm.physics.contact import Floats
 from oilfilm.settings.config import PlanLevels, PlanSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.torque.answers import DUTY, Budget, budgets, duty_points
 from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_of_results
 from oilfilm.torque.feasible_tests import PlannedRig, judge_tests, limits_with_counts
@@ -248,10 +248,9 @@ def plan_oil(
             f"config/oils/{oil}.yaml and list it under `oils` of the campaign."
         )
     fitted = FittedLaw.from_results(results, oil)
-    error_beyond_tests = settings.bearing.law_error_beyond
-    information = measured_information(
-        fitted, results.points, oil, rig.calibration, error_beyond_tests
-    )
+    beyond = settings.bearing.law_error_beyond
+    points = results.table("points", CURVE_POINTS, oil=oil)
+    information = measured_information(fitted, points, oil, rig.calibration, beyond)
     film = Film(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels
     feasible = candidates(levels, rig, film, settings.gates.lambda_limit, information)

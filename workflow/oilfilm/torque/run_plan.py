@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
+import scipy
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.natural_key import natural_key
@@ -21,7 +22,7 @@ from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.config import PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import scaled_conditions
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.tables.set_points import with_levels, with_measured
 from oilfilm.torque.bearing_torque import joined
 from oilfilm.torque.feasible_tests import JudgedTests, PlannedRig, judge_tests
@@ -44,6 +45,8 @@ _REPEATS = 5
 RUNS_BETWEEN_REFERENCES = 5
 # Slips of a planned run, equally spaced in the logarithm, as a share of the largest one.
 _SLIP_SHARES = np.geomspace(0.005, 1, 15)
+# Scaled distance within which runs may be equally near but for rounding.
+_ROUNDING_OF_DISTANCE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,8 @@ class MeasuredRuns:
 
         Runs without a set point have their measured mean. Runs of unknown conditions are left out.
         """
-        points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+        points = results.table("points", CURVE_POINTS, oil=oil)
+        points = points[points["accepted"]]
         by_run = points.groupby("run_id")
         runs = results.runs[results.runs["run_id"].isin(list(by_run.groups))]
         runs_at_levels = with_levels(with_measured(runs, points), settings).set_index("run_id")
@@ -131,11 +135,18 @@ class RunLimits:
         """Largest mu of the nearest measured run, shape (runs,)."""
         if not len(self.measured.conditions):
             return np.full(len(conditions), self.largest_traction)
-        scaled_measured = scaled_conditions(self.measured.conditions)
-        scaled_distance = scaled_conditions(conditions)[:, np.newaxis] - scaled_measured
-        distance = np.sum(scaled_distance**2, axis=2)
-        is_nearest = ~exceeds(distance, distance.min(axis=1, keepdims=True))
-        return np.max(np.where(is_nearest, self.measured.largest_mu, -np.inf), axis=1)
+        measured = scaled_conditions(self.measured.conditions)
+        wanted = scaled_conditions(conditions)
+        # a tree, because all pairs of a large campaign do not fit into memory
+        tree = scipy.spatial.cKDTree(measured)
+        to_nearest, _ = tree.query(wanted)
+        expected = np.empty(len(wanted))
+        about_as_near = tree.query_ball_point(wanted, to_nearest + _ROUNDING_OF_DISTANCE)
+        for row, candidates in enumerate(about_as_near):
+            distance = np.sum((wanted[row] - measured[candidates]) ** 2, axis=1)
+            is_nearest = ~exceeds(distance, distance.min())
+            expected[row] = self.measured.largest_mu[candidates][is_nearest].max()
+        return expected
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.names import CONDITIONS as CONDITION_NAMES
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels, with_measured
 from oilfilm.traction.law import CONDITIONS
 
@@ -93,9 +93,10 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     oils = list(settings.oils)
     sheet, panels = oil_grid(oils, height=2.2)
     # runs without a stated speed get their measured one: they need not be repeats
-    runs = with_levels(with_measured(results.runs, results.points), settings)
+    runs = with_levels(with_measured(results.runs, results.table("points", CURVE_POINTS)), settings)
     for panel, _, oil in panels:
-        points_of_oil = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+        points_of_oil = results.table("points", CURVE_POINTS, oil=oil)
+        points_of_oil = points_of_oil[points_of_oil["accepted"]]
         if points_of_oil.empty:
             panel.say("no accepted point")
             continue
@@ -247,7 +248,8 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
     """Accepted points with residual (1e-3) and the set points of the run; None without a fit."""
     coefficients = results.configured.coefficients
     coefficients_of_oil = coefficients[coefficients["oil"] == oil]
-    points = results.points[results.points["accepted"] & (results.points["oil"] == oil)]
+    points = results.table("points", CURVE_POINTS, oil=oil)
+    points = points[points["accepted"]]
     if coefficients_of_oil.empty or points.empty:
         return None
     fitted_law = FittedLaw.from_tables(coefficients_of_oil, oil)
@@ -302,7 +304,7 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     cells["state"] = np.select([has_accepted, has_runs], ["accepted", "refused"], "missing")
     rows_of_panels = sorted(cells[load_column].unique())
     if not 0 < len(rows_of_panels) <= _MOST_ROWS:
-        return _measured_coverage(results.points, settings)
+        return _measured_coverage(results.table("points", CURVE_POINTS), settings)
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
         rows=rows_of_panels,

@@ -35,7 +35,7 @@ from oilfilm.report.figures.sheet import (
 )
 from oilfilm.report.names import law_name
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.torque.operating_grid import Grid, films, obstacle, traction
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law
@@ -236,7 +236,7 @@ def mu_at_zero_slip(
     if fits.loc[is_of_fit, "value"].isna().all():
         return pd.DataFrame({"run_id": [], "y": []})
     law = laws_of(oil, settings)[law_key]
-    data = curve_data(results.points[results.points["oil"] == oil], law.conditions)
+    data = curve_data(results.table("points", CURVE_POINTS, oil=oil), law.conditions)
     fitted = FittedLaw.from_tables(fits, oil, law=law)
     y = fitted.predict(data.conditions, np.zeros(len(data.runs))).traction_coefficient
     order = np.argsort(data.conditions[:, -1], kind="stable")
@@ -433,7 +433,8 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     at the fastest run of the highest pressure. Dashed line: limit of a full film.
     """
     level = settings.figures.stribeck.slide_roll_ratio
-    points = _points_near_slip(results.points, level).dropna(subset="lambda_ratio")
+    points = results.table("points", [*CURVE_POINTS, "lambda_ratio"])
+    points = _points_near_slip(points, level).dropna(subset="lambda_ratio")
     points = _with_set_points(points, results.runs)
     sheet, panels = oil_grid(
         style.oils_in(points, settings),
@@ -550,9 +551,7 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     marker_of_pressure: dict[float, str] = {}
     for panel, _, oil in panels:
         colour = style.oil_colour(oil, list(settings.oils))
-        for run_id, curve in _points_at_conditions(results.points, oil, figure_settings).groupby(
-            "run_id"
-        ):
+        for run_id, curve in _points_at_conditions(results, oil, figure_settings).groupby("run_id"):
             # to steps of 0.05 GPa
             pressure = 0.05 * round(20 * float(curve["max_hertz_pressure_gpa"].mean()))
             next_marker = style.MARKERS[len(marker_of_pressure) % len(style.MARKERS)]
@@ -589,9 +588,10 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-def _points_at_conditions(points: pd.DataFrame, oil: str, figure_settings: Any) -> pd.DataFrame:
+def _points_at_conditions(results: CampaignTables, oil: str, figure_settings: Any) -> pd.DataFrame:
     """Accepted points of an oil at the chosen speed and temperature."""
-    points_of_oil = points[points["accepted"] & (points["oil"] == oil)]
+    points = results.table("points", CURVE_POINTS, oil=oil)
+    points_of_oil = points[points["accepted"]]
     means = points_of_oil.groupby("run_id")[list(CONDITIONS)].transform("mean")
     relative_speed = means["entrainment_speed_m_s"] / figure_settings.entrainment_speed_m_s - 1
     warmer_by = means["inlet_temperature_c"] - figure_settings.inlet_temperature_c

@@ -28,6 +28,8 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.set_points import describe_condition
 
+# Columns of the plateaus that a page marks.
+MARKED_POINTS = ("run_id", "first_row", "last_row", "accepted", "failed_gates")
 # Number of letters of 7 pt in a line of the page.
 _LETTERS_PER_LINE = 112
 # Height of all panels together.

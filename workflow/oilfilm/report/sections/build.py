@@ -40,7 +40,7 @@ from oilfilm.report.explorer import Axis, as_json, explored_fits, load_at_1_gpa,
 from oilfilm.report.names import CONDITIONS, gate_name, law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
-from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.torque.answers import CAUSES, range_text, what_to_measure, with_interval
 from oilfilm.torque.best_oil import NOT_KNOWN
 from oilfilm.torque.operating_grid import AXES
@@ -132,10 +132,10 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
     zero.
     """
     rows = {}
-    accepted = results.points[results.points["accepted"]]
     for oil in results.configured.fit_quality["oil"]:
         fit = FittedLaw.from_results(results, oil)
-        points = accepted[accepted["oil"] == oil]
+        points = results.table("points", CURVE_POINTS, oil=oil)
+        points = points[points["accepted"]]
         conditions = points[list(fit.law.conditions)].to_numpy(float)
         slip = points["slide_roll_ratio"].to_numpy(float)
         prediction = fit.predict(conditions, slip)
@@ -162,7 +162,7 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
     """One row per oil: mu at one operating point with its interval, the law, runs, soundness."""
     load_n_at_1_gpa = load_at_1_gpa(settings)
     fit_of_oil = explored_fits(results, load_n_at_1_gpa)
-    axes = sliders(fit_of_oil, results.points, settings)
+    axes = sliders(fit_of_oil, results, settings)
     operating_point = [np.nan if axis.idle else axis.start for axis in axes]
     predictions = {
         oil: _predicted(fit, operating_point, load_n_at_1_gpa) for oil, fit in fit_of_oil.items()
@@ -367,13 +367,14 @@ _STATES = ("accepted", "refused", "missing")
 
 def data(results: CampaignTables, settings: Settings) -> Section:
     """Accepted runs and points, coverage of the test matrix, and whether the film was judged."""
-    points = results.points
+    points = results.table("points", ["oil", "accepted", "film_judgement"])
     has_matrix = results.coverage["planned"].any()
     conditions = planned_states(results.coverage) if has_matrix else results.coverage
     unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
     sentences = facts(
         "report/sections/data.jinja",
         results=results,
+        points=points,
         settings=settings,
         unread=len(unread_logs(results)),
         shortfalls=shortfalls(results, settings.campaign),
@@ -394,7 +395,7 @@ def refused(results: CampaignTables, settings: Settings) -> Section:
         "report/sections/refused.jinja",
         verdicts=_by_gate_name(runs[runs["verdict"] == "refused"]["rule"].value_counts()),
         unread=_by_gate_name(_rules_of_unread_logs(results).value_counts()),
-        points=(~results.points["accepted"]).sum(),
+        points=(~results.table("points", ["accepted"])["accepted"]).sum(),
         cases=first_cases(results.quarantine),
         other_gates=counts[~counts["gate"].isin(results.quarantine["rule"])].to_dict("records"),
     )
@@ -642,7 +643,8 @@ def run_list(results: CampaignTables, rows_max: int) -> ShownTable:
     """
     runs = results.runs.assign(refused=results.runs["verdict"] != "accepted")
     runs = runs.sort_values("refused", ascending=False, kind="stable")
-    points_of_run = results.points.groupby("run_id")["accepted"].agg(["sum", "size"])
+    points = results.table("points", ["run_id", "accepted"])
+    points_of_run = points.groupby("run_id")["accepted"].agg(["sum", "size"])
     counts = points_of_run.reindex(runs["run_id"], fill_value=0).astype(int)
     passed = [f"{accepted} of {points}" for accepted, points in counts.to_numpy()]
     rows = runs.assign(passed=passed, why=runs["rule"]).dropna(axis="columns", how="all")
@@ -663,13 +665,14 @@ _DIGITS = 6  # significant digits of a drawn value
 _ERROR_DIGITS = 2
 
 
-def drawn_points(points: pd.DataFrame, points_max: int) -> dict[str, Any]:
+def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
     """The accepted points that the page draws, as columns of numbers.
 
     Args:
-        points: Table of points.
+        results: Table `points`.
         points_max: Largest number of points that are drawn; they are evenly chosen.
     """
+    points = results.table("points", CURVE_POINTS)
     accepted = points[points["accepted"]]
     every_nth = max(math.ceil(len(accepted) / points_max), 1)
     drawn = accepted.iloc[::every_nth]

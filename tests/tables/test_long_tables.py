@@ -1,0 +1,87 @@
+"""Tables that do not fit into memory: some columns of them, parts, and rows in order."""
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import pyarrow.parquet as parquet
+import pytest
+
+from campaigns import Campaign
+from oilfilm import tables
+from oilfilm.curation.curate import compare_runs
+from oilfilm.tables import sorted_rows
+from oilfilm.tables.campaign_tables import CampaignTables
+
+ABOUT = {"campaign": "test", "data": "simulated"}
+ROWS_OF_GROUP = 1000
+
+
+class NeverWhole(CampaignTables):
+    """Tables of which nobody reads `points` with all its columns."""
+
+    def table(self, name: str, columns: Any = None, **wanted: str) -> pd.DataFrame:
+        assert name != "points" or columns is not None
+        return super().table(name, columns, **wanted)
+
+
+@pytest.fixture
+def points(demo: Campaign) -> pd.DataFrame:
+    return demo.curated.points
+
+
+def test_columns_and_rows_that_are_not_asked_for_are_not_read(
+    points: pd.DataFrame, tmp_path: Path
+) -> None:
+    path = tmp_path / "points.parquet"
+    tables.write(points, "points", path, ABOUT)
+    names = ["traction_coefficient", "run_id", "failed_gates"]
+    part = CampaignTables({"points": [path]}).table("points", names, oil="4050")
+    expected = points.loc[points["oil"] == "4050", names].reset_index(drop=True)
+    pd.testing.assert_frame_equal(part, expected)
+    in_memory = CampaignTables.in_memory(points=points).table("points", names, oil="4050")
+    pd.testing.assert_frame_equal(part, in_memory)
+
+
+def test_bytes_of_a_table_do_not_depend_on_its_parts(points: pd.DataFrame, tmp_path: Path) -> None:
+    written = []
+    for parts in (1, 7, 600):
+        path = tmp_path / f"{parts}.parquet"
+        length = -(-len(points) // parts)
+        with tables.writing("points", path, ABOUT, ROWS_OF_GROUP) as add:
+            for start in range(0, len(points), length):
+                add(points.iloc[start : start + length])
+        written.append(path.read_bytes())
+        footer = parquet.read_metadata(path)
+        groups = [footer.row_group(number).num_rows for number in range(footer.num_row_groups)]
+        assert set(groups[:-1]) == {ROWS_OF_GROUP}
+        assert sum(groups) == len(points)
+    assert written[0] == written[1] == written[2]
+
+
+def test_rows_of_many_files_are_sorted_range_by_range(
+    points: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sorted_rows, "_ROWS_OF_RANGE", 300)
+    paths = [tmp_path / f"{share}.parquet" for share in range(5)]
+    shuffled = points.sample(frac=1, random_state=1)
+    for share, path in enumerate(paths):
+        tables.write(shuffled.iloc[share::5], "points", path, ABOUT)
+    counts = points.groupby("run_id").size()
+    counts["zz_without_plateaus.csv"] = 0
+    parts = list(sorted_rows.sorted_rows("points", paths, counts, tmp_path))
+    assert len(parts) > 5
+    assert max(map(len, parts)) < 300 + counts.max()
+    expected = points.sort_values(["run_id", "first_row"], ignore_index=True)
+    pd.testing.assert_frame_equal(pd.concat(parts, ignore_index=True), expected)
+    # nothing stays beside the files
+    assert sorted(tmp_path.iterdir()) == paths
+
+
+def test_runs_are_compared_without_all_columns_of_their_points(demo: Campaign) -> None:
+    curated = demo.curated
+    shares = NeverWhole.in_memory(
+        points=curated.points, runs=curated.runs, quarantine=curated.quarantine
+    )
+    compared = compare_runs(shares, demo.config)
+    pd.testing.assert_frame_equal(compared.runs, curated.runs)
