@@ -12,7 +12,7 @@ Decides: when a run repeats an earlier one, and which of them is kept; warnings 
 the others of its rig.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -24,7 +24,7 @@ import scipy
 
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, judged_shapes
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
@@ -198,10 +198,20 @@ def _same_readings(
     for first, *others in _same(runs.assign(place=places), ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     if kind.name == TRACTION:
-        points = shares.table("points", ["run_id", *_MEANS, *_ERRORS, *_AT])
-        points = points[points["run_id"].isin(named) & (points[_ERRORS] > 0).all(axis=1)]
-        for name, other in _same_noise(points, settings.gates.copies):
+        copies = settings.gates.copies
+        run_ids = pd.Index(runs["run_id"])
+        last_points = []
+        for part in shares.parts("points", ["run_id", *_MEANS, *_ERRORS, *_AT]):
+            is_compared = _is_of_runs(part, run_ids) & (part[_ERRORS] > 0).all(axis=1)
+            compared = part[is_compared]
+            last_points.append(compared.groupby("run_id").tail(copies.plateaus + 1))
+        for name, other in _same_noise(pd.concat(last_points, ignore_index=True), copies):
             yield named[name], named[other]
+
+
+def _is_of_runs(points: pd.DataFrame, run_ids: pd.Index) -> BoolArray:
+    """Which points are of some runs, shape (points,); many parts share one look-up of the runs."""
+    return np.asarray(run_ids.get_indexer(pd.Index(points["run_id"])) >= 0)
 
 
 def _same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[str, str]]:
@@ -326,37 +336,36 @@ def with_campaign_warnings(
     accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
     texts = {run_id: list(own_texts) for run_id, own_texts in accepted["warning"].items()}
 
-    def points(*columns: str) -> pd.DataFrame:
-        """Some columns of the points of accepted runs."""
-        frame = shares.table("points", ["run_id", *columns])
-        return frame[frame["run_id"].isin(accepted.index)]
+    def parts(*columns: str) -> Iterator[pd.DataFrame]:
+        """Some columns of the points of accepted runs, some rows at a time."""
+        for part in shares.parts("points", ["run_id", *columns]):
+            yield part[_is_of_runs(part, accepted.index)]
 
-    # each rule has its own points: they are gone when the next one reads
-    for run_id, text in chain(
-        of_shapes,
-        _constant_channels(points("load_n", "inlet_temperature_c"), accepted, settings.gates),
-        _of_rig(points(*_SCALES), accepted["rig"], settings),
-        spin_warnings(points("accepted", *_MEANS, "load_n"), accepted["rig"], settings),
-        _of_oil(accepted["oil"], settings),
-        _speed_controls(
-            points("accepted", "entrainment_speed_m_s", "slide_roll_ratio"),
-            accepted,
-            settings.gates,
-        ),
-    ):
+    constant = _constant_channels(parts("load_n", "inlet_temperature_c"), accepted, settings.gates)
+    of_rig = _of_rig(parts(*_SCALES), accepted["rig"], settings)
+    of_spin = spin_warnings(parts("accepted", *_MEANS, "load_n"), accepted["rig"], settings)
+    of_oil = _of_oil(accepted["oil"], settings)
+    speeds = _speed_controls(
+        lambda: parts("accepted", "entrainment_speed_m_s", "slide_roll_ratio"),
+        accepted,
+        settings.gates,
+    )
+    for run_id, text in chain(of_shapes, constant, of_rig, of_spin, of_oil, speeds):
         texts[run_id].append(text)
     warnings = [tuple(texts.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.lists(warnings, runs.index))
 
 
 def _of_rig(
-    points: pd.DataFrame, rigs: "pd.Series[str]", settings: Settings
+    parts: Iterable[pd.DataFrame], rigs: "pd.Series[str]", settings: Settings
 ) -> Iterator[tuple[str, str]]:
     """Warnings from the rig's file: readings beyond the full scale, impossible materials.
 
     Each is the id of the run and a sentence.
     """
-    largest_of_run = points[list(_SCALES)].abs().groupby(points["run_id"]).max()
+    largest = [part[list(_SCALES)].abs().groupby(part["run_id"]).max() for part in parts]
+    # the rows of a run may be in two parts
+    largest_of_run = pd.concat(largest).groupby(level=0).max()
     for rig_name, of_rig in largest_of_run.groupby(rigs.reindex(largest_of_run.index)):
         rig = settings.rigs.get(str(rig_name))
         if rig is None:
@@ -369,8 +378,9 @@ def _of_rig(
             continue
         for column, key in _SCALES.items():
             full_scale = getattr(rig.full_scale, key)
-            for run_id, largest in of_rig.loc[exceeds(of_rig[column], full_scale), column].items():
-                about = dict(column=column, of=largest, full=full_scale, key=key)
+            beyond = of_rig.loc[exceeds(of_rig[column], full_scale), column]
+            for run_id, reading in beyond.items():
+                about = dict(column=column, of=reading, full=full_scale, key=key)
                 yield str(run_id), f"{fault('full_scale', **about).reason}; {advice}"
 
 
@@ -384,16 +394,21 @@ def _of_oil(oils: "pd.Series[str]", settings: Settings) -> Iterator[tuple[str, s
 
 
 def _speed_controls(
-    points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
+    parts: Callable[[], Iterable[pd.DataFrame]], runs: pd.DataFrame, gates: GateSettings
 ) -> Iterator[tuple[str, str]]:
     """Runs in which a rig holds the speed of one body: id and a sentence."""
     set_speeds = runs["nominal_entrainment_speed_m_s"]
-    points = points[points["accepted"]]
-    nominal_of_point = set_speeds.reindex(points["run_id"]).to_numpy()
-    off = (points["entrainment_speed_m_s"] - nominal_of_point).abs()
-    is_off = exceeds(off, gates.speed_tolerance * nominal_of_point)
-    off_runs = set(points.loc[is_off, "run_id"])
-    for run_id, of_run in points[points["run_id"].isin(off_runs)].groupby("run_id"):
+    off_runs: set[str] = set()
+    for part in parts():
+        points = part[part["accepted"]]
+        nominal_of_point = set_speeds.reindex(points["run_id"]).to_numpy()
+        off = (points["entrainment_speed_m_s"] - nominal_of_point).abs()
+        is_off = exceeds(off, gates.speed_tolerance * nominal_of_point)
+        off_runs |= set(points.loc[is_off, "run_id"])
+    if not off_runs:
+        return
+    of_off_runs = pd.concat([part[part["run_id"].isin(off_runs)] for part in parts()])
+    for run_id, of_run in of_off_runs[of_off_runs["accepted"]].groupby("run_id"):
         nominal = set_speeds[run_id]
         mean = of_run["entrainment_speed_m_s"]
         held = held_speed(of_run)
@@ -404,11 +419,18 @@ def _speed_controls(
 
 
 def _constant_channels(
-    points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
+    parts: Iterable[pd.DataFrame], runs: pd.DataFrame, gates: GateSettings
 ) -> Iterator[tuple[str, str]]:
     """A channel that is one number in all plateaus of a run, and moves in most other runs."""
-    for column, name in (("load_n", "load"), ("inlet_temperature_c", "inlet temperature")):
-        of_runs = points.groupby("run_id")[column].agg(["min", "max", "size"])
+    names = {"load_n": "load", "inlet_temperature_c": "inlet temperature"}
+    of_parts = [part.groupby("run_id")[list(names)].agg(["min", "max", "size"]) for part in parts]
+    joined = pd.concat(of_parts)
+    for column, name in names.items():
+        # the rows of a run may be in two parts
+        by_run = pd.DataFrame(joined[column]).groupby(level=0)
+        of_runs = pd.DataFrame(
+            {"min": by_run["min"].min(), "max": by_run["max"].max(), "size": by_run["size"].sum()}
+        )
         judged = of_runs[of_runs["size"] >= gates.constant_channel_plateaus]
         constant = pd.Series(reaches(judged["min"], judged["max"]), judged.index)
         for _, of_rig in constant.groupby(runs["rig"].reindex(judged.index)):

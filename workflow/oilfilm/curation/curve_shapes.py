@@ -118,7 +118,7 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
         points: Points of five curves or more, sorted by run and slip.
         verdicts: Verdicts, to which those of these curves are added.
     """
-    names, curve = np.unique(points["run_id"].to_numpy(str), return_inverse=True)
+    curve, names = pd.factorize(points["run_id"], sort=True)
     conditions = points.groupby("run_id")[_CONDITIONS].mean().loc[names]
     measurements = Measurements(
         conditions=conditions.to_numpy(float),

@@ -3,7 +3,7 @@
 Decides: when the spin of a rig is a warning.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import pandas as pd
@@ -24,7 +24,7 @@ _LARGEST_CORRECTION = 0.01
 
 
 def spin_warnings(
-    points: pd.DataFrame, rigs: "pd.Series[str]", settings: Settings
+    parts: Iterable[pd.DataFrame], rigs: "pd.Series[str]", settings: Settings
 ) -> Iterator[tuple[str, str]]:
     """One warning per rig with too much spin: id of the run that has most of it, and a sentence.
 
@@ -32,15 +32,13 @@ def spin_warnings(
     simulated rig has none.
 
     Args:
-        points: Points of accepted runs.
+        parts: Points of accepted runs, some of them at a time.
         rigs: Rig of each run, by the id of the run.
         settings: The rigs.
     """
     if settings.campaign.data == "simulated":
         return
-    slides = points["accepted"] & (points["slide_roll_ratio"] >= _LEAST_SLIP)
-    slides &= points["traction_coefficient"] > 0
-    sliding = points[slides]
+    sliding = pd.concat([part[_slides(part)] for part in parts], ignore_index=True)
     for name, of_rig in sliding.groupby(sliding["run_id"].map(rigs), sort=True):
         rig = settings.rigs.get(str(name))
         contact = None if rig is None else rig.contact()
@@ -58,6 +56,12 @@ def spin_warnings(
             numbers = {key: worst[key] for key in ("slip", "edge", "lacks")}
             sentence = fault("rig_spin", affected=affected.sum(), runs=len(spin), **numbers)
             yield str(worst["run_id"]), sentence.reason
+
+
+def _slides(points: pd.DataFrame) -> "pd.Series[bool]":
+    """Accepted points with a slip and with traction."""
+    slides = points["accepted"] & (points["slide_roll_ratio"] >= _LEAST_SLIP)
+    return slides & (points["traction_coefficient"] > 0)
 
 
 def _spin_of_run(
