@@ -10,8 +10,9 @@ traction log (by the folder); what it reports on a log, as text and JSON.
 import os
 import textwrap
 from collections import Counter
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from itertools import chain
 from math import isnan
 from pathlib import Path
@@ -153,9 +154,9 @@ def check(
     if not paths:
         raise OilfilmError(f"{_decodable_path(files[0])}: is a run sheet. Name logs.")
     name = settings.campaign.name
-    checked = check_files(
-        [(_decodable_path(path), read_bytes(path)) for path in paths], settings, raw
-    )
+    # read one after the other: a log is not needed beside its samples
+    logs_to_read = {_decodable_path(path): partial(read_bytes, path) for path in paths}
+    checked = check_files(logs_to_read, settings, raw)
     notes = tuple(_removed_logs(name, raw)) if of_logs else (_advice_for_logs_of_no_campaign(name),)
     return CheckedLogs(checked, name, notes)
 
@@ -242,11 +243,13 @@ def _decodable_path(path: Path) -> str:
     return str(path).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[JsonObject]:
+def check_files(
+    logs: Mapping[str, Callable[[], bytes]], settings: Settings, raw: Path
+) -> list[JsonObject]:
     """The reports on logs as plain values, in the order of the logs.
 
     Args:
-        logs: The logs by path and content.
+        logs: What gives the content of each log, by its path.
         settings: Settings of the campaign.
         raw: The folder `data/raw` with the campaigns' folders, whose run sheets are used.
 
@@ -255,15 +258,13 @@ def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Json
     """
     reports: dict[str, JsonObject] = {}
     for kind in _KINDS:
-        logs_of_kind = [
-            (file, content) for file, content in logs if kind_of(file, settings) is kind
-        ]
-        if logs_of_kind:
-            paths = [Path(file) for file, _ in logs_of_kind]
-            sheet = sheet_of_paths(paths, raw, settings, kind.logs)
-            for log_report in judged_logs(logs_of_kind, settings, kind, sheet):
+        files = [file for file in logs if kind_of(file, settings) is kind]
+        if files:
+            sheet = sheet_of_paths([Path(file) for file in files], raw, settings, kind.logs)
+            contents = ((file, logs[file]()) for file in files)
+            for log_report in judged_logs(contents, settings, kind, sheet):
                 reports[log_report["file"]] = log_report
-    return [reports[file] for file, _ in logs]
+    return [reports[file] for file in logs]
 
 
 def kinds_of_folders(settings: Settings) -> dict[str, type[RigKind]]:
@@ -289,7 +290,7 @@ def kind_of(file: str, settings: Settings) -> type[RigKind]:
 
 
 def judged_logs(
-    logs: Sequence[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
+    logs: Iterable[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
 ) -> Iterator[JsonObject]:
     """The reports on logs of one kind, in the order of the logs; NaN where unknown.
 
