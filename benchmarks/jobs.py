@@ -10,6 +10,8 @@ its largest resident size.
 
 Targets are rules or files of the campaign `scale`; all of it if none is given. `--quick` fits two
 laws with 20 resampled curves in place of what the workflow has by default.
+
+Takes ten minutes with 3 000 runs and `--quick`.
 """
 
 import sys

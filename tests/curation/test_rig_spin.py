@@ -23,7 +23,7 @@ def warned(load_n: float, lowest_slip: float, data: str = "measured", rig: Rig =
         frames.append(pd.DataFrame(columns | {"traction_coefficient": 0.03, "accepted": True}))
     settings = SimpleNamespace(rigs={"rig": rig}, campaign=SimpleNamespace(data=data))
     rigs = pd.Series({"low.csv": "rig", "high.csv": "rig"})
-    return list(spin_warnings(pd.concat(frames), rigs, settings))
+    return list(spin_warnings(frames, rigs, settings))
 
 
 # 1.5 GPa is 142 N and a contact of 213 um, on a disc track of 40 mm: e = 0.0053 (docs/physics.md)

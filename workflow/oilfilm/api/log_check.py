@@ -10,8 +10,9 @@ traction log (by the folder); what it reports on a log, as text and JSON.
 import os
 import textwrap
 from collections import Counter
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from itertools import chain
 from math import isnan
 from pathlib import Path
@@ -158,7 +159,8 @@ def check(
     if not paths:
         raise OilfilmError(f"{_decodable_path(files[0])}: is a run sheet. Name logs.")
     campaign_name = settings.campaign.name
-    contents = [(_decodable_path(path), read_bytes(path)) for path in paths]
+    # read one after the other: a log is not needed beside its samples
+    contents = {_decodable_path(path): partial(read_bytes, path) for path in paths}
     reports, points = _judged_files(contents, settings, raw)
     if campaign_of_logs:
         notes = tuple(_removed_logs(campaign_name, raw))
@@ -249,11 +251,13 @@ def _decodable_path(path: Path) -> str:
     return str(path).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[JsonObject]:
+def check_files(
+    logs: Mapping[str, Callable[[], bytes]], settings: Settings, raw: Path
+) -> list[JsonObject]:
     """The reports on logs as plain values, in the order of the logs.
 
     Args:
-        logs: The logs by path and content.
+        logs: What gives the content of each log, by its path.
         settings: Settings of the campaign.
         raw: The folder `data/raw` with the campaigns' folders, whose run sheets are used.
 
@@ -265,23 +269,21 @@ def check_files(logs: Sequence[Log], settings: Settings, raw: Path) -> list[Json
 
 
 def _judged_files(
-    logs: Sequence[Log], settings: Settings, raw: Path
+    logs: Mapping[str, Callable[[], bytes]], settings: Settings, raw: Path
 ) -> tuple[list[JsonObject], pd.DataFrame]:
     """The reports of `check_files`, and the accepted points of traction logs."""
     reports: dict[str, JsonObject] = {}
     points = pd.DataFrame()
     for kind in _KINDS:
-        logs_of_kind = [
-            (file, content) for file, content in logs if kind_of(file, settings) is kind
-        ]
-        if logs_of_kind:
-            paths = [Path(file) for file, _ in logs_of_kind]
-            sheet = sheet_of_paths(paths, raw, settings, kind.logs)
-            reports_of_kind, curated = _judged(logs_of_kind, settings, kind, sheet)
+        files = [file for file in logs if kind_of(file, settings) is kind]
+        if files:
+            sheet = sheet_of_paths([Path(file) for file in files], raw, settings, kind.logs)
+            contents = ((file, logs[file]()) for file in files)
+            reports_of_kind, curated = _judged(contents, settings, kind, sheet)
             reports.update((log_report["file"], log_report) for log_report in reports_of_kind)
             if kind is TractionRig:
                 points = curated.points[curated.points["accepted"]].reset_index(drop=True)
-    return [reports[file] for file, _ in logs], points
+    return [reports[file] for file in logs], points
 
 
 def kinds_of_folders(settings: Settings) -> dict[str, type[RigKind]]:
@@ -307,7 +309,7 @@ def kind_of(file: str, settings: Settings) -> type[RigKind]:
 
 
 def judged_logs(
-    logs: Sequence[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
+    logs: Iterable[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
 ) -> list[JsonObject]:
     """The reports on logs of one kind, in the order of the logs; NaN where unknown.
 
@@ -325,7 +327,7 @@ def judged_logs(
 
 
 def _judged(
-    logs: Sequence[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
+    logs: Iterable[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
 ) -> tuple[list[JsonObject], Curated]:
     """The reports of `judged_logs`, and the tables behind them."""
     ingested = ingest_logs(logs, settings, kind.logs, sheet)

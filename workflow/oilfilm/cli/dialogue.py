@@ -8,6 +8,7 @@ import io
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -124,7 +125,7 @@ def check_project(folder: Path, campaign: str) -> Checked:
     try:
         settings = resolve(folder / "config", {})
         paths = [raw / campaign / name for name in raw_files(raw / campaign)]
-        logs = [(str(path), read_bytes(path)) for path in paths]
+        logs = {str(path): partial(read_bytes, path) for path in paths}
         return Checked("", check_files(logs, settings, raw), list(settings.rigs))
     except OilfilmError as mistake:
         return Checked(str(mistake))

@@ -12,7 +12,7 @@ Decides: when a run repeats an earlier one, and which of them is kept; warnings 
 the others of its rig.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
@@ -24,7 +24,7 @@ import scipy
 
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, judged_shapes
 from oilfilm.curation.gate import fault
 from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
@@ -214,12 +214,22 @@ def _pairs_with_same_readings(
     for first, *others in _groups_with_same_values(runs_with_places, ["content_sha256", "place"]):
         yield from ((first, later) for later in others)
     if kind.name == TRACTION_KIND:
+        copies = settings.gates.copies
+        ids_of_runs = pd.Index(runs["run_id"])
         columns = ["run_id", *_MEAN_COLUMNS, *_ERROR_COLUMNS, *_CONDITION_COLUMNS]
-        points = shares.table("points", columns)
-        has_errors = (points[_ERROR_COLUMNS] > 0).all(axis=1)
-        remaining = points[points["run_id"].isin(run_by_id) & has_errors]
-        for first_id, later_id in _pairs_with_same_noise(remaining, settings.gates.copies):
+        last_points = []
+        for part in shares.parts("points", columns):
+            has_errors = (part[_ERROR_COLUMNS] > 0).all(axis=1)
+            compared = part[_is_of_runs(part, ids_of_runs) & has_errors]
+            last_points.append(compared.groupby("run_id").tail(copies.plateaus + 1))
+        remaining = pd.concat(last_points, ignore_index=True)
+        for first_id, later_id in _pairs_with_same_noise(remaining, copies):
             yield run_by_id[first_id], run_by_id[later_id]
+
+
+def _is_of_runs(points: pd.DataFrame, run_ids: pd.Index) -> BoolArray:
+    """Which points are of some runs, shape (points,); many parts share one look-up of the runs."""
+    return np.asarray(run_ids.get_indexer(pd.Index(points["run_id"])) >= 0)
 
 
 def _pairs_with_same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[str, str]]:
@@ -363,20 +373,19 @@ def with_campaign_warnings(
         run_id: list(own_sentences) for run_id, own_sentences in accepted["warning"].items()
     }
 
-    def points(*columns: str) -> pd.DataFrame:
-        """Some columns of the points of accepted runs."""
-        frame = shares.table("points", ["run_id", *columns])
-        return frame[frame["run_id"].isin(accepted.index)]
+    def parts(*columns: str) -> Iterator[pd.DataFrame]:
+        """Some columns of the points of accepted runs, some rows at a time."""
+        for part in shares.parts("points", ["run_id", *columns]):
+            yield part[_is_of_runs(part, accepted.index)]
 
-    # each rule has its own points: they are gone when the next one reads
     for run_id, sentence in chain(
         shape_warnings,
-        _channel_warnings(points("load_n", "inlet_temperature_c"), accepted, settings.gates),
-        _rig_warnings(points(*_FULL_SCALE_KEYS), accepted["rig"], settings),
-        spin_warnings(points("accepted", *_MEAN_COLUMNS, "load_n"), accepted["rig"], settings),
+        _channel_warnings(parts("load_n", "inlet_temperature_c"), accepted, settings.gates),
+        _rig_warnings(parts(*_FULL_SCALE_KEYS), accepted["rig"], settings),
+        spin_warnings(parts("accepted", *_MEAN_COLUMNS, "load_n"), accepted["rig"], settings),
         _oil_warnings(accepted["oil"], settings),
         _speed_warnings(
-            points("accepted", "entrainment_speed_m_s", "slide_roll_ratio"),
+            lambda: parts("accepted", "entrainment_speed_m_s", "slide_roll_ratio"),
             accepted,
             settings.gates,
         ),
@@ -387,10 +396,13 @@ def with_campaign_warnings(
 
 
 def _rig_warnings(
-    points: pd.DataFrame, rigs: "pd.Series[str]", settings: Settings
+    parts: Iterable[pd.DataFrame], rigs: "pd.Series[str]", settings: Settings
 ) -> Iterator[RunWarning]:
     """Warnings from the rig's file: readings beyond the full scale, impossible materials."""
-    largest_readings = points[list(_FULL_SCALE_KEYS)].abs().groupby(points["run_id"]).max()
+    columns = list(_FULL_SCALE_KEYS)
+    largest_of_parts = [part[columns].abs().groupby(part["run_id"]).max() for part in parts]
+    # the rows of a run may be in two parts
+    largest_readings = pd.concat(largest_of_parts).groupby(level=0).max()
     by_rig = largest_readings.groupby(rigs.reindex(largest_readings.index))
     for rig_name, readings_of_rig in by_rig:
         rig = settings.rigs.get(str(rig_name))
@@ -420,16 +432,21 @@ def _oil_warnings(oils: "pd.Series[str]", settings: Settings) -> Iterator[RunWar
 
 
 def _speed_warnings(
-    points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
+    parts: Callable[[], Iterable[pd.DataFrame]], runs: pd.DataFrame, gates: GateSettings
 ) -> Iterator[RunWarning]:
     """Warnings about runs in which a rig holds the speed of one body."""
     set_speeds = runs["nominal_entrainment_speed_m_s"]
-    points = points[points["accepted"]]
-    set_speed_of_points = set_speeds.reindex(points["run_id"]).to_numpy()
-    deviation = (points["entrainment_speed_m_s"] - set_speed_of_points).abs()
-    is_off = exceeds(deviation, gates.speed_tolerance * set_speed_of_points)
-    runs_off = set(points.loc[is_off, "run_id"])
-    for run_id, points_of_run in points[points["run_id"].isin(runs_off)].groupby("run_id"):
+    runs_off: set[str] = set()
+    for part in parts():
+        points = part[part["accepted"]]
+        set_speed_of_points = set_speeds.reindex(points["run_id"]).to_numpy()
+        deviation = (points["entrainment_speed_m_s"] - set_speed_of_points).abs()
+        is_off = exceeds(deviation, gates.speed_tolerance * set_speed_of_points)
+        runs_off |= set(points.loc[is_off, "run_id"])
+    if not runs_off:
+        return
+    points_off = pd.concat([part[part["run_id"].isin(runs_off)] for part in parts()])
+    for run_id, points_of_run in points_off[points_off["accepted"]].groupby("run_id"):
         mean_speeds = points_of_run["entrainment_speed_m_s"]
         held_speeds = held_speed(points_of_run)
         speed_by_name = controlled_speeds(points_of_run).items()
@@ -441,11 +458,19 @@ def _speed_warnings(
 
 
 def _channel_warnings(
-    points: pd.DataFrame, runs: pd.DataFrame, gates: GateSettings
+    parts: Iterable[pd.DataFrame], runs: pd.DataFrame, gates: GateSettings
 ) -> Iterator[RunWarning]:
     """Warnings about a channel that is one number in all plateaus, and moves in most other runs."""
-    for column, name in (("load_n", "load"), ("inlet_temperature_c", "inlet temperature")):
-        ranges = points.groupby("run_id")[column].agg(["min", "max", "size"])
+    channels = {"load_n": "load", "inlet_temperature_c": "inlet temperature"}
+    ranges_of_parts = pd.concat(
+        [part.groupby("run_id")[list(channels)].agg(["min", "max", "size"]) for part in parts]
+    )
+    for column, name in channels.items():
+        # the rows of a run may be in two parts
+        by_run = pd.DataFrame(ranges_of_parts[column]).groupby(level=0)
+        ranges = pd.DataFrame(
+            {"min": by_run["min"].min(), "max": by_run["max"].max(), "size": by_run["size"].sum()}
+        )
         judged_ranges = ranges[ranges["size"] >= gates.constant_channel_plateaus]
         is_constant = pd.Series(
             reaches(judged_ranges["min"], judged_ranges["max"]), judged_ranges.index

@@ -120,7 +120,7 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
         points: Points of five curves or more, sorted by run and slip.
         verdicts: Verdicts, to which those of these curves are added.
     """
-    run_ids, curve = np.unique(points["run_id"].to_numpy(str), return_inverse=True)
+    curve, run_ids = pd.factorize(points["run_id"], sort=True)
     conditions = points.groupby("run_id")[_CONDITIONS].mean().loc[run_ids]
     measurements = Measurements(
         conditions=conditions.to_numpy(float),

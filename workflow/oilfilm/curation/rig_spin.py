@@ -3,7 +3,7 @@
 Decides: when the spin of a rig is a warning.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +25,7 @@ _LARGEST_CORRECTION = 0.01
 
 
 def spin_warnings(
-    points: pd.DataFrame, rigs: "pd.Series[str]", settings: Settings
+    parts: Iterable[pd.DataFrame], rigs: "pd.Series[str]", settings: Settings
 ) -> Iterator[tuple[str, str]]:
     """One warning per rig with too much spin: id of the run that has most of it, and a sentence.
 
@@ -33,15 +33,13 @@ def spin_warnings(
     simulated rig has none.
 
     Args:
-        points: Points of accepted runs.
+        parts: Points of accepted runs, some of them at a time.
         rigs: Rig of each run, by the id of the run.
         settings: The rigs.
     """
     if settings.campaign.data == "simulated":
         return
-    is_sliding = points["accepted"] & (points["slide_roll_ratio"] >= _LEAST_SLIP)
-    is_sliding &= points["traction_coefficient"] > 0
-    sliding = points[is_sliding]
+    sliding = pd.concat([part[_is_sliding(part)] for part in parts], ignore_index=True)
     for name, points_of_rig in sliding.groupby(sliding["run_id"].map(rigs), sort=True):
         rig = settings.rigs.get(str(name))
         contact = None if rig is None else rig.contact()
@@ -65,6 +63,12 @@ def spin_warnings(
                 lacks=worst["lacking_share"],
             )
             yield str(worst["run_id"]), refusal.reason
+
+
+def _is_sliding(points: pd.DataFrame) -> "pd.Series[bool]":
+    """Which points are accepted, and have slip and traction."""
+    is_sliding = points["accepted"] & (points["slide_roll_ratio"] >= _LEAST_SLIP)
+    return is_sliding & (points["traction_coefficient"] > 0)
 
 
 class _SpinOfRun(NamedTuple):

@@ -122,6 +122,8 @@ class Ingested:
     def all_samples(self) -> pd.DataFrame:
         """The samples of all oils, the rows of a run together."""
         frames = [frame for frame in self.samples.values() if len(frame)]
+        if len(frames) == 1:
+            return frames[0]
         return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")
 
 
@@ -443,9 +445,12 @@ def _samples(runs: list[base.LoggedRun]) -> pd.DataFrame:
     """Table of samples of several runs, one below the other."""
     if not runs:
         return tables.empty("samples")
-    run_of_row = np.repeat(np.arange(len(runs)), [len(run) for run in runs])
+    lengths = [len(run) for run in runs]
+    run_of_row = np.repeat(np.arange(len(runs), dtype=np.int32), lengths)
     categories = pd.Index([run.run_id for run in runs])
     columns: dict[str, Any] = {"run_id": pd.Categorical.from_codes(run_of_row, categories)}
     for name in runs[0].samples:
-        columns[name] = np.concatenate([run.samples[name] for run in runs])
+        parts = [run.samples[name] for run in runs]
+        # a long log is a run alone: no copy
+        columns[name] = np.concatenate(parts) if len(parts) > 1 else parts[0]
     return pd.DataFrame(columns, copy=False)

@@ -268,7 +268,11 @@ class TextTable:
             ArrowInvalid: A cell is no number, or a line is longer than a block.
         """
         columns = self._cells(rows, indices, arrow.float64(), misfit_numbers)
-        return [column.to_numpy() for column in columns]
+        numbers = [column.to_numpy() for column in columns]
+        del columns
+        # Arrow keeps freed memory for itself: as much as the numbers of a long log
+        arrow.default_memory_pool().release_unused()
+        return numbers
 
     def _cells(
         self,

@@ -406,16 +406,38 @@ def read(
     if not paths:
         return empty(table) if columns is None else empty(table)[list(columns)]
     where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
-    filters = [(name, "==", value) for name, value in (wanted or {}).items()]
-    for path in paths:
-        _check_written_as(table, path)
-    parts = [_content(path, filters or None, columns) for path in paths]
+    if wanted:
+        parts = [_wanted_rows(table, path, columns, wanted) for path in paths]
+    else:
+        for path in paths:
+            _check_written_as(table, path)
+        parts = [_content(path, columns=columns) for path in paths]
     return conform(_as_frame(parts), table, where, _OTHER_VERSION, columns)
 
 
 def from_arrow(content: arrow.Table) -> pd.DataFrame:
     """A part of a table, as `arrow_parts` gives it, as a frame; its values are not checked."""
     return _as_frame([content])
+
+
+def _wanted_rows(
+    table: str, path: Path, columns: Sequence[str] | None, wanted: Mapping[str, str]
+) -> arrow.Table:
+    """The wanted rows of a file, filtered one row group after the other.
+
+    Arrow's own filter reads many row groups ahead, which takes as much memory as the whole table.
+    """
+    names = TABLES[table].names if columns is None else list(columns)
+    needed = list(dict.fromkeys([*names, *wanted]))
+    _check_written_as(table, path)
+    schema = _schema(path)
+    kept = [arrow.schema([schema.field(name) for name in needed]).empty_table()]
+    for part in arrow_parts(table, path, needed):
+        rows = part.select(needed)
+        for name, value in wanted.items():
+            rows = rows.filter(compute.equal(rows[name], value))
+        kept.append(rows)
+    return arrow.concat_tables([part.replace_schema_metadata(None) for part in kept]).select(names)
 
 
 def _as_frame(parts: list[arrow.Table], use_threads: bool = True) -> pd.DataFrame:
@@ -435,38 +457,54 @@ def _as_frame(parts: list[arrow.Table], use_threads: bool = True) -> pd.DataFram
     frame = content.to_pandas(split_blocks=True, self_destruct=True, use_threads=use_threads)
     for name, tuples in lists.items():
         frame.insert(names.index(name), name, tuples)
+    # Arrow keeps freed memory for itself
+    arrow.default_memory_pool().release_unused()
     return frame
 
 
 def _tuples_of(column: arrow.ChunkedArray) -> "np.ndarray[Any, np.dtype[np.object_]]":
     """Lists of texts as tuples, None where missing. Arrow would make an array for each of them."""
     tuples = np.empty(len(column), dtype=object)
+    # few lists differ: one tuple for each
+    shared: dict[tuple[str, ...], tuple[str, ...]] = {}
     row = 0
     for chunk in column.chunks:
-        texts = chunk.flatten().to_pylist()
+        encoded = chunk.flatten().dictionary_encode()
+        words = encoded.dictionary.to_pylist()
+        codes = encoded.indices.to_pylist()
         end = 0
         for length in chunk.value_lengths().to_pylist():
             if length is not None:
-                tuples[row] = tuple(texts[end : end + length])
+                texts = tuple([words[code] for code in codes[end : end + length]])
+                tuples[row] = shared.setdefault(texts, texts)
                 end += length
             row += 1
     return tuples
 
 
-def read_parts(table: str, *paths: Path) -> Iterator[pd.DataFrame]:
+def read_parts(
+    table: str, *paths: Path, columns: Sequence[str] | None = None
+) -> Iterator[pd.DataFrame]:
     """The row groups of files, one after the other, each checked as by `read`.
+
+    Args:
+        table: Name of the table's model.
+        paths: Its files.
+        columns: The columns to read; all if not given.
 
     Raises:
         OilfilmError: As `read`.
     """
     for path in paths:
-        for content in arrow_parts(table, path):
+        for content in arrow_parts(table, path, columns):
             # one thread, because the shares of a campaign are spread over all cores
             rows = _as_frame([content], use_threads=False)
-            yield conform(rows, table, str(path), _OTHER_VERSION)
+            yield conform(rows, table, str(path), _OTHER_VERSION, columns)
 
 
-def arrow_parts(table: str, path: Path) -> Iterator[arrow.Table]:
+def arrow_parts(
+    table: str, path: Path, columns: Sequence[str] | None = None
+) -> Iterator[arrow.Table]:
     """The row groups of a file as Arrow has them; their values are not checked.
 
     Raises:
@@ -476,7 +514,7 @@ def arrow_parts(table: str, path: Path) -> Iterator[arrow.Table]:
     try:
         with parquet.ParquetFile(path, page_checksum_verification=True) as file:
             for group in range(file.num_row_groups):
-                yield file.read_row_group(group, use_threads=False)
+                yield file.read_row_group(group, columns, use_threads=False)
     except UNREADABLE as error:
         raise _damaged(path, error) from error
 

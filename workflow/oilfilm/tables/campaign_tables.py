@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.tables import read, read_parts
+from oilfilm.tables import empty, read, read_parts
 from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.table_needs import FIT_TABLES, NOT_IN_EVERY_CAMPAIGN
 
@@ -113,16 +113,22 @@ class CampaignTables:
             self._frames[name] = read(model_of(name), *self._files[name])
         return _part_of(self._frames[name], columns, wanted)
 
-    def parts(self, name: str) -> Iterator[pd.DataFrame]:
+    def parts(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pd.DataFrame]:
         """The rows of a table in turn, so many as are in memory at once.
+
+        Args:
+            name: Name of the table.
+            columns: The columns; all if not given.
 
         Raises:
             OilfilmError: As `table`.
         """
         if name in self._frames:
-            yield self._frames[name]
+            yield _part_of(self._frames[name], columns, {})
         else:
-            yield from read_parts(model_of(name), *self._files[name])
+            # a table without rows has one part, so that parts can be joined
+            yield _part_of(empty(model_of(name)), columns, {})
+            yield from read_parts(model_of(name), *self._files[name], columns=columns)
 
     @cached_property
     def configured(self) -> "CampaignTables":
@@ -149,6 +155,12 @@ class _TablesOfConfiguredLaw(CampaignTables):
             laws = quality.loc[quality["configured"], ["oil", "law"]]
             self._frames[name] = frame.merge(laws, on=["oil", "law"])
         return _part_of(self._frames[name], columns, wanted)
+
+    def parts(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pd.DataFrame]:
+        if name in FIT_TABLES:
+            yield self.table(name, columns)
+        else:
+            yield from self._every_law.parts(name, columns)
 
 
 def _part_of(

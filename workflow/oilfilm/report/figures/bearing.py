@@ -15,7 +15,7 @@ from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.names import load_variable
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.torque_control import is_bistable
 from oilfilm.traction.law import CONDITIONS
 
@@ -396,7 +396,7 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
     remaining_share = tests["uncertainty_with_test"] / tests["uncertainty_now"]
     tests = tests.assign(reduction=100 * (1 - remaining_share))
     tests = tests[tests["target"] == "torque"]
-    points = results.table("points", CURVE_POINTS)
+    points = results.table("points", ["oil", "run_id", "accepted", *CONDITIONS])
     points = points[points["accepted"]]
     runs = points.groupby(["oil", "run_id"], as_index=False)[list(CONDITIONS)].mean().dropna()
     sheet, panels = oil_grid(

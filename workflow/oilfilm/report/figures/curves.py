@@ -93,7 +93,8 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     oils = list(settings.oils)
     sheet, panels = oil_grid(oils, height=2.2)
     # runs without a stated speed get their measured one: they need not be repeats
-    runs = with_levels(with_measured(results.runs, results.table("points", CURVE_POINTS)), settings)
+    measured = results.table("points", ["run_id", "accepted", *CONDITIONS])
+    runs = with_levels(with_measured(results.runs, measured), settings)
     for panel, _, oil in panels:
         points_of_oil = results.table("points", CURVE_POINTS, oil=oil)
         points_of_oil = points_of_oil[points_of_oil["accepted"]]
@@ -304,7 +305,7 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     cells["state"] = np.select([has_accepted, has_runs], ["accepted", "refused"], "missing")
     rows_of_panels = sorted(cells[load_column].unique())
     if not 0 < len(rows_of_panels) <= _MOST_ROWS:
-        return _measured_coverage(results.table("points", CURVE_POINTS), settings)
+        return _measured_coverage(results, settings)
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
         rows=rows_of_panels,
@@ -326,8 +327,10 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-def _measured_coverage(points: pd.DataFrame, settings: Settings) -> Sheet:
+def _measured_coverage(results: CampaignTables, settings: Settings) -> Sheet:
     """The mean measured speed and temperature of each run, for runs without common set points."""
+    columns = ["oil", "run_id", "accepted", "entrainment_speed_m_s", "inlet_temperature_c"]
+    points = results.table("points", columns)
     means = points.groupby(["oil", "run_id"], as_index=False).agg(
         speed=("entrainment_speed_m_s", "mean"),
         temperature=("inlet_temperature_c", "mean"),

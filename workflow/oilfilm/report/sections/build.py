@@ -672,10 +672,15 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
         results: Table `points`.
         points_max: Largest number of points that are drawn; they are evenly chosen.
     """
-    points = results.table("points", CURVE_POINTS)
-    accepted = points[points["accepted"]]
-    every_nth = max(math.ceil(len(accepted) / points_max), 1)
-    drawn = accepted.iloc[::every_nth]
+    accepted = sum(int(part["accepted"].sum()) for part in results.parts("points", ["accepted"]))
+    every_nth = max(math.ceil(accepted / points_max), 1)
+    drawn_parts = []
+    before = 0
+    for part in results.parts("points", CURVE_POINTS):
+        of_part = part[part["accepted"]]
+        drawn_parts.append(of_part.iloc[-before % every_nth :: every_nth])
+        before += len(of_part)
+    drawn = pd.concat(drawn_parts, ignore_index=True)
     run_number, run_names = pd.factorize(drawn["run_id"])
     half_width = normal_quantile(CONFIDENCE) * drawn["traction_coefficient_se"]
     return {
@@ -685,7 +690,7 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
         "axes": [as_json(drawn[name], _DIGITS) for name in AXES],
         "mu": as_json(drawn["traction_coefficient"], _DIGITS),
         "half": as_json(half_width.fillna(0), _ERROR_DIGITS),
-        "left_out": len(accepted) - len(drawn),
+        "left_out": accepted - len(drawn),
     }
 
 
