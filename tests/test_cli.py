@@ -21,7 +21,7 @@ from oilfilm.fits.soundness import finished_fits
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.settings.resolve import resolve
-from oilfilm.tables.table_needs import OF_FIT, OF_SURFACE
+from oilfilm.tables.table_needs import FIT_TABLES, SURFACE_TABLES
 from oilfilm.torque.answers import CAUSES
 from oilfilm.torque.torque_uncertainty import UNCERTAIN
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -39,7 +39,7 @@ def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     fitted = demo.fit("4102", searches=2, bootstrap=50)
     config = demo.config
     fitted = with_surface(fitted.replace(**curated), "4102", config)
-    finished = {name: fitted.table(name) for name in (*OF_FIT, *OF_SURFACE)}
+    finished = {name: fitted.table(name) for name in (*FIT_TABLES, *SURFACE_TABLES)}
     finished |= finished_fits(fitted, config)
     for name, table in {**curated, **finished}.items():
         tables.write(table, name, folder / "tables" / f"{name}.parquet", about)

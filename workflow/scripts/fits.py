@@ -2,9 +2,9 @@
 
 import oilfilm.run.job as run
 from oilfilm.fits.soundness import finished_fits
-from oilfilm.tables.table_needs import OF_FIT, OF_SURFACE
+from oilfilm.tables.table_needs import FIT_TABLES, SURFACE_TABLES
 
 with run.job(snakemake) as job:
     finished = finished_fits(job.tables, job.settings)
     job.write(finished)
-    job.join({*OF_FIT, *OF_SURFACE} - finished.keys())
+    job.join({*FIT_TABLES, *SURFACE_TABLES} - finished.keys())

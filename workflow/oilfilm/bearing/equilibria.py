@@ -435,7 +435,8 @@ def _solved(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, Bool
 def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """Motions after their bands have shrunk, one band after the other.
 
-    Motions whose curve turns back are left out. Those whose curve stalls keep their bands.
+    Motions whose curve turns back are left out. Those whose curve stalls keep the bands that they
+    have there, unless they are exact without bands.
     """
     stalled_motions = motions.select(np.arange(0))
     for shares in (_shares_less_entrainment, _shares_less_spin, _shares_less_rolling):
@@ -464,19 +465,26 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
             tolerance=_BAND_TOLERANCE,
         )
         stalled = ~curves.ended & ~curves.returned
-        stalled_motions = stalled_motions.joined(motions.select(stalled))
         bands = FULL_BANDS * shares(curves.end_parameter)
-        narrower = _Motions(motions.point, curves.end, bands).select(curves.ended)
-        wider = motions.select(curves.ended)
+        narrower = _Motions(motions.point, curves.end, bands)
         # at the edge of a narrow band the slopes may not lead to the solution
         solution, solved = _solved(problem, narrower)
-        motions = solution.select(solved).joined(wider.select(~solved))
+        is_narrower = solved[:, np.newaxis]
+        narrowest = _Motions(
+            point=motions.point,
+            unknowns=np.where(is_narrower, solution.unknowns, motions.unknowns),
+            bands=np.where(is_narrower, bands, motions.bands),
+        )
+        stalled_motions = stalled_motions.joined(narrowest.select(stalled))
+        motions = narrowest.select(curves.ended)
+    # a curve may stall beside a motion that is exact without bands
+    motions = motions.joined(stalled_motions)
     unbanded = replace(motions, bands=np.zeros_like(motions.bands))
     solution, solved = _solved(problem, unbanded)
     change = np.abs(solution.unknowns - motions.unknowns)[:, _CAGE]
     released = solved & (change < _SAME_MOTION * problem.scale()[motions.point, _CAGE])
     held = motions.select(~released)
-    return stalled_motions.joined(held).joined(solution.select(released))
+    return held.joined(solution.select(released))
 
 
 def _shares_less_entrainment(level: FloatArray) -> FloatArray:

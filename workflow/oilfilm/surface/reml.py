@@ -38,7 +38,11 @@ from oilfilm.surface.reduction import ReducedCurves
 MISFIT = LogNormal(0.03, 2.0, 1e-4, 3.0)
 # For intervals. Left-out levels do not show what is between them, so no law is taken as exact.
 CAUTIOUS = LogNormal(0.25, 0.7, 0.12, 3.0)
-_ITERATIONS = 100
+_ITERATIONS = 300
+# The search ends at a step in which the likelihood rises by less than this, relatively.
+_RISE_PER_STEP = 1e-10
+# Logarithms of sizes are found to within this.
+_LOGARITHM_ERROR = 1e-8
 _RIG_GAIN = "rig_gain"
 # Added to each variance, in units of the mean variance.
 _JITTER = 1e-12
@@ -307,9 +311,54 @@ def most_likely_sizes(
         jac=True,
         method="L-BFGS-B",
         bounds=scipy.optimize.Bounds(lower, upper),
-        options={"maxiter": _ITERATIONS, "ftol": 1e-8},
+        options={"maxiter": _ITERATIONS, "ftol": _RISE_PER_STEP},
     )
-    return FoundSizes(np.asarray(search.x), bool(search.success))
+    logarithms = np.asarray(search.x)
+    if search.success:
+        logarithms = _where_slopes_vanish(logarithms, curves, box, size_priors)
+    return FoundSizes(logarithms, bool(search.success))
+
+
+def _where_slopes_vanish(
+    logarithms: FloatArray,
+    curves: ReducedCurves,
+    box: ConditionBox,
+    size_priors: tuple[LogNormal, ...],
+) -> FloatArray:
+    """The maximum near the end of a search, by its slopes.
+
+    A search ends where rounding hides the rise of the likelihood, which has some 10^4 in front of
+    its decimal point. Where it ends then depends on the kernels of the machine. The slopes are
+    known to more digits.
+
+    Args:
+        logarithms: Where the search ended; sizes at a bound stay there.
+        curves: The curves.
+        box: The box of the tested conditions.
+        size_priors: The priors of the sizes.
+
+    Returns:
+        Logarithms of the sizes; those given where the slopes there are not smaller.
+    """
+    lower = np.log([prior.smallest for prior in size_priors])
+    upper = np.log([prior.largest for prior in size_priors])
+    free = (logarithms > lower) & (logarithms < upper)
+
+    def with_free(values: FloatArray) -> FloatArray:
+        """All logarithms, with these values where they are free."""
+        changed = logarithms.copy()
+        changed[free] = np.clip(values, lower[free], upper[free])
+        return changed
+
+    def slopes(values: FloatArray) -> FloatArray:
+        """Slopes of the objective by the free logarithms."""
+        return objective(with_free(values), curves, box, size_priors)[1][free]
+
+    found = scipy.optimize.root(
+        slopes, logarithms[free], method="hybr", options={"xtol": _LOGARITHM_ERROR}
+    )
+    is_better = np.abs(found.fun).max(initial=0) < np.abs(slopes(logarithms[free])).max(initial=0)
+    return with_free(found.x) if is_better else logarithms
 
 
 def _half_log_determinant_and_inverse(matrix: FloatArray) -> tuple[float, FloatArray]:
