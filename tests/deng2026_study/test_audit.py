@@ -384,6 +384,18 @@ def test_errors_of_a_curve_are_the_scatter_of_refits_to_noisy_copies() -> None:
     assert np.median(stated) == pytest.approx(scatter, rel=0.15)
 
 
+def test_a_point_at_almost_no_slip_does_not_decide_how_well_a_curve_is_known() -> None:
+    # constants of a curve of 4010; at the first point mu is noise, and its slope 100 times too steep
+    slip = np.linspace(0.0, 0.3, 31)
+    slip[0] = 3.6e-6
+    size, slope, rate = np.exp([-5.1889, -2.6295, 2.5859])
+    mu = (slope * slip - size) * np.exp(-rate * slip) + size
+    noisy = mu + np.random.default_rng(3).normal(0.0, 2e-5, len(slip))
+    noisy[0] = 4.5e-5
+    with_first = checks._error_of_curve(slip, noisy)
+    assert with_first == pytest.approx(checks._error_of_curve(slip[1:], noisy[1:]), rel=0.3)
+
+
 def test_a_curve_that_comes_to_its_level_without_a_peak_determines_no_b() -> None:
     slip = np.linspace(0.01, 0.3, 30)
     alternating = 1e-5 * (-1.0) ** np.arange(30)

@@ -105,9 +105,15 @@ _RELATIVE = 1e-9
 # beside this share of it.
 _CANCELLATION = 1e-3
 # What would be zero without rounding, beside 1. The verdict beside it is compared exactly.
-_RESIDUES = {*("sse_spread", "gradient_cosine"), *("residual", "energy_error", "quadrature_error")}
+_RESIDUES = {
+    *("sse_spread", "gradient_cosine", "relative_error"),
+    *("residual", "energy_error", "quadrature_error"),
+}
 # Numbers that are in standard errors, or beside 1.
-_IN_STANDARD_ERRORS = {"signed_root", "correlation", "constant_spread", "logarithm"}
+_IN_STANDARD_ERRORS = {
+    *("signed_root", "correlation", "constant_spread", "logarithm"),
+    *("torque_share", "slip_share"),
+}
 # Errors, and numbers that are in errors: by bootstrap and draws their own error is a tenth of them.
 _ERROR = re.compile(r"(_se|_uncertainty|_systematic|standard_error)$|^uncertainty_|^compatibility$")
 

@@ -673,6 +673,14 @@ def _cage_slips(view: View) -> pd.DataFrame:
     return slips
 
 
+# Lowest slip at which the slope of a curve is clear, over the largest slip.
+_CLEAR_SLIP = 0.01
+# Shares of the slope at that slip from which the fit of a curve starts.
+_SHARES_OF_SLOPE = (0.2, 0.5, 0.8, 0.95)
+# Tolerances of that fit, relative.
+_EXACT = 1e-12
+
+
 def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
     """The largest relative standard error of A, B and C of each curve, fitted to it alone.
 
@@ -696,17 +704,25 @@ def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
     """The largest relative standard error of |A|, B and C of Eq. 7, fitted to one curve.
 
     The fit is in logarithms of the three, so that they keep their signs. It starts from the largest
-    traction and from two shares of the slope at the first slip.
+    traction and from several shares of the slope at the first clear slip. From some starts it ends
+    where a constant has no effect, far above the optimum.
     """
     level = mu.max()
-    slope = (mu / slip).max()
+    # at almost no slip mu is its own error, and the slope would be any number
+    is_clear = slip >= _CLEAR_SLIP * slip.max()
+    slope = (mu[is_clear] / slip[is_clear]).max()
 
     def residual(logarithms: FloatArray) -> FloatArray:
         with np.errstate(over="ignore", invalid="ignore"):
             return DENG2026.value(np.exp(logarithms)[:, np.newaxis], slip) - mu
 
-    starts = [np.log([level, share * slope, (1 - share) * slope / level]) for share in (0.2, 0.8)]
-    fits = [least_squares(residual, start, method="lm") for start in starts]
+    starts = [
+        np.log([level, share * slope, (1 - share) * slope / level]) for share in _SHARES_OF_SLOPE
+    ]
+    fits = [
+        least_squares(residual, start, method="lm", ftol=_EXACT, xtol=_EXACT, gtol=_EXACT)
+        for start in starts
+    ]
     fit = min(fits, key=lambda each: float(each.cost))
     # the inverse of J'J by singular values; a direction without effect has an infinite error
     _, singular, directions = np.linalg.svd(np.asarray(fit.jac), full_matrices=False)
