@@ -385,7 +385,7 @@ def test_errors_of_a_curve_are_the_scatter_of_refits_to_noisy_copies() -> None:
 
 
 def test_a_point_at_almost_no_slip_does_not_decide_how_well_a_curve_is_known() -> None:
-    # constants of a curve of 4010; at the first point mu is noise, and its slope 100 times too steep
+    # constants of a curve of 4010; at the first point mu is noise: its slope is 100 times too steep
     slip = np.linspace(0.0, 0.3, 31)
     slip[0] = 3.6e-6
     size, slope, rate = np.exp([-5.1889, -2.6295, 2.5859])

@@ -91,6 +91,17 @@ def test_a_search_that_is_cut_short_is_not_called_converged(monkeypatch):
     assert largest_slope(whole, curves, box, known) < 0.5 < largest_slope(short, curves, box, known)
 
 
+def test_sizes_are_those_where_the_slopes_vanish_wherever_the_search_begins():
+    curves, box = curves_about(LAW, simulated(TRUTHS["own"], CUBE, np.random.default_rng(3)))
+    known = priors(RunErrorSizes(), MISFIT)
+    found = most_likely_sizes(curves, box, known)
+    # the likelihood rises by 1e-7 per 1e-4 of a logarithm there, which is lost in 10^4
+    assert largest_slope(found, curves, box, known) < 1e-4
+    beside = found.logarithms + np.random.default_rng(4).normal(0.0, 0.1, len(known))
+    again = most_likely_sizes(curves, box, known, beside)
+    np.testing.assert_allclose(again.logarithms, found.logarithms, atol=1e-6)
+
+
 def largest_slope(found, curves, box, known):
     """Largest slope of the likelihood by the logarithm of a size that is at no bound."""
     _, slopes = objective(found.logarithms, curves, box, known)
