@@ -164,7 +164,7 @@ def way_of_limit() -> list[Step]:
     with traced(judged):
         curate_ingested(ingested, TractionRig(settings))
     shown = Step("`oilfilm check` prints the verdicts.", "workflow/oilfilm/api/log_check.py")
-    checked = check_files(logs, settings_of_campaign(), _RAW.parent)
+    checked = check_files({str(log): log.read_bytes}, settings_of_campaign(), _RAW.parent)
     with traced(shown):
         report(checked)
     return [read, listed, judged, shown]
