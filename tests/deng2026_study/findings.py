@@ -217,7 +217,8 @@ def order_by_signs() -> dict[str, Any]:
         view = printed_evidence(constants, settings)
         drawn = replace(view, grid=box(settings, "extrapolated"))
         shares.append(check("viscosity-order", drawn).share)
-    heavy = box(settings, "extrapolated").with_levels(max_hertz_pressure_gpa=np.linspace(2.0, 2.5, 6))
+    heavy_gpa = np.linspace(2.0, 2.5, 6)
+    heavy = box(settings, "extrapolated").with_levels(max_hertz_pressure_gpa=heavy_gpa)
     mu = replace(printed_evidence(printed.constants(), settings), grid=heavy).mu_by_viscosity()
     assert (mu[-1] > mu[:-1].max(axis=0)).all()  # "from 2 GPa on 4010 has the most traction"
     return {"in_order": span(pd.Series(shares)), "sign_sets": len(shares)}

@@ -430,7 +430,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     Traction coefficient of the accepted points nearest to one slide-roll ratio, one panel per
     oil, against the ratio of film thickness to roughness. Colour: maximum Hertz pressure. A line
     joins the runs of one pressure and temperature; speed rises along it. Its temperature is written
-    at the fastest run of the highest pressure. Dashed line: limit of a full film.
+    at the slowest run of the highest pressure. Dashed line: limit of a full film.
     """
     level = settings.figures.stribeck.slide_roll_ratio
     points = results.table("points", [*CURVE_POINTS, "lambda_ratio"])
@@ -464,17 +464,23 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
                     label=by_speed["run_id"],
                 )
                 if pressure == pressures[-1]:
-                    end = (lambda_ratio.iloc[-1], mu.iloc[-1])
-                    degrees = f"{temperature:.0f} °C"
+                    # to the left of the highest pressure nothing else is drawn
                     panel.axis.annotate(
-                        degrees, end, (2, 0), textcoords="offset points", fontsize=5, va="center"
+                        f"{temperature:.0f} °C",
+                        (lambda_ratio.iloc[0], mu.iloc[0]),
+                        (-3, 0),
+                        textcoords="offset points",
+                        fontsize=5,
+                        ha="right",
+                        va="center",
+                        bbox={"color": "white", "pad": 0.3},
                     )
         panel.axis.set_xscale("log")
         style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
         panel.axis.axvline(limit, color="black", linestyle="--")
     sheet.axes[0].set_ylim(bottom=0)
-    # room for the temperatures at the right
-    sheet.axes[0].set_xlim(right=1.5 * points["lambda_ratio"].max())
+    # room for the temperatures at the left
+    sheet.axes[0].set_xlim(left=0.6 * min(limit, points["lambda_ratio"].min()))
     sheet.label(style.LAMBDA, f"{style.MU} at S = {level:g}")
     handles = [
         style.line_handle(f"P = {pressure:.3g} GPa", color=colours[pressure])
