@@ -46,6 +46,7 @@ PAGES = {
     "bearing": ROOT / "docs/study/bearing.md",
     "README": ROOT / "README.md",
     "findings": ROOT / "docs/study/findings.md",
+    "model": ROOT / "docs/explanation/bearing.md",
 }
 
 
@@ -352,6 +353,38 @@ def of_demo() -> dict[str, Any]:
     }
 
 
+def of_bearing() -> dict[str, Any]:
+    """What is said of the bearing of `demo`: momentum, heat, and what makes its uncertainty."""
+    torque = demo("torque").query("load_variable == 'stress'")
+    momentum = 1 - torque["outer_ring_torque_n_m"] / torque["torque_n_m"]
+    speed_rpm = torque["inner_speed_rpm"].round(-2)
+    heat = demo("heat_balance")
+    heat["fall"] = 1 - heat["heated_torque_n_m"] / heat["torque_n_m"]
+    heat["warmer_k"] = heat["outlet_temperature_c"] - heat["inlet_temperature_c"]
+    heat["inner_speed_rpm"] = heat["inner_speed_rpm"].round(-2)
+    of_logs, of_map = heat[heat["run_id"] != ""], heat[heat["run_id"] == ""]
+    points = of_map.groupby(["inner_speed_rpm", "axial_load_n"])[["best_oil", "heated_best_oil"]]
+    oils = points.first()
+    cage_slip = demo("cage_slip")
+    shares = demo("variance_shares").groupby("variance_cause")[["torque_share", "slip_share"]]
+    return {
+        "slow_momentum": span(momentum[speed_rpm == 3000]),
+        "fast_momentum": span(momentum[speed_rpm == 12000]),
+        "hottest": of_logs["heat_w"].max() / 1000,
+        "warmer": of_logs["warmer_k"].max(),
+        "fast_fall": span(of_logs.loc[of_logs["inner_speed_rpm"] == 12000, "fall"]),
+        "slow_fall": 100 * of_logs.loc[of_logs["inner_speed_rpm"] == 3000, "fall"].max(),
+        "outlet": span(of_map["outlet_temperature_c"], factor=1),
+        "outlet_median": of_map["outlet_temperature_c"].median(),
+        "map_fall": 100 * of_map["fall"].max(),
+        "other_best": (oils["best_oil"] != oils["heated_best_oil"]).sum(),
+        "map_points": len(oils),
+        "no_interval": cage_slip["torque_n_m_lower"].isna().sum(),
+        "map_rows": len(cage_slip),
+        "variance": 100 * shares.median(),
+    }
+
+
 def errors_of_law(campaign: str) -> dict[str, str]:
     """Rms errors of the paper's law: of the fit, and beyond the tested box, by oil."""
     quality, truth = table(campaign, "fit_quality"), table(campaign, "extrapolation")
@@ -448,7 +481,7 @@ def of_torque(campaign: str) -> dict[str, Any]:
 
 
 def main() -> int:
-    numbers = of_claims() | of_demo() | of_thermal() | order_by_signs()
+    numbers = of_claims() | of_demo() | of_bearing() | of_thermal() | order_by_signs()
     numbers |= order_by_signs_that_keep_trends()
     for campaign, begins in CAMPAIGNS.items():
         found = of_advice(campaign) | of_torque(campaign) | advice_of_a_rigid_bearing(campaign)

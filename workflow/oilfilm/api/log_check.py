@@ -299,7 +299,7 @@ def kind_of(file: str, settings: Settings) -> type[RigKind]:
     """The kind of rig of a log, by its folder; traction where the folder is not a campaign's."""
     kinds = kinds_of_folders(settings)
     # the nearest folder decides: the folder of the project may have the campaign's name, too
-    for folder in Path(file).resolve().parents:
+    for folder in Path(os.path.realpath(file)).parents:
         if folder.name in kinds:
             return kinds[folder.name]
     return kinds[settings.campaign.name]

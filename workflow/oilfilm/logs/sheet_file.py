@@ -216,7 +216,8 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
     raw_folder = raw.resolve()
     logs_of_campaign: dict[str, dict[str, Path]] = {}
     for path in paths:
-        file = path.resolve()
+        # not `resolve`, which fails on a link to itself: the reader has a sentence for it
+        file = Path(os.path.realpath(path))
         if file.is_relative_to(raw_folder):
             campaign, *names = file.relative_to(raw_folder).parts
             logs_of_campaign.setdefault(campaign, {})["/".join(names)] = path
