@@ -272,7 +272,7 @@ class FittedLaw:
 
     @cached_property
     def misfit_beside_surface(self) -> float:
-        """Misfit of this law: root-mean-square mu of law less surface, over that of mu.
+        """Misfit of this law, the root-mean-square mu of law less surface over that of mu.
 
         The points are those of the surface; NaN without a surface.
         """
