@@ -115,7 +115,11 @@ _IN_STANDARD_ERRORS = {
     *("torque_share", "slip_share"),
 }
 # Errors, and numbers that are in errors: by bootstrap and draws their own error is a tenth of them.
-_ERROR = re.compile(r"(_se|_uncertainty|_systematic|standard_error)$|^uncertainty_|^compatibility$")
+_ERROR = re.compile(
+    r"(_se|_uncertainty|_systematic|standard_error|_sd|_sd_k|run_scatter|misfit)$"
+    # changes of a rig that would be seen, and what the next run scatters more than expected
+    r"|^uncertainty_|^compatibility$|^seen_|^(point|curve)_factor$"
+)
 
 
 def table_changes(before: Path, after: Path) -> Iterator[str]:
