@@ -1,14 +1,14 @@
-"""How often the law's own interval of mu holds, over simulated campaigns of many kinds.
+"""How often the interval of the mean curve holds, over simulated campaigns of many kinds.
 
 Truths: each law with the paper's constants, or with those that come nearest to them, and the
 heated film of `thermal`. Each campaign is fitted with the configured law, true or not, by the code
-that fits a user's data. The interval of the law's mean (`mean_ci`) should hold the noise-free truth
+that fits a user's data. The interval of the mean curve (`mean_ci`) should hold the noise-free truth
 at new conditions of the tested region, where the fit is sound. The interval of the next run is that
 of the surface (`benchmarks/surface.py`).
 
     python benchmarks/coverage.py [replicates]
     python benchmarks/coverage.py --quick            (plans of 12 and 18 runs, one campaign each)
-    python benchmarks/coverage.py few [campaigns]    (width of the law's own interval of 12 runs)
+    python benchmarks/coverage.py few [campaigns]    (width of that interval of 12 runs)
 
 Without `--quick` the table of the documentation is written anew after each row.
 
@@ -149,7 +149,7 @@ def _fitted(fit, oil: str, law=None) -> FittedLaw:
 
 
 def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
-    """One campaign: coverage and width of the law's own interval."""
+    """One campaign: coverage and width of the interval of the mean curve."""
     truth, oil, curves, common, number = case
     random = generator(7, "coverage", *map(str, case))
     settings = _settings("demo")
@@ -200,7 +200,7 @@ def few(case: tuple[str, int]) -> tuple[FloatArray, FloatArray]:
 
 
 def check_few(campaigns: int = 200) -> None:
-    """Print the width of the law's own interval over the right one, and how often it holds.
+    """Print the width of the interval of the mean curve over the right one, and how often it holds.
 
     The right half width at a point is the 95 % quantile of the error over all campaigns.
     """

@@ -1,4 +1,4 @@
-"""How often the law's own interval holds, as `make bench NAME=coverage` found it."""
+"""How often the interval of the mean curve holds, as `make bench NAME=coverage` found it."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ def coverage() -> Figure:
             ("mean", "none", "all fits"),
             ("mean if sound", ORANGE, "sound"),
         ):
-            label = f"law's own interval: true mean, {of}"
+            label = f"interval of the mean curve: truth, {of}"
             panel.plot(shown[column], where, "s", color=ORANGE, markerfacecolor=filled, label=label)
         panel.set(xlim=(0, 1.02), title=f"{curves} curves", xlabel="share inside (1)")
         panel.set_yticks(where, names if panel is panels[0] else [""] * len(truths))
