@@ -78,6 +78,20 @@ def test_rows_of_many_files_are_sorted_range_by_range(
     assert sorted(tmp_path.iterdir()) == paths
 
 
+def test_rows_before_the_first_range_stay_first(
+    points: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sorted_rows, "_ROWS_OF_RANGE", 300)
+    path = tmp_path / "share.parquet"
+    tables.write(points, "points", path, ABOUT)
+    counts = points.groupby("run_id").size()
+    # as of a run that was refused when the runs were compared
+    counts[counts.index.min()] = 0
+    parts = sorted_rows.sorted_rows("points", [path], counts, tmp_path)
+    expected = points.sort_values(["run_id", "first_row"], ignore_index=True)
+    pd.testing.assert_frame_equal(pd.concat(parts, ignore_index=True), expected)
+
+
 def test_runs_are_compared_without_all_columns_of_their_points(demo: Campaign) -> None:
     curated = demo.curated
     shares = NeverWhole.in_memory(

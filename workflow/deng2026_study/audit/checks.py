@@ -45,6 +45,12 @@ _COMPOSITE_UM = 0.017
 _SLIPPING = 0.01
 # A, B and C of Eq. 7.
 _COEFFICIENTS_OF_CURVE = 3
+# Lowest slip at which the slope of a curve is clear, over the largest slip.
+_CLEAR_SLIP = 0.01
+# Shares of the slope at that slip from which the fit of a curve starts.
+_SHARES_OF_SLOPE = (0.2, 0.5, 0.8, 0.95)
+# Tolerances of that fit, relative.
+_EXACT = 1e-12
 # Relative standard errors from this on say the same: the curve does not determine the coefficient.
 _UNDETERMINED = 1e3
 
@@ -671,14 +677,6 @@ def _cage_slips(view: View) -> pd.DataFrame:
     if slips.empty:
         raise NotCheckableError("no bearing")
     return slips
-
-
-# Lowest slip at which the slope of a curve is clear, over the largest slip.
-_CLEAR_SLIP = 0.01
-# Shares of the slope at that slip from which the fit of a curve starts.
-_SHARES_OF_SLOPE = (0.2, 0.5, 0.8, 0.95)
-# Tolerances of that fit, relative.
-_EXACT = 1e-12
 
 
 def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":

@@ -86,8 +86,8 @@ class BearingTorque:
         """
         points = self._rows_of_oil(self.answers.points)
         names = ["oil", "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
-        of_parts = points[[f"{part}_torque_n_m" for part in HEATS]].set_axis(HEATS, axis=1)
-        return points[names].join(of_parts).reset_index(drop=True)
+        torques = points[[f"{part}_torque_n_m" for part in HEATS]].set_axis(HEATS, axis=1)
+        return points[names].join(torques).reset_index(drop=True)
 
     def shares(self) -> pd.DataFrame:
         """Share of the variance of torque and cage slip by each cause, and the range drawn."""

@@ -18,15 +18,13 @@ from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
 from oilfilm.cli.plot_file import refuse_plot, write_plot
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
-from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
+from oilfilm.fits.side_by_side import MU_COLUMNS, RATIO_COLUMNS, middle_of_tested, side_by_side
 from oilfilm.fits.support_sentences import why_no_support
 from oilfilm.surface.reduction import box_of
 from oilfilm.surface.support import Support
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
-MU_COLUMNS = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
-RATIO_COLUMNS = ("ratio", "ratio_lower", "ratio_upper")
 _CONSTANT_COLUMNS = ("value", "lower", "upper")
 # Slide-roll ratios where none is typed.
 _DEFAULT_SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
@@ -81,7 +79,10 @@ def run(options: argparse.Namespace) -> int:
         # imported here, because it needs matplotlib
         from oilfilm.cli.compare_plot import draw  # noqa: PLC0415
 
-        write_plot(draw(curves, conditions, has_simulated_data=has_simulated_data), options.plot)
+        write_plot(
+            draw(curves, _conditions_text(conditions), has_simulated_data=has_simulated_data),
+            options.plot,
+        )
         print(f"Written: {options.plot}")
     return 0
 
@@ -127,7 +128,7 @@ def _lines_of_mu(
 ) -> Iterator[str]:
     """mu of each fit, one row per slide-roll ratio."""
     yield ""
-    yield f"mu with the interval of the next good run, at {conditions_text(conditions)}"
+    yield f"mu with the interval of the next good run, at {_conditions_text(conditions)}"
     yield _table_by_slip(table, names, _mu_cell)
     if table["outside"].any():
         yield "!: outside the tested conditions of that fit"
@@ -253,7 +254,7 @@ def _lines_of_constants(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
     yield pd.DataFrame(cells).fillna("-").to_string()
 
 
-def conditions_text(conditions: Mapping[str, float]) -> str:
+def _conditions_text(conditions: Mapping[str, float]) -> str:
     """The conditions of a comparison with symbols and units."""
     return ", ".join(
         f"{QUANTITIES[name].symbol} = {value:.4g} {QUANTITIES[name].unit}"

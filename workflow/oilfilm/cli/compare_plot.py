@@ -1,24 +1,28 @@
 """The figure of `oilfilm compare --plot`."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from oilfilm.base.units import BoolArray
-from oilfilm.cli.compare import MU_COLUMNS, RATIO_COLUMNS, conditions_text
 from oilfilm.fits.fitted import SLIP
+from oilfilm.fits.side_by_side import MU_COLUMNS, RATIO_COLUMNS
 from oilfilm.report.figures import style
 from oilfilm.surface.support import Support
 
 _WHAT_DOTTED_MEANS = ". Dotted: not tested, without support or above the limiting shear stress"
 
 
-def draw(
-    curves: pd.DataFrame, conditions: Mapping[str, float], *, has_simulated_data: bool
-) -> Figure:
-    """mu over slip of each fit with its interval; beside it the ratios to the first fit."""
+def draw(curves: pd.DataFrame, conditions: str, *, has_simulated_data: bool) -> Figure:
+    """mu over slip of each fit with its interval; beside it the ratios to the first fit.
+
+    Args:
+        curves: Rows of `side_by_side`.
+        conditions: The operating point, with symbols and units.
+        has_simulated_data: Whether a fit is of simulated data.
+    """
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
     mu_axes, ratio_axes = figure.subplots(1, 2)
     curve_of_fit = {str(name): curve for name, curve in curves.groupby("fit", sort=False)}
@@ -37,7 +41,7 @@ def draw(
     for axes, label in ((mu_axes, style.TRACTION_LABEL), (ratio_axes, f"Ratio to {first_name}")):
         axes.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
         axes.legend()
-    title = conditions_text(conditions)
+    title = conditions
     if has_simulated_data:
         title = f"SIMULATED data. {title}"
     if curves[["outside", "over_limit", "ratio_outside", "ratio_support"]].any(axis=None):

@@ -31,6 +31,12 @@ _MEASURED = "traction_coefficient_measured"
 # Eq. 7 differ by 0.2 to 0.3; the next pair of laws differs by 0.6.
 _SAME_WITHIN = 0.5
 
+# mu of each law at its points beside the measured mu, in the order of run and row.
+_MuByLaw = Mapping[str, pd.DataFrame]
+# Columns that name a point.
+_POINT_KEY = ["run_id", "first_row"]
+_MU_OF_LAW = ["traction_coefficient", "left_out_traction_coefficient"]
+
 
 @dataclass(frozen=True)
 class Ranking:
@@ -67,13 +73,6 @@ def best_laws(
         verdict = _verdict(fit["law"], quality_of_oil, mu_by_law, bic_difference_min)
         rows.append({"oil": fit["oil"], "law": fit["law"], **verdict})
     return tables.filled(pd.DataFrame(rows), "law_verdicts")
-
-
-# mu of each law at its points beside the measured mu, in the order of run and row.
-_MuByLaw = Mapping[str, pd.DataFrame]
-# Columns that name a point.
-_POINT_KEY = ["run_id", "first_row"]
-_MU_OF_LAW = ["traction_coefficient", "left_out_traction_coefficient"]
 
 
 def _mu_by_law(law_points: pd.DataFrame, points: pd.DataFrame) -> _MuByLaw:

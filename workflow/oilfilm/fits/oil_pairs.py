@@ -73,8 +73,10 @@ def read_oil(folder: Path, oil: str) -> MeasuredOil:
     """
     results = CampaignTables.in_folder(folder)
     points, runs = results.table("points", CURVE_POINTS, oil=oil), results.runs
-    of_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
-    return MeasuredOil(read_fit(folder, oil), points, frozenset(runs.loc[of_points, "rig"]))
+    has_accepted_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
+    return MeasuredOil(
+        read_fit(folder, oil), points, frozenset(runs.loc[has_accepted_points, "rig"])
+    )
 
 
 def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:

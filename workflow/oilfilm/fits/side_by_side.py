@@ -18,13 +18,10 @@ from oilfilm.surface.ratio import RatioSurface
 from oilfilm.surface.support import Support
 from oilfilm.traction.law import CONDITIONS
 
-_PREDICTED_COLUMNS = (
-    "traction_coefficient",
-    "obs_ci_lower",
-    "obs_ci_upper",
-    "outside",
-    "over_limit",
-)
+# A value with its interval, as columns of `side_by_side`.
+MU_COLUMNS = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
+RATIO_COLUMNS = ("ratio", "ratio_lower", "ratio_upper")
+_PREDICTED_COLUMNS = (*MU_COLUMNS, "outside", "over_limit")
 # Two levels are one where they differ by no more than this, relative.
 _SAME_LEVEL = 1e-6
 

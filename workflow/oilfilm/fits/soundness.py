@@ -25,7 +25,7 @@ from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_columns, runs_in_common
 from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CURVE_POINTS, OF_COMPARISON, CampaignTables
+from oilfilm.tables.campaign_tables import COMPARED_POINTS, CURVE_POINTS, CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
 
 # Largest ratio of the sum of squares to that between repeats. Repeats that are copies have a sum of
@@ -309,10 +309,10 @@ def _law_verdicts(results: CampaignTables, bic_difference_min: float) -> pd.Data
     quality = results.fit_quality
     verdicts = []
     for oil in quality.loc[quality["configured"], "oil"]:
-        law_points = results.table("law_points", OF_COMPARISON, oil=oil)
+        law_points = results.table("law_points", COMPARED_POINTS, oil=oil)
         points = results.table("points", CURVE_POINTS, oil=oil)
-        of_oil = quality[quality["oil"] == oil]
-        verdicts.append(best_laws(of_oil, law_points, points, bic_difference_min))
+        quality_of_oil = quality[quality["oil"] == oil]
+        verdicts.append(best_laws(quality_of_oil, law_points, points, bic_difference_min))
     return pd.concat(verdicts, ignore_index=True) if verdicts else tables.empty("law_verdicts")
 
 

@@ -18,7 +18,6 @@ from functools import cached_property
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 import scipy.sparse
 
 from oilfilm.base.units import FloatArray, IndexArray
@@ -26,7 +25,14 @@ from oilfilm.surface.effects import LogNormal, RunErrorSizes
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.posterior import smooth_covariance
 from oilfilm.surface.reduction import Coordinates, ReducedCurves, SlipWeights
-from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, FoundSizes, Sizes, priors
+from oilfilm.surface.reml import (
+    CAUTIOUS,
+    CurveCovariance,
+    FoundSizes,
+    Sizes,
+    most_likely_logarithms,
+    priors,
+)
 
 # Standard deviation of the constant part of r: a factor of e either way.
 _CONSTANT_SD = 1.0
@@ -37,7 +43,6 @@ LAW_DIFFERENCE = LogNormal(0.1, 0.7, 0.03, 3.0)
 # Where oils differ, the tested conditions show less of it than there is between them: an interval
 # takes a larger departure than the most likely one.
 _CAUTION = 3.0
-_ITERATIONS = 100
 _ERROR_SIZES = len(RunErrorSizes().run_and_noise_sizes())
 _NOISE = _ERROR_SIZES - 1
 
@@ -207,20 +212,9 @@ def most_likely_pair(
         covariance_of: The covariance with some sizes.
         size_priors: The priors of the sizes.
     """
-    bounds = scipy.optimize.Bounds(
-        np.log([prior.smallest for prior in size_priors]),
-        np.log([prior.largest for prior in size_priors]),
+    return most_likely_logarithms(
+        lambda logarithms: objective(logarithms, covariance_of, size_priors), size_priors
     )
-    search = scipy.optimize.minimize(
-        objective,
-        np.log([prior.median for prior in size_priors]),
-        args=(covariance_of, size_priors),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=bounds,
-        options={"maxiter": _ITERATIONS, "ftol": 1e-8},
-    )
-    return FoundSizes(np.asarray(search.x), bool(search.success))
 
 
 def _slopes_of_ratio(

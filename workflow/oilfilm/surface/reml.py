@@ -8,6 +8,7 @@ Reference: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545.
 Decides: what is known of the misfit of a law before the data.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -300,14 +301,30 @@ def most_likely_sizes(
         size_priors: The priors of the sizes.
         start: Logarithms at which the search starts; the medians if it is not given.
     """
+    return most_likely_logarithms(
+        lambda logarithms: objective(logarithms, curves, box, size_priors), size_priors, start
+    )
+
+
+def most_likely_logarithms(
+    objective_of: Callable[[FloatArray], tuple[float, FloatArray]],
+    size_priors: tuple[LogNormal, ...],
+    start: FloatArray | None = None,
+) -> FoundSizes:
+    """The logarithms of sizes at which a likelihood is largest.
+
+    Args:
+        objective_of: Negative logarithm of the likelihood and the priors, and its gradient.
+        size_priors: The priors of the sizes.
+        start: Logarithms at which the search starts; the medians if it is not given.
+    """
     lower = np.log([prior.smallest for prior in size_priors])
     upper = np.log([prior.largest for prior in size_priors])
     if start is None:
         start = np.log([prior.median for prior in size_priors])
     search = scipy.optimize.minimize(
-        objective,
+        objective_of,
         np.clip(start, lower, upper),
-        args=(curves, box, size_priors),
         jac=True,
         method="L-BFGS-B",
         bounds=scipy.optimize.Bounds(lower, upper),
@@ -315,33 +332,30 @@ def most_likely_sizes(
     )
     logarithms = np.asarray(search.x)
     if search.success:
-        logarithms = _where_slopes_vanish(logarithms, curves, box, size_priors)
+        logarithms = _where_slopes_vanish(objective_of, logarithms, lower, upper)
     return FoundSizes(logarithms, bool(search.success))
 
 
 def _where_slopes_vanish(
+    objective_of: Callable[[FloatArray], tuple[float, FloatArray]],
     logarithms: FloatArray,
-    curves: ReducedCurves,
-    box: ConditionBox,
-    size_priors: tuple[LogNormal, ...],
+    lower: FloatArray,
+    upper: FloatArray,
 ) -> FloatArray:
     """The maximum near the end of a search, by its slopes.
 
-    A search ends where rounding hides the rise of the likelihood, which has some 10^4 in front of
-    its decimal point. Where it ends then depends on the kernels of the machine. The slopes are
-    known to more digits.
+    A search ends where rounding hides the rise of the likelihood, whose logarithm is about 10^4.
+    Where it ends then depends on the kernels of the machine. The slopes are known to more digits.
 
     Args:
+        objective_of: As in `most_likely_logarithms`.
         logarithms: Where the search ended; sizes at a bound stay there.
-        curves: The curves.
-        box: The box of the tested conditions.
-        size_priors: The priors of the sizes.
+        lower: Lower bounds.
+        upper: Upper bounds.
 
     Returns:
-        Logarithms of the sizes; those given where the slopes there are not smaller.
+        Logarithms of the sizes; those given where the slopes are not smaller elsewhere.
     """
-    lower = np.log([prior.smallest for prior in size_priors])
-    upper = np.log([prior.largest for prior in size_priors])
     free = (logarithms > lower) & (logarithms < upper)
 
     def with_free(values: FloatArray) -> FloatArray:
@@ -350,15 +364,17 @@ def _where_slopes_vanish(
         changed[free] = np.clip(values, lower[free], upper[free])
         return changed
 
-    def slopes(values: FloatArray) -> FloatArray:
+    def free_slopes(values: FloatArray) -> FloatArray:
         """Slopes of the objective by the free logarithms."""
-        return objective(with_free(values), curves, box, size_priors)[1][free]
+        _, slopes = objective_of(with_free(values))
+        return slopes[free]
 
     found = scipy.optimize.root(
-        slopes, logarithms[free], method="hybr", options={"xtol": _LOGARITHM_ERROR}
+        free_slopes, logarithms[free], method="hybr", options={"xtol": _LOGARITHM_ERROR}
     )
-    is_better = np.abs(found.fun).max(initial=0) < np.abs(slopes(logarithms[free])).max(initial=0)
-    return with_free(found.x) if is_better else logarithms
+    largest_before = np.abs(free_slopes(logarithms[free])).max(initial=0)
+    largest_slope = np.abs(found.fun).max(initial=0)
+    return with_free(found.x) if largest_slope < largest_before else logarithms
 
 
 def _half_log_determinant_and_inverse(matrix: FloatArray) -> tuple[float, FloatArray]:

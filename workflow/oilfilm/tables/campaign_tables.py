@@ -28,7 +28,7 @@ FITTED_POINTS = (
     "traction_force_n",
 )
 # Columns of `law_points` by which laws are compared.
-OF_COMPARISON = (
+COMPARED_POINTS = (
     *("oil", "law", "run_id", "first_row"),
     *("traction_coefficient", "left_out_traction_coefficient"),
 )

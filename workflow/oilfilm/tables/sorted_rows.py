@@ -70,6 +70,8 @@ def _spread(
         for content in chain.from_iterable(arrow_parts(table, path) for path in paths):
             runs = content["run_id"].to_numpy().astype(object)
             range_of_row = np.searchsorted(starts, runs, side="right") - 1
+            # a run that was refused counts no rows, and may stand before the first range
+            range_of_row = np.maximum(range_of_row, 0)
             for number in np.unique(range_of_row).tolist():
                 if number not in writers:
                     schema = content.schema
@@ -79,4 +81,5 @@ def _spread(
 
 
 def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
+    """The rows in the order of run and first row."""
     return rows.sort_values(["run_id", "first_row"], ignore_index=True)

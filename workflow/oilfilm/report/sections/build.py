@@ -675,11 +675,11 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
     accepted = sum(int(part["accepted"].sum()) for part in results.parts("points", ["accepted"]))
     every_nth = max(math.ceil(accepted / points_max), 1)
     drawn_parts = []
-    before = 0
+    points_before = 0
     for part in results.parts("points", CURVE_POINTS):
-        of_part = part[part["accepted"]]
-        drawn_parts.append(of_part.iloc[-before % every_nth :: every_nth])
-        before += len(of_part)
+        accepted_points = part[part["accepted"]]
+        drawn_parts.append(accepted_points.iloc[-points_before % every_nth :: every_nth])
+        points_before += len(accepted_points)
     drawn = pd.concat(drawn_parts, ignore_index=True)
     run_number, run_names = pd.factorize(drawn["run_id"])
     half_width = normal_quantile(CONFIDENCE) * drawn["traction_coefficient_se"]
