@@ -83,6 +83,15 @@ def test_a_motion_between_the_sides_of_a_jump_is_marked():
     assert np.abs(residuals).max() > 1e-9
 
 
+def test_a_motion_is_exact_where_the_curve_of_its_bands_stalls():
+    # the bands shrink along a curve that ends before they are gone
+    problem = mainshaft_problem("4010", 23900, 40.0, [998.014446])
+    motion = equilibria(problem).fastest
+    residuals = problem.residuals(motion.solution.unknowns, np.arange(1))
+    assert np.abs(residuals).max() < 1e-10
+    assert not motion.held_by_band().any()
+
+
 def test_a_motion_between_the_sides_of_a_jump_is_found_again_beside_itself():
     # random draws are looked for in this way, 5 000 N beside it has no jump
     found = friction_equilibrium(mainshaft_problem("4010", 6000, 40.0, [683.4988689104133, 5000.0]))
