@@ -7,6 +7,9 @@ The law is true for the oil `own` and wrong for all others.
     python benchmarks/steadiness.py clean [FIRST LAST]     (campaigns 0 to 299: alarms)
     python benchmarks/steadiness.py bad ORDER [SEEDS] [TRUTH ...]
                                                    (ten faults; random, conditions or references)
+    python benchmarks/steadiness.py seen [FIRST LAST]
+                                                   (changes of the size that is printed: how many
+                                                   are named; campaigns 0 to 159)
 
 A fault is named right if the course of the named change over the runs resembles the planted one: a
 correlation of 0.9, which one wrong run of 24 leaves; 0.8 for faults that grow, or come and go. The
@@ -19,35 +22,61 @@ columns of `bad`:
     told         campaigns that are named right, or whose fault is below the printed size
     effects      the effect that was named in the right ones, and how often
 
-Takes 3 minutes; `clean` takes 20, `bad` 5 for each order.
+`seen` plants a trend, or a step from any run on, and compares its size with the one that is
+printed for the campaign with it, as a laboratory sees it.
+
+Takes 2 minutes; `clean` takes 5, `bad` 3 for each order, `seen` 10.
 """
 
 import sys
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from oilfilm.base.randomness import generator
+from oilfilm.surface.effects import EFFECTS
 from oilfilm.surface.label_swap import swapped_temperatures
 from oilfilm.surface.misreading import misread_runs
-from oilfilm.surface.steadiness import largest_change, smallest_changes, smallest_seen
+from oilfilm.surface.steadiness import (
+    LARGEST_CHANGES,
+    SteadinessLimits,
+    largest_change,
+    smallest_changes,
+    smallest_seen,
+)
 from oilfilm.surface.surface import Surface, fit_surface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from bad_campaigns import FAULTS, GRADUAL, WITHOUT_LABEL, BadCampaign, bad_campaign, day_and_night
+from bad_campaigns import (
+    FAULTS,
+    GRADUAL,
+    WITHOUT_LABEL,
+    BadCampaign,
+    Fault,
+    bad_campaign,
+    day_and_night,
+    nothing,
+)
 from lawless_truths import TRUTHS
 from surface_campaigns import SLIPS, fitted_law
 
 WRONG = ("jt", "ect", "sol", "rat", "mix", "pw")
 SEEDS = 5
+RUNS = 24
+FEWEST_RUNS = SteadinessLimits().fewest_runs
+# Sizes of planted changes over the one that the same campaign without it prints.
+MULTIPLES = (1.0, 1.5, 2.0, 2.6)
+# Limits of size over what the campaign with the change prints.
+RATIOS = (0.0, 0.75, 1.0, 1.25, np.inf)
 
 
 def judged(campaign: BadCampaign) -> tuple[str, np.ndarray, float, bool, Surface]:
     """What is named: the effect, its course over the curves, its score, whether it is an alarm."""
-    surface = fit_surface(campaign.measured, fitted_law(campaign.measured))
+    surface = fitted_surface(campaign)
     change = largest_change(surface.misfit_covariance, campaign.order)
     swap, misreading = swapped_temperatures(surface), misread_runs(surface)
     if misreading is not None and misreading.is_alarm:
@@ -126,6 +155,84 @@ def bad(order: str, seeds: int, truths: tuple[str, ...]) -> None:
         print(summary.to_string(), end="\n\n")
 
 
+def seen(first: int, last: int) -> None:
+    """Print how many changes are named, over their size in units of the printed one."""
+    rows = []
+    for number in range(first, last):
+        truth = "own" if number % 2 == 0 else WRONG[number // 2 % len(WRONG)]
+        order = ("random", "conditions")[number // 2 % 2]
+        effect = EFFECTS[number // 4 % len(EFFECTS)]
+        course = ("trend", "step")[number // 16 % 2]
+        random = generator(23, "seen change", str(number))
+        begin = int(random.integers(FEWEST_RUNS, RUNS - FEWEST_RUNS + 1))
+        sign = float(random.choice([-1, 1]))
+        steady = seen_campaign(truth, order, number, None)
+        planted = printed_change(fitted_surface(steady), steady, effect, course)
+        if planted > LARGEST_CHANGES.size_of(effect):
+            continue
+        for multiple in MULTIPLES:
+            size = multiple * planted
+            fault = change_of(effect, course, begin, sign * size)
+            campaign = seen_campaign(truth, order, number, fault)
+            _, pattern, _, is_alarm, surface = judged(campaign)
+            likeness = 0.0
+            if np.ptp(pattern) > 0:
+                likeness = abs(np.corrcoef(pattern, campaign.pattern)[0, 1])
+            right = is_alarm and likeness > (0.8 if course == "trend" else 0.9)
+            over_printed = size / printed_change(surface, campaign, effect, course)
+            rows.append(
+                {"law": truth == "own", "order": order, "size/printed": over_printed}
+                | {"alarm": is_alarm, "right": right}
+            )
+    table = pd.DataFrame(rows)
+    table["size/printed"] = pd.cut(table["size/printed"], RATIOS)
+    for group in (["law", "order", "size/printed"], ["size/printed"]):
+        grouped = table.groupby(group, observed=True)
+        summary = grouped[["alarm", "right"]].mean().round(2)
+        summary["of"] = grouped.size()
+        print(summary.to_string(), end="\n\n")
+
+
+def fitted_surface(campaign: BadCampaign) -> Surface:
+    """The surface about Deng's law."""
+    return fit_surface(campaign.measured, fitted_law(campaign.measured))
+
+
+def printed_change(surface: Surface, campaign: BadCampaign, effect: str, course: str) -> float:
+    """The smallest change of a course that is printed for a campaign."""
+    sizes = smallest_changes(surface.misfit_covariance, campaign.order)
+    return float(getattr(sizes, course)[effect])
+
+
+def seen_campaign(truth: str, order: str, number: int, fault: Fault | None) -> BadCampaign:
+    """The campaign of this number; its errors are the same with any fault."""
+    return bad_campaign(TRUTHS[truth], fault, order, generator(23, "seen", str(number)), SLIPS)
+
+
+def change_of(effect: str, course: str, begin: int, size: float) -> Fault:
+    """A fault that changes one effect of runs.
+
+    Args:
+        effect: The effect.
+        course: trend or step.
+        begin: Position of the first run of a step.
+        size: Size in the unit of the effect.
+    """
+
+    def fault(conditions, order, random):
+        pattern = order / (len(order) - 1) if course == "trend" else (order >= begin).astype(float)
+        planted = nothing(conditions, pattern, effect, size)
+        planted.true_conditions[:, 2] += size * pattern * (effect == "temperature_k")
+        return replace(
+            planted,
+            gain=np.exp(size * pattern * (effect == "gain")),
+            zero=size * pattern * (effect == "zero"),
+            slip=np.exp(size * pattern * (effect == "slip_scale")),
+        )
+
+    return fault
+
+
 def printed_size(campaign: BadCampaign, surface: Surface, fault: object) -> float:
     """The smallest change that is printed for the effect and the course of the fault.
 
@@ -155,6 +262,10 @@ def main(arguments: list[str]) -> None:
             clean(int(first), int(last))
         case ["clean"]:
             clean(0, 300)
+        case ["seen", first, last]:
+            seen(int(first), int(last))
+        case ["seen"]:
+            seen(0, 160)
         case ["bad", order, *rest]:
             seeds = int(rest[0]) if rest else SEEDS
             bad(order, seeds, tuple(rest[1:]) or ("own", "jt"))

@@ -23,6 +23,7 @@ the same errors. The columns:
     python benchmarks/surface.py rigs [seeds]        (designs of three rigs, five kinds of errors)
     python benchmarks/surface.py table [seeds]       (all truths x designs x kinds of errors)
     python benchmarks/surface.py gaps [seeds]        (slips between and beyond the tested ones)
+    python benchmarks/surface.py constants [seeds]   (constants and errors of runs of a true law)
     python benchmarks/surface.py scale               (time and memory over the number of runs)
 
 `table` writes docs/explanation/surface_coverage.csv, with one row per truth, design and kind of
@@ -44,13 +45,14 @@ import pandas as pd
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
+from oilfilm.surface.effects import EFFECTS
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.reduction import ANOTHER_RIG
 from oilfilm.surface.surface import Surface, fit_surface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from lawless_truths import INDEPENDENT_TRUTHS, TRUTHS, LawlessTruth
+from lawless_truths import DENG_CONSTANTS, INDEPENDENT_TRUTHS, TRUTHS, LawlessTruth
 from surface_campaigns import (
     PRESSURES,
     SPEEDS,
@@ -315,6 +317,36 @@ def gaps(seeds: int) -> None:
     print(summary.round(3).to_string())
 
 
+def constants(seeds: int) -> None:
+    """Print how far constants and sizes of errors are from planted ones, where the law is true.
+
+    `rms z` and `largest z` are differences over the standard errors of the constants. The other
+    columns are found sizes over planted ones, means of logarithms.
+    """
+    rows = []
+    for name, seed in itertools.product(("24 latin", "27", "72"), range(seeds)):
+        random = generator(23, "constants", name, str(seed))
+        conditions = CUBE if name == "27" else DESIGNS[name].conditions(random)
+        points = simulated(TRUTHS["own"], conditions, random)
+        surface = fit_surface(points, fitted_law(points))
+        verdict = surface.verdict
+        z = (verdict.constants - DENG_CONSTANTS) / verdict.standard_errors
+        planted = PlantedErrors()
+        found = surface.misfit_covariance.sizes
+        over_planted = {
+            effect: found.effects[number] / getattr(planted, effect)
+            for number, effect in enumerate(EFFECTS)
+        }
+        over_planted["noise"] = found.noise / planted.noise
+        logarithms = {effect: np.log(ratio) for effect, ratio in over_planted.items()}
+        rows.append({"runs": name, "square": np.mean(z**2), "z": np.abs(z).max(), **logarithms})
+    grouped = pd.DataFrame(rows).groupby("runs", sort=False)
+    summary = np.exp(grouped.mean())
+    summary["rms z"] = np.sqrt(grouped["square"].mean())
+    summary["largest z"] = grouped["z"].max()
+    print(summary.drop(columns=["square", "z"]).round(2).to_string())
+
+
 def scale() -> None:
     """Print seconds, and the largest memory of arrays in a fit, over the number of runs."""
     print("  runs      s    MB  err95")
@@ -348,6 +380,8 @@ def main(arguments: list[str]) -> None:
             coverage(OF_RIGS, tuple(TRUTHS), ERROR_KINDS, seeds)
         case ["gaps"]:
             gaps(seeds)
+        case ["constants"]:
+            constants(seeds)
         case ["scale"]:
             scale()
         case []:

@@ -11,6 +11,7 @@ from oilfilm.surface.steadiness import (
     SteadinessLimits,
     largest_change,
     smallest_changes,
+    smallest_seen,
 )
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, random_conditions, simulated
@@ -123,6 +124,23 @@ def test_a_trend_in_the_order_of_a_condition_is_seen_when_it_is_large_only():
     in_order = smallest_changes(covariance, by_pressure)
     # a trial: 3 % in random order, 26 to 46 % in the order of the condition
     assert in_order.trend["gain"] > 2 * at_random.trend["gain"]
+
+
+def test_a_step_of_the_smallest_size_is_seen_wherever_it_begins():
+    measured, _ = campaign(np.ones(RUNS), "own")
+    covariance = covariance_of(measured)
+    order = np.argsort(np.argsort(measured.conditions[:, 0], kind="stable"))
+    smallest = smallest_changes(covariance, order).step["gain"]
+    # three runs on either side at least
+    by_begin = [
+        smallest_seen(covariance, "gain", (order >= begin).astype(float)) for begin in range(3, 22)
+    ]
+    assert smallest == pytest.approx(max(by_begin))
+    # a step with the pressure resembles the effect of the pressure
+    is_first_of_level = np.diff(np.sort(measured.conditions[:, 0]), prepend=-1.0) > 0
+    assert is_first_of_level[3 + int(np.argmax(by_begin))]
+    middle = RUNS // 2 - 3
+    assert smallest > 1.05 * by_begin[middle]
 
 
 def test_a_wrong_law_in_the_order_of_a_condition_is_no_huge_trend():

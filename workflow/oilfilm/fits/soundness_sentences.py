@@ -44,7 +44,7 @@ def smallest_visible_changes(row: Mapping[str, Any]) -> str:
     sentences = [
         "The runs are steady, if they were made in the order of their names.",
         _smallest_seen_change(row, "trend", "drift over the runs"),
-        _smallest_seen_change(row, "step", "step in the middle of the runs"),
+        _smallest_seen_change(row, "step", "step at any run"),
         "A change of runs that share no label, speed, load or temperature is seen if it is several "
         "times as large.",
     ]

@@ -19,7 +19,7 @@ import scipy.special
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECTS, RunErrorSizes
 from oilfilm.surface.measurements import LevelWidths
-from oilfilm.surface.posterior import DensePosterior, smooth_covariance
+from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, smooth_covariance
 from oilfilm.surface.reduction import Coordinates, reduced
 from oilfilm.surface.relabelled import Relabelled
 from oilfilm.surface.steadiness import SteadinessLimits
@@ -165,38 +165,38 @@ def _log_densities(
     remaining = _RemainingCurves(curves.select(remaining_coordinates), factor, weights)
     distinct_temperatures, number_of_temperature = np.unique(temperatures, return_inverse=True)
     density = [
-        [
-            _log_density(relabelled, remaining, row, temperature_c)
-            for temperature_c in distinct_temperatures
-        ]
-        for row in suspects
+        _log_densities_of_run(relabelled, remaining, row, distinct_temperatures) for row in suspects
     ]
     return np.array(density)[:, number_of_temperature]
 
 
-def _log_density(
-    relabelled: Relabelled, remaining: _RemainingCurves, row: int, temperature_c: float
-) -> float:
-    """Logarithm of the density of a curve at some temperature, from the remaining curves."""
+def _log_densities_of_run(
+    relabelled: Relabelled, remaining: _RemainingCurves, row: int, temperatures: FloatArray
+) -> FloatArray:
+    """Logarithm of the density of a curve at each temperature, from the remaining curves.
+
+    The curve is reduced at all temperatures at once, as if each were a run.
+    """
     covariance, sizes = relabelled.covariance, relabelled.covariance.sizes
-    single_run = relabelled.measurements.select_curves(np.array([row]))
-    conditions = single_run.conditions.copy()
-    conditions[:, _TEMPERATURE] = temperature_c
-    moved = replace(single_run, conditions=conditions)
+    measurements = relabelled.measurements
+    conditions = np.tile(measurements.conditions[row], (len(temperatures), 1))
+    conditions[:, _TEMPERATURE] = temperatures
+    moved = measurements.at_conditions(row, conditions)
     law = relabelled.surface.law
-    reduced_curve = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
-    coordinates = reduced_curve.select(np.arange(len(reduced_curve.departure)))
-    across = smooth_covariance(covariance, coordinates, remaining.coordinates)
+    curves = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
+    every_coordinate = curves.select(np.arange(len(curves.departure)))
+    across = smooth_covariance(covariance, every_coordinate, remaining.coordinates)
     whitened_across = scipy.linalg.solve_triangular(remaining.factor, across.T, lower=True)
-    curve_covariance = (
-        smooth_covariance(covariance, coordinates, coordinates)
-        - whitened_across.T @ whitened_across
-    )
-    scaled_effects = reduced_curve.effects * sizes.effects
-    curve_covariance += scaled_effects @ scaled_effects.T + sizes.noise**2 * np.eye(
-        len(curve_covariance)
-    )
-    curve_factor = scipy.linalg.cholesky(curve_covariance, lower=True)
-    error = reduced_curve.departure - across @ remaining.weights
-    whitened = scipy.linalg.solve_triangular(curve_factor, error, lower=True)
-    return float(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))
+    error = curves.departure - across @ remaining.weights
+    densities = []
+    for coordinates in coordinates_by_group(curves.curve, np.arange(len(temperatures))):
+        copy = curves.select(coordinates)
+        explained = whitened_across[:, coordinates]
+        scaled_effects = curves.effects[coordinates] * sizes.effects
+        curve_covariance = smooth_covariance(covariance, copy, copy) - explained.T @ explained
+        curve_covariance += scaled_effects @ scaled_effects.T
+        curve_covariance += sizes.noise**2 * np.eye(len(coordinates))
+        curve_factor = scipy.linalg.cholesky(curve_covariance, lower=True)
+        whitened = scipy.linalg.solve_triangular(curve_factor, error[coordinates], lower=True)
+        densities.append(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))
+    return np.array(densities)

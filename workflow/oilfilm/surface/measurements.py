@@ -217,6 +217,26 @@ class Measurements:
             rig=None if self.rig is None else self.rig[rows],
         )
 
+    def at_conditions(self, row: int, conditions: FloatArray) -> "Measurements":
+        """The points of one curve, as if they had been measured at each of some conditions.
+
+        Args:
+            row: Row of the curve.
+            conditions: P in GPa, U in m/s and T in degC, shape (copies, 3).
+        """
+        single_run = self.select_curves(np.array([row]))
+        copies, points = len(conditions), len(single_run.slip)
+        ratio, rig = single_run.noise_ratio, single_run.rig
+        return replace(
+            self,
+            conditions=conditions,
+            curve=np.repeat(np.arange(copies), points),
+            slip=np.tile(single_run.slip, copies),
+            mu=np.tile(single_run.mu, copies),
+            noise_ratio=None if ratio is None else np.tile(ratio, copies),
+            rig=None if rig is None else np.tile(rig, copies),
+        )
+
     def noise_ratio_at(self, slip: FloatArray) -> FloatArray:
         """Noise of a new point over that of a typical one, shape (points,).
 

@@ -41,7 +41,7 @@ MISFIT = LogNormal(0.03, 2.0, 1e-4, 3.0)
 CAUTIOUS = LogNormal(0.25, 0.7, 0.12, 3.0)
 _ITERATIONS = 300
 # The search ends at a step in which the likelihood rises by less than this, relatively.
-_RISE_PER_STEP = 1e-10
+_RISE_PER_STEP = 1e-8
 # Logarithms of sizes are found to within this.
 _LOGARITHM_ERROR = 1e-8
 _RIG_GAIN = "rig_gain"

@@ -87,8 +87,16 @@ class Columns:
 
     def ratios(self, information: Information, precision: float) -> FloatArray:
         """See `Patterns`."""
-        power = information.between(self.values, self.values) + precision
-        return (information.pull @ self.values) ** 2 / power
+        return (information.pull @ self.values) ** 2 / (self.power(information) + precision)
+
+    def power(self, information: Information) -> FloatArray:
+        """p' W p of each pattern p, shape (patterns,)."""
+        return information.between(self.values, self.values)
+
+    @property
+    def squares(self) -> FloatArray:
+        """Sum of squares of each pattern about its mean, shape (patterns,)."""
+        return np.sum((self.values - self.values.mean(axis=0)) ** 2, axis=0)
 
     def columns(self, number: int) -> FloatArray:
         """See `Patterns`."""
@@ -128,9 +136,19 @@ class Intervals:
     def ratios(self, information: Information, precision: float) -> FloatArray:
         """See `Patterns`."""
         pull = self._sums(information.pull[:, np.newaxis])[:, 0]
+        return pull**2 / (self.power(information) + precision)
+
+    def power(self, information: Information) -> FloatArray:
+        """p' W p of each pattern p, shape (patterns,)."""
         unshared = self._sums(information.unshared[:, np.newaxis])[:, 0]
         shared = np.sum(self._sums(information.root) ** 2, axis=1)
-        return pull**2 / (unshared + information.sign * shared + precision)
+        return unshared + information.sign * shared
+
+    @property
+    def squares(self) -> FloatArray:
+        """Sum of squares of each pattern about its mean, shape (patterns,)."""
+        runs, inside = len(self.order), self.ends - self.starts
+        return inside * (runs - inside) / runs
 
     def columns(self, number: int) -> FloatArray:
         """See `Patterns`."""
@@ -218,22 +236,42 @@ def patterns_over_time(
         longest_block: Runs of the longest block; a block has a third of all runs at most.
     """
     runs = len(order)
-    trend = order / max(runs - 1, 1) - 0.5
-    step_starts = np.arange(fewest_runs, runs - fewest_runs + 1)
     lengths = range(2, min(longest_block, runs // 3) + 1)
     starts = [np.arange(runs - length + 1) for length in lengths]
     ends = [np.arange(length, runs + 1) for length in lengths]
     no_rows = np.empty(0, dtype=np.int64)
     all_positions = np.arange(runs)
     return (
-        Columns("trend", trend[:, np.newaxis], ("",)),
-        Intervals("step", order, step_starts, np.full(len(step_starts), runs)),
+        trend_over_time(order),
+        steps_over_time(order, fewest_runs),
         Seasons(order),
         Intervals(
             "block", order, np.concatenate([no_rows, *starts]), np.concatenate([no_rows, *ends])
         ),
         Intervals("run", order, all_positions, all_positions + 1),
     )
+
+
+def trend_over_time(order: IndexArray) -> Columns:
+    """A trend from -0.5 at the first run to 0.5 at the last.
+
+    Args:
+        order: Position in time of each curve, from 0, shape (curves,).
+    """
+    trend = order / max(len(order) - 1, 1) - 0.5
+    return Columns("trend", trend[:, np.newaxis], ("",))
+
+
+def steps_over_time(order: IndexArray, fewest_runs: int) -> Intervals:
+    """A step at each run that leaves some runs on either side.
+
+    Args:
+        order: Position in time of each curve, from 0, shape (curves,).
+        fewest_runs: The number of these runs.
+    """
+    runs = len(order)
+    starts = np.arange(fewest_runs, runs - fewest_runs + 1)
+    return Intervals("step", order, starts, np.full(len(starts), runs))
 
 
 def patterns_of_labels(labels: Mapping[str, BoolArray]) -> Columns:

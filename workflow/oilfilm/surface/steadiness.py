@@ -23,11 +23,15 @@ from oilfilm.surface.effect_likelihood import (
 )
 from oilfilm.surface.reml import CurveCovariance
 from oilfilm.surface.run_patterns import (
+    Columns,
+    Intervals,
     Patterns,
     likeliest_group,
     ln_groups,
     patterns_of_labels,
     patterns_over_time,
+    steps_over_time,
+    trend_over_time,
 )
 from oilfilm.surface.surface import LARGEST_DENSE
 from oilfilm.surface.threads import with_one_blas_thread
@@ -74,7 +78,8 @@ class SteadinessLimits:
         alarm_of_a_run: The same of a single run, which is odd by chance more easily.
         fewest_runs: A step leaves so many runs on either side.
         longest_block: Runs of the longest block.
-        seen_at: A change of so many standard deviations is called visible.
+        seen_at: A change of so many standard deviations is called visible. How many of such changes
+            are named is measured by `benchmarks/steadiness.py seen`.
         confounded: A pattern that resembles an effect of the conditions has a smaller share of the
             information than this. Its score must be larger by the same factor.
         usual: Standard deviation of a change, before the data. Where the order of the runs is that
@@ -97,13 +102,13 @@ class SteadinessLimits:
         by_kind = {"run": self.alarm_of_a_run, "group": self.alarm_of_groups}
         return by_kind.get(kind, self.alarm)
 
-    def factor_on_score(self, share: float) -> float:
-        """Factor on the score from which a pattern is named.
+    def factor_on_score(self, share: FloatArray) -> FloatArray:
+        """Factor on the score from which each pattern is named.
 
         Args:
-            share: Information on the pattern, over the mean of patterns in a random order.
+            share: Information on each pattern, over the mean of patterns in a random order.
         """
-        return max(1.0, self.confounded / share)
+        return np.maximum(1.0, self.confounded / share)
 
 
 @dataclass(frozen=True)
@@ -145,7 +150,8 @@ class SmallestChanges:
 
     Attributes:
         trend: Change from the first to the last run, by effect; infinite where none would be seen.
-        step: Change in the middle of the campaign, by effect.
+        step: Change from some run on, wherever that is, by effect; infinite where it would not be
+            seen from each run on.
     """
 
     trend: dict[str, float]
@@ -202,13 +208,13 @@ def smallest_changes(
         limits: The number of standard deviations.
     """
     limits = limits or SteadinessLimits()
-    trend = (order / max(len(order) - 1, 1))[:, np.newaxis]
-    step = (order >= len(order) / 2)[:, np.newaxis].astype(float)
+    trend = trend_over_time(order)
+    steps = steps_over_time(order, limits.fewest_runs)
     trend_sizes: dict[str, float] = {}
     step_sizes: dict[str, float] = {}
     for effect, likelihood in effect_likelihoods(covariance).items():
         trend_sizes[effect] = _smallest_seen_size(effect, likelihood, trend, limits)
-        step_sizes[effect] = _smallest_seen_size(effect, likelihood, step, limits)
+        step_sizes[effect] = _smallest_seen_size(effect, likelihood, steps, limits)
     return SmallestChanges(trend_sizes, step_sizes)
 
 
@@ -228,25 +234,26 @@ def smallest_seen(
         limits: The number of standard deviations.
     """
     likelihood = effect_likelihoods(covariance)[effect]
-    return _smallest_seen_size(
-        effect, likelihood, pattern[:, np.newaxis], limits or SteadinessLimits()
-    )
+    patterns = Columns("trend", pattern[:, np.newaxis], ("",))
+    return _smallest_seen_size(effect, likelihood, patterns, limits or SteadinessLimits())
 
 
 def _smallest_seen_size(
-    effect: str, likelihood: EffectLikelihood, pattern: FloatArray, limits: SteadinessLimits
+    effect: str,
+    likelihood: EffectLikelihood,
+    patterns: Columns | Intervals,
+    limits: SteadinessLimits,
 ) -> float:
-    """The smallest size of a pattern, shape (curves, 1), that would be seen."""
+    """The smallest size at which each of some patterns would be seen."""
     information = likelihood.information(EXPECTED)
-    pattern_information = float(information.between(pattern, pattern)[0])
+    power = patterns.power(information)
     # the conditions may take up all of a pattern
-    if not pattern_information > 0:
+    if not (power.size and np.all(power > 0)):
         return float("inf")
+    share = _share_of_information(information, power, patterns.squares)
     prior_precision = limits.usual.size_of(effect) ** -2
-    factor = limits.factor_on_score(share_of_information(information, pattern[:, 0]))
-    return limits.seen_at * float(
-        np.sqrt(factor * (pattern_information + prior_precision)) / pattern_information
-    )
+    deviations = np.sqrt(limits.factor_on_score(share) * (power + prior_precision)) / power
+    return limits.seen_at * float(deviations.max())
 
 
 @dataclass(frozen=True)
@@ -349,8 +356,9 @@ class _Profile:
                 size = np.asarray(np.linalg.solve(precision_of_size, pull), dtype=float)
                 twice_ln_likelihood = float(steady + pull @ size)
                 if twice_ln_likelihood > likeliest[row].twice_ln_likelihood:
-                    share = share_of_information(information, columns @ size)
-                    likeliest[row] = _Likeliest(twice_ln_likelihood, size, share)
+                    likeliest[row] = _Likeliest(
+                        twice_ln_likelihood, size, _share_of_pattern(information, columns @ size)
+                    )
         changes = []
         for candidate, (twice_ln_likelihood, size, share) in zip(
             candidates, likeliest, strict=True
@@ -360,7 +368,8 @@ class _Profile:
             if len(size) > 1 and total_size > 0:
                 pattern = candidate.columns @ size / total_size
             score = twice_ln_likelihood - float(self.steady.max()) - 2 * candidate.ln_chances
-            alarm = limits.alarm_of(candidate.kind) * limits.factor_on_score(share)
+            factor = float(limits.factor_on_score(np.array(share)))
+            alarm = limits.alarm_of(candidate.kind) * factor
             changes.append(
                 Change(
                     self.effect, candidate.kind, pattern, total_size, score, alarm, candidate.label
@@ -369,24 +378,32 @@ class _Profile:
         return changes
 
 
-def share_of_information(information: Information, pattern: FloatArray) -> float:
-    """Information on a pattern over the mean of patterns in a random order.
+def _share_of_information(
+    information: Information, power: FloatArray, squares: FloatArray
+) -> FloatArray:
+    """Information on each pattern over the mean of patterns in a random order, shape (patterns,).
 
     It is small where the pattern resembles an effect of the conditions, which the surface takes up.
 
     Args:
         information: What the points say of the effects.
-        pattern: The pattern, shape (curves,).
+        power: p' W p of each pattern p, shape (patterns,).
+        squares: Sum of squares of each pattern about its mean, shape (patterns,).
     """
-    runs = len(pattern)
+    runs = len(information.pull)
     ones = np.ones(runs)
     mean_information = ones @ information.times(ones) / runs
     random_information = (np.sum(information.diagonal()) - mean_information) / (runs - 1)
-    centred = pattern - pattern.mean()
-    expected = centred @ centred * random_information
-    if not expected > 0:
-        return _SMALLEST_SHARE
-    return float(max(pattern @ information.times(pattern) / expected, _SMALLEST_SHARE))
+    expected = squares * random_information
+    share = np.full(len(power), _SMALLEST_SHARE)
+    np.divide(power, expected, out=share, where=expected > 0)
+    return np.maximum(share, _SMALLEST_SHARE)
+
+
+def _share_of_pattern(information: Information, pattern: FloatArray) -> float:
+    """`_share_of_information` of one pattern, shape (curves,)."""
+    one = Columns("one", pattern[:, np.newaxis], ("",))
+    return float(_share_of_information(information, one.power(information), one.squares)[0])
 
 
 def _with_suspects(change: Change, order: IndexArray) -> Change:
