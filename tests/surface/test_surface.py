@@ -8,6 +8,7 @@ from threadpoolctl import threadpool_limits
 
 from lawless_truths import DENG_CONSTANTS, TRUTHS
 from oilfilm.surface import surface as surface_module
+from oilfilm.surface.label_swap import swapped_temperatures
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
@@ -140,6 +141,21 @@ def test_a_surface_says_whether_both_searches_of_sizes_converged(
 def test_points_that_are_all_near_zero_are_refused_with_a_reason(measured, law):
     with pytest.raises(ValueError, match="check the unit of mu"):
         fit_surface(replace(measured, mu=measured.mu * 1e-4), law)
+
+
+def test_a_force_that_is_far_below_zero_in_half_of_the_runs_leaves_no_interval():
+    # a third of the points is below zero by up to 200 errors of the zero
+    random = np.random.default_rng(87)
+    clean = simulated(TRUTHS["ect"], latin(), random, slips=np.geomspace(0.0015, 0.3, 15))
+    is_late = clean.curve >= 12
+    wrong = replace(clean, mu=clean.mu - 0.0107 * is_late)
+    surface = fit_surface(wrong, fitted_law(wrong))
+    asked = latin()[:5]
+    prediction = surface.predict(asked, np.full(5, 0.05))
+    assert np.isfinite(prediction.next_run_sd).all()
+    assert (prediction.support != 0).all()
+    swap = swapped_temperatures(surface)
+    assert swap is None or np.isfinite(swap.score)
 
 
 def test_no_interval_is_given_without_support(fitted):

@@ -259,12 +259,17 @@ def reduced(
         zero_sd: Standard deviation of the zero, as a traction coefficient.
         box: The box of the tested conditions.
     """
+
+    def present_log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
+        """ln mu of the present surface, which tells nothing below the error of the zero."""
+        return np.maximum(log_mu(conditions, slip), np.log(zero_sd))
+
     conditions, slip = measurements.point_conditions, measurements.slip
     weight = np.ones(len(slip))
     if measurements.noise_ratio is not None:
         weight = 1 / measurements.noise_ratio
     weighted_departure = weight * (
-        response(measurements, log_mu, zero_sd) - law.log_mu(conditions, slip)
+        response(measurements, present_log_mu, zero_sd) - law.log_mu(conditions, slip)
     )
     scaled = scaled_slip(slip)
     slips, weights_of_slips = slip_nodes(scaled)
@@ -288,7 +293,7 @@ def reduced(
         to_slips=(projection @ weights_of_slips).toarray(),
         departure=departure,
         law_slopes=projection @ slopes_of_law(law, box, conditions, slip),
-        effects=projection @ effect_design(log_mu, conditions, slip),
+        effects=projection @ effect_design(present_log_mu, conditions, slip),
         remainder=weighted_departure - vectors @ departure,
         rig=np.full(len(blocks), ANOTHER_RIG) if measurements.rig is None else measurements.rig,
     )
