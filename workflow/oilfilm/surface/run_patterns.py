@@ -236,13 +236,14 @@ def patterns_over_time(
         longest_block: Runs of the longest block; a block has a third of all runs at most.
     """
     runs = len(order)
+    trend = order / max(runs - 1, 1) - 0.5
     lengths = range(2, min(longest_block, runs // 3) + 1)
     starts = [np.arange(runs - length + 1) for length in lengths]
     ends = [np.arange(length, runs + 1) for length in lengths]
     no_rows = np.empty(0, dtype=np.int64)
     all_positions = np.arange(runs)
     return (
-        trend_over_time(order),
+        Columns("trend", trend[:, np.newaxis], ("",)),
         steps_over_time(order, fewest_runs),
         Seasons(order),
         Intervals(
@@ -250,16 +251,6 @@ def patterns_over_time(
         ),
         Intervals("run", order, all_positions, all_positions + 1),
     )
-
-
-def trend_over_time(order: IndexArray) -> Columns:
-    """A trend from -0.5 at the first run to 0.5 at the last.
-
-    Args:
-        order: Position in time of each curve, from 0, shape (curves,).
-    """
-    trend = order / max(len(order) - 1, 1) - 0.5
-    return Columns("trend", trend[:, np.newaxis], ("",))
 
 
 def steps_over_time(order: IndexArray, fewest_runs: int) -> Intervals:
