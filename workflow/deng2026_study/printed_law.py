@@ -63,13 +63,15 @@ class PrintedLaw(FittedLaw):
         open_signs = [names.index(name) for name in self.names_of_open_signs()]
         pressure, speed, temperature = np.asarray(conditions, dtype=float).T
         slip = np.abs(slide_roll_ratio)
-        mu = []
-        for signs in itertools.product((1.0, -1.0), repeat=len(open_signs)):
+        mu_of_signs = []
+        for factors in itertools.product((1.0, -1.0), repeat=len(open_signs)):
             constants = self.coefficients.constants.copy()
-            constants[open_signs] *= signs
-            mu.append(traction_coefficient(constants, pressure, speed, temperature, slip))
-        ends = np.sign(slide_roll_ratio) * np.array([np.min(mu, axis=0), np.max(mu, axis=0)])
-        return ends.min(axis=0), ends.max(axis=0)
+            constants[open_signs] *= factors
+            mu_of_signs.append(traction_coefficient(constants, pressure, speed, temperature, slip))
+        signed_ends = np.sign(slide_roll_ratio) * np.array(
+            [np.min(mu_of_signs, axis=0), np.max(mu_of_signs, axis=0)]
+        )
+        return signed_ends.min(axis=0), signed_ends.max(axis=0)
 
     def names_of_open_signs(self) -> list[str]:
         """Names of the constants whose sign is open."""

@@ -42,8 +42,8 @@ class PrintedCoefficients(Group):
         """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""
         constants = {}
         for oil in self.falling_viscosity:
-            blocks = self.oils[oil]
-            constants[oil] = np.concatenate([blocks.A, blocks.B, blocks.C])
+            oil_constants = self.oils[oil]
+            constants[oil] = np.concatenate([oil_constants.A, oil_constants.B, oil_constants.C])
         return constants
 
     def signs(self, oil: str) -> dict[str, str]:

@@ -62,7 +62,7 @@ class TrueTraction(Protocol):
         ...
 
 
-def _loaded(conditions: Conditions) -> Conditions:
+def _above_zero(conditions: Conditions) -> Conditions:
     """Conditions with a load, a pressure and a speed above zero."""
     return replace(
         conditions,
@@ -94,7 +94,7 @@ class LawTruth:
 
         def local_mu(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
             """mu at each node of the contact."""
-            loaded = _loaded(conditions)
+            loaded = _above_zero(conditions)
             return self(
                 loaded.max_hertz_pressure_gpa,
                 loaded.entrainment_speed_m_s,
@@ -139,7 +139,7 @@ class FilmTruth:
 
         def local_mu(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
             """mu at each node of the contact."""
-            loaded = _loaded(conditions)
+            loaded = _above_zero(conditions)
             contact = elliptical_contact(
                 loaded.load_n, loaded.radius_x_m, radius_y_m, loaded.reduced_modulus_pa
             )
@@ -175,9 +175,9 @@ def true_tractions(
     thermal_ehl = present(campaign.twin, "twin", "the campaign").thermal_ehl
     if thermal_ehl is not None:
         film_constants = ThermalEhl(**thermal_ehl.model_dump())
-        contact = known_contact(settings)
+        rig_contact = known_contact(settings)
         return {
-            oil: FilmTruth(settings.known_oil(oil), film_constants, contact)
+            oil: FilmTruth(settings.known_oil(oil), film_constants, rig_contact)
             for oil in campaign.oils
         }
     for oil in campaign.oils:
@@ -219,7 +219,7 @@ def misfit(true_traction: TrueTraction, settings: Settings) -> float:
         root-mean-square mu of the traction rig.
     """
     campaign = settings.campaign
-    rig = known_contact(settings)
+    rig_contact = known_contact(settings)
     matrix = present(campaign.matrix, "matrix", "the campaign")
     slip_max = present(campaign.twin, "twin", "the campaign").slip_max
     grid = np.meshgrid(
@@ -233,15 +233,15 @@ def misfit(true_traction: TrueTraction, settings: Settings) -> float:
     slip = np.linspace(0, slip_max, _COMPARED_SLIPS).reshape(1, -1, 1)
     shape = np.broadcast_shapes(pressure.shape, slip.shape)
     conditions = Conditions(
-        load_n=np.broadcast_to(rig.load_n(pressure), shape),
+        load_n=np.broadcast_to(rig_contact.load_n(pressure), shape),
         max_hertz_pressure_gpa=np.broadcast_to(pressure, shape),
         entrainment_speed_m_s=np.broadcast_to(speed, shape),
         inlet_temperature_c=np.broadcast_to(temperature, shape),
-        radius_x_m=np.full(shape, rig.radius_m),
-        reduced_modulus_pa=rig.reduced_modulus_pa,
+        radius_x_m=np.full(shape, rig_contact.radius_m),
+        reduced_modulus_pa=rig_contact.reduced_modulus_pa,
     )
     rule = gauss_rule(*_COMPARED_NODES)
-    local_law = true_traction.local_law(rule, np.asarray(rig.radius_m))
+    local_law = true_traction.local_law(rule, np.asarray(rig_contact.radius_m))
     mean_mu = (local_law(conditions, slip) * rule.share).sum(axis=-1)
     rig_mu = true_traction(pressure, speed, temperature, slip)[..., 0]
     relative_rms = float(np.sqrt(np.mean((mean_mu - rig_mu) ** 2) / np.mean(rig_mu**2)))
