@@ -72,9 +72,13 @@ class Levels:
         """The levels of conditions in any order, of which some may be equal."""
         conditions = distinct(conditions)
         values = []
-        numbers = level_numbers(scaled_conditions(conditions), LevelWidths())
-        for column, number in zip(conditions.T, numbers.T, strict=True):
-            values.append(np.array([np.median(column[number == k]) for k in np.unique(number)]))
+        level_numbers_of_rows = level_numbers(scaled_conditions(conditions), LevelWidths())
+        for column, level_number in zip(conditions.T, level_numbers_of_rows.T, strict=True):
+            values.append(
+                np.array(
+                    [np.median(column[level_number == level]) for level in np.unique(level_number)]
+                )
+            )
         return cls(conditions, tuple(values))
 
     @property
@@ -102,11 +106,11 @@ class Levels:
     @property
     def middle(self) -> FloatArray:
         """P, U and T in the middle of the box, shape (3,)."""
-        middle = []
+        middle_values = []
         for dimension, values in enumerate(self.values):
-            _, between, _ = spaced(values[0], values[-1], 3, dimension)
-            middle.append(between)
-        return np.array(middle)
+            _, middle_value, _ = spaced(values[0], values[-1], 3, dimension)
+            middle_values.append(middle_value)
+        return np.array(middle_values)
 
     def nearest(
         self, target: FloatArray, may_be_taken: BoolArray, compared: BoolArray
@@ -150,9 +154,9 @@ def distinct(conditions: FloatArray) -> FloatArray:
     Of those that have the same levels the first one is taken.
     """
     ordered = conditions[np.lexsort(conditions.T[::-1])]
-    numbers = level_numbers(scaled_conditions(ordered), LevelWidths())
-    _, first = np.unique(numbers, axis=0, return_index=True)
-    return ordered[np.sort(first)]
+    level_numbers_of_rows = level_numbers(scaled_conditions(ordered), LevelWidths())
+    _, first_rows = np.unique(level_numbers_of_rows, axis=0, return_index=True)
+    return ordered[np.sort(first_rows)]
 
 
 def is_among(conditions: FloatArray, listed: FloatArray) -> BoolArray:
@@ -185,11 +189,11 @@ def spaced(lowest: float, highest: float, count: int, dimension: int) -> FloatAr
     """
     ends = np.ones((2, len(CONDITIONS)))
     ends[:, dimension] = lowest, highest
-    first, last = scaled_conditions(ends)
-    scaled = np.linspace(first, last, count)
+    scaled_lowest, scaled_highest = scaled_conditions(ends)
+    scaled = np.linspace(scaled_lowest, scaled_highest, count)
     values = unscaled_conditions(scaled)[:, dimension]
-    between = [float(f"{value:.{_DIGITS}g}") for value in values[1:-1]]
-    return np.array([lowest, *between, highest], dtype=float)
+    rounded_values = [float(f"{value:.{_DIGITS}g}") for value in values[1:-1]]
+    return np.array([lowest, *rounded_values, highest], dtype=float)
 
 
 def lacking_runs(
@@ -363,11 +367,13 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) 
     pressures, speeds, temperatures = values
     temperature_step = len(temperatures) // _TEMPERATURES_PER_PAIR
     rows = []
-    for i, pressure in enumerate(pressures):
-        for j, speed in enumerate(speeds):
-            for number in range(_TEMPERATURES_PER_PAIR):
-                k = (i + j + number * temperature_step) % len(temperatures)
-                rows.append((pressure, speed, temperatures[k]))
+    for pressure_index, pressure in enumerate(pressures):
+        for speed_index, speed in enumerate(speeds):
+            for step_count in range(_TEMPERATURES_PER_PAIR):
+                temperature_index = (
+                    pressure_index + speed_index + step_count * temperature_step
+                ) % len(temperatures)
+                rows.append((pressure, speed, temperatures[temperature_index]))
     return [PlannedRun(row, "first_plan") for row in distinct(np.array(rows))]
 
 
@@ -384,22 +390,22 @@ def _largest_box(
     all_conditions = np.array(list(itertools.product(*levels_to_choose)))
     shape = tuple(len(values) for values in levels_to_choose)
     can_run = runnable(all_conditions).reshape(shape)
-    at_level = scaled_conditions(all_conditions).reshape(*shape, len(CONDITIONS))
+    scaled_levels = scaled_conditions(all_conditions).reshape(*shape, len(CONDITIONS))
     # rows of a box: P, U and T; columns: number of its lowest and of its highest level
     pairs = [list(itertools.combinations_with_replacement(range(count), 2)) for count in shape]
     boxes = np.array(list(itertools.product(*pairs)))
     is_possible = np.ones(len(boxes), dtype=bool)
-    for ends in itertools.product((0, 1), repeat=len(CONDITIONS)):
-        corner = boxes[:, np.arange(len(CONDITIONS)), ends]
+    for end_of_pairs in itertools.product((0, 1), repeat=len(CONDITIONS)):
+        corner = boxes[:, np.arange(len(CONDITIONS)), end_of_pairs]
         is_possible &= can_run[tuple(corner.T)]
     if not is_possible.any():
         return None
     boxes = boxes[is_possible]
-    lowest = at_level[tuple(boxes[:, :, 0].T)]
-    highest = at_level[tuple(boxes[:, :, 1].T)]
+    lowest = scaled_levels[tuple(boxes[:, :, 0].T)]
+    highest = scaled_levels[tuple(boxes[:, :, 1].T)]
     volume = np.prod(highest - lowest + _LEVEL_WIDTHS, axis=1)
-    best = boxes[int(first_largest(volume))]
+    best_box = boxes[int(first_largest(volume))]
     return [
-        (values[low], values[high])
-        for values, (low, high) in zip(levels_to_choose, best, strict=True)
+        (values[low_index], values[high_index])
+        for values, (low_index, high_index) in zip(levels_to_choose, best_box, strict=True)
     ]

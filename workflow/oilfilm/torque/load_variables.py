@@ -131,14 +131,14 @@ class JoinedLaw:
         return JoinedLaw([law.at_points(which) for law in self.laws], self.law_of_point[which])
 
 
-def law_of_groups(laws: Sequence[LawInBearing], counts: Sequence[int]) -> TractionLaw:
+def law_of_groups(laws: Sequence[LawInBearing], point_counts: Sequence[int]) -> TractionLaw:
     """The law of operating points in groups, with one law for each group.
 
     Laws that differ only in their constants become one law, with constants for each point.
 
     Args:
         laws: Law of each group.
-        counts: Number of operating points of each group.
+        point_counts: Number of operating points of each group.
     """
     # laws of one kind differ only in their constants
     kind_of_group = [(law.fitted.law, law.load_variable) for law in laws]
@@ -147,12 +147,14 @@ def law_of_groups(laws: Sequence[LawInBearing], counts: Sequence[int]) -> Tracti
     for kind in kinds:
         first_of_kind = laws[kind_of_group.index(kind)]
         internal_of_groups = []
-        for law, group_kind, count in zip(laws, kind_of_group, counts, strict=True):
+        for law, group_kind, point_count in zip(laws, kind_of_group, point_counts, strict=True):
             # groups of another kind have rows as well, which are not used
             internal = law.internal if group_kind == kind else first_of_kind.internal
-            internal_of_groups.append(np.resize(internal, (count, first_of_kind.internal.shape[1])))
+            internal_of_groups.append(
+                np.resize(internal, (point_count, first_of_kind.internal.shape[1]))
+            )
         laws_of_kinds.append(replace(first_of_kind, internal=np.concatenate(internal_of_groups)))
     if len(laws_of_kinds) == 1:
         return laws_of_kinds[0]
-    law_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], counts)
+    law_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], point_counts)
     return JoinedLaw(laws_of_kinds, law_of_point)

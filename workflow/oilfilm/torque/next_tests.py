@@ -70,7 +70,7 @@ class Candidates:
     left_out: dict[str, int]
 
 
-def candidates(
+def feasible_candidates(
     levels: PlanLevels, rig: PlannedRig, film: Film, lambda_limit: float, information: Information
 ) -> Candidates:
     """The tests at the levels of a plan that a rig can run with a full film.
@@ -89,8 +89,8 @@ def candidates(
     """
     slip = information.slip
     tests = _all_tests(levels)
-    load = rig.contact.load_n(tests["max_hertz_pressure_gpa"].to_numpy())
-    mu = _expected_mu(information, tests, load)
+    load_n = rig.contact.load_n(tests["max_hertz_pressure_gpa"].to_numpy())
+    mu = _expected_mu(information, tests, load_n)
     conditions = tests[list(CONDITIONS)].to_numpy(dtype=float)
     judged = judge_tests(rig, film, lambda_limit, conditions, slip, mu)
     is_feasible = judged.is_feasible
@@ -101,7 +101,7 @@ def candidates(
             "correct the rig's limits."
         )
     tests = tests.assign(
-        load_n=load, slide_roll_ratio=judged.largest_slip, lambda_ratio=judged.smallest_lambda
+        load_n=load_n, slide_roll_ratio=judged.largest_slip, lambda_ratio=judged.smallest_lambda
     )
     feasible_tests = tests[is_feasible].reset_index(drop=True)
     is_reached = judged.is_reached[is_feasible]
@@ -127,14 +127,14 @@ def _all_tests(levels: PlanLevels) -> pd.DataFrame:
     return grid.operating_points()[list(CONDITIONS)]
 
 
-def _expected_mu(information: Information, tests: pd.DataFrame, load: FloatArray) -> FloatArray:
+def _expected_mu(information: Information, tests: pd.DataFrame, load_n: FloatArray) -> FloatArray:
     """mu of the fitted law at each test and measured slip, shape (tests, slips)."""
     law = information.law
     slip = information.slip
-    with_load = tests.assign(load_n=load)
+    with_load = tests.assign(load_n=load_n)
     curves = Curves(
         conditions=with_load[list(law.conditions)].to_numpy(dtype=float),
-        load_n=load,
+        load_n=load_n,
         curve=np.repeat(np.arange(len(tests)), len(slip)),
         slip=np.tile(slip, len(tests)),
     )
@@ -210,7 +210,7 @@ class Request:
     duty: FloatArray
 
 
-def request_of(settings: Settings, bearing: Bearing | None = None) -> Request:
+def request_from_settings(settings: Settings, bearing: Bearing | None = None) -> Request:
     """The request of the settings.
 
     Args:
@@ -248,20 +248,20 @@ def plan_oil(
             f"config/oils/{oil}.yaml and list it under `oils` of the campaign."
         )
     fitted = FittedLaw.from_results(results, oil)
-    beyond = settings.bearing.law_error_beyond
+    law_error_beyond = settings.bearing.law_error_beyond
     points = results.table("points", CURVE_POINTS, oil=oil)
-    information = measured_information(fitted, points, oil, rig.calibration, beyond)
+    information = measured_information(fitted, points, oil, rig.calibration, law_error_beyond)
     film = Film(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels
-    feasible = candidates(levels, rig, film, settings.gates.lambda_limit, information)
+    feasible = feasible_candidates(levels, rig, film, settings.gates.lambda_limit, information)
     plans = []
     targets_in_bearing = [target for target in request.targets if target in BEARING_TARGETS]
     if request.bearing is not None and targets_in_bearing:
-        in_bearing = _in_bearing(results, settings, oil)
+        oil_in_bearing = _oil_in_bearing(results, settings, oil)
         wanted_by_target = wanted_in_bearing(
-            in_bearing, request.bearing, request.duty, information, rig.contact
+            oil_in_bearing, request.bearing, request.duty, information, rig.contact
         )
-        budget_by_target = budgets(in_bearing, request.bearing, request.duty, settings)
+        budget_by_target = budgets(oil_in_bearing, request.bearing, request.duty, settings)
         for target in targets_in_bearing:
             budget = budget_by_target[target]
             wanted = wanted_by_target[target].at_known_points(
@@ -276,7 +276,7 @@ def plan_oil(
     return plans
 
 
-def _in_bearing(results: CampaignTables, settings: Settings, oil: str) -> OilInBearing:
+def _oil_in_bearing(results: CampaignTables, settings: Settings, oil: str) -> OilInBearing:
     """An oil with its law in bearings, and everything that its uncertainty is made of.
 
     Raises:
@@ -311,7 +311,7 @@ def _next_tests(
         feasible: Tests that the rig can run.
         budget: What makes the quantities uncertain in a bearing; None for mu.
     """
-    form_process = _form_error(plan, wanted, information, feasible.curves)
+    form_process = _form_error_over_tests(plan, wanted, information, feasible.curves)
     information_with_form = replace(information, form_process=form_process)
     gradients = information_with_form.gradients(
         wanted.gradients, wanted.by_form_error, wanted.coordinates
@@ -344,7 +344,7 @@ def _next_tests(
     )
 
 
-def _form_error(
+def _form_error_over_tests(
     plan: PlanSettings, wanted: Wanted, information: Information, tests: Curves
 ) -> FormError:
     """Error of the law's form over its size, with lengths relative to the span of the tests."""
@@ -359,12 +359,12 @@ def _form_error(
 
 def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:
     """The table `test_plan` of a campaign, and the reasons why oils have no rows in it."""
-    request = request_of(settings)
+    request = request_from_settings(settings)
     plans = []
     reasons = []
     for oil in settings.oils:
         try:
             plans += [plan.table() for plan in plan_oil(results, settings, oil, request)]
-        except OilfilmError as reason:
-            reasons.append(str(reason))
+        except OilfilmError as error:
+            reasons.append(str(error))
     return joined(plans, "test_plan"), reasons
