@@ -132,9 +132,9 @@ def trace(
             step turns by the same angle, however short it is.
         tolerance: Largest residual of a state on its curve. Crossings are only interpolated.
     """
-    count, unknown_count = start.shape
+    curve_count, unknown_count = start.shape
     # a state: the scaled unknowns, then the parameter
-    state_scale = np.column_stack([scale, np.ones(count)])
+    state_scale = np.column_stack([scale, np.ones(curve_count)])
     end_state = np.column_stack([start / scale, parameter])
 
     def residuals(crossing_state: FloatArray, which: IndexArray) -> FloatArray:
@@ -143,20 +143,20 @@ def trace(
 
     rising_parameter = np.zeros_like(end_state)
     rising_parameter[:, -1] = 1.0
-    slopes = _slopes(residuals, end_state, np.arange(count))
+    slopes = _slopes(residuals, end_state, np.arange(curve_count))
     curves = _Curves(
-        point=np.arange(count),
+        point=np.arange(curve_count),
         state=end_state.copy(),
         slopes=slopes,
         tangent=_tangent(slopes, rising_parameter),
         curvature=np.zeros_like(end_state),
-        step=np.full(count, _FIRST_STEP),
-        refused=np.zeros(count, dtype=bool),
+        step=np.full(curve_count, _FIRST_STEP),
+        refused=np.zeros(curve_count, dtype=bool),
     )
     crossing_points = [np.arange(0)]
     crossing_states = [np.empty((0, unknown_count + 1))]
-    ended = np.zeros(count, dtype=bool)
-    returned = np.zeros(count, dtype=bool)
+    ended = np.zeros(curve_count, dtype=bool)
+    returned = np.zeros(curve_count, dtype=bool)
     for _ in range(_MAX_STEPS):
         if len(curves.point) == 0:
             break
@@ -244,15 +244,15 @@ def _corrected(
     inverse = np.linalg.inv(_bordered(curves.slopes, curves.tangent))
     unfinished = np.arange(len(state))
     residual = _with_zero(residuals(state, curves.point))
-    for number in range(_MAX_CORRECTIONS + 1):
+    for correction in range(_MAX_CORRECTIONS + 1):
         largest_residual = np.abs(residual).max(axis=1)
         reached = largest_residual <= tolerance
-        corrections[unfinished[reached]] = number
+        corrections[unfinished[reached]] = correction
         continues = ~reached & np.isfinite(largest_residual)
         unfinished = unfinished[continues]
         residual = residual[continues]
         inverse = inverse[continues]
-        if len(unfinished) == 0 or number == _MAX_CORRECTIONS:
+        if len(unfinished) == 0 or correction == _MAX_CORRECTIONS:
             break
         change = -np.einsum("pij,pj->pi", inverse, residual)
         # a longer correction could end on another part of the curve
@@ -288,9 +288,11 @@ def _slopes(
     residuals: Callable[[FloatArray, IndexArray], FloatArray], state: FloatArray, which: IndexArray
 ) -> FloatArray:
     """Derivatives of the residuals, (points, unknowns, unknowns + 1), from one call of them."""
-    count = state.shape[1]
+    coordinate_count = state.shape[1]
     # the first row moves nothing, each other row moves one coordinate
-    moved = state + np.eye(count + 1, count, k=-1)[:, np.newaxis] * _DIFFERENCE
+    moved = (
+        state + np.eye(coordinate_count + 1, coordinate_count, k=-1)[:, np.newaxis] * _DIFFERENCE
+    )
     values = residuals(moved, which)
     return np.moveaxis((values[1:] - values[0]) / _DIFFERENCE, 0, -1)
 
@@ -310,21 +312,21 @@ def _crossings(
     """
     old_slope = old_tangent * length[:, np.newaxis]
     new_slope = new_tangent * length[:, np.newaxis]
-    rise = new_state - old_state
+    state_change = new_state - old_state
     # coefficients of t^3, t^2, t and 1, for t from 0 to 1 (Hermite)
-    cubic = old_slope + new_slope - 2 * rise
-    square = 3 * rise - 2 * old_slope - new_slope
-    coefficients = np.stack([cubic, square, old_slope, old_state])
+    cubic_coefficient = old_slope + new_slope - 2 * state_change
+    square_coefficient = 3 * state_change - 2 * old_slope - new_slope
+    coefficients = np.stack([cubic_coefficient, square_coefficient, old_slope, old_state])
     # of the parameter's distance from the wanted value
-    distance = coefficients[..., -1].copy()
-    distance[3] -= wanted
+    parameter_distance = coefficients[..., -1].copy()
+    parameter_distance[3] -= wanted
     # a cubic is within the hull of its Bezier points: it has a root only if they enclose 0
-    old_distance = distance[3]
-    new_distance = distance.sum(axis=0)
+    old_distance = parameter_distance[3]
+    new_distance = parameter_distance.sum(axis=0)
     bezier = np.stack(
         [
             old_distance,
-            old_distance + distance[2] / 3,
+            old_distance + parameter_distance[2] / 3,
             new_distance - new_slope[:, -1] / 3,
             new_distance,
         ]
@@ -333,12 +335,12 @@ def _crossings(
     crossing_rows = []
     crossing_lengths = []
     for row in np.flatnonzero(may_cross):
-        roots = np.roots(distance[:, row])
+        roots = np.roots(parameter_distance[:, row])
         real_roots = np.sort(roots[np.abs(roots.imag) < _ROUNDING].real)
         for root in real_roots[(real_roots > 0) & (real_roots <= 1)]:
             crossing_rows.append(row)
             crossing_lengths.append(root)
     rows = np.array(crossing_rows, dtype=np.intp)
-    t = np.array(crossing_lengths)[:, np.newaxis]
+    fraction = np.array(crossing_lengths)[:, np.newaxis]
     a, b, c, d = coefficients[:, rows]
-    return rows, np.asarray(((a * t + b) * t + c) * t + d)
+    return rows, np.asarray(((a * fraction + b) * fraction + c) * fraction + d)

@@ -43,18 +43,18 @@ from oilfilm.bearing.solver import (
 from oilfilm.physics.contact import Conditions
 
 # Shares of the resistances at which a certified start is searched.
-_SHARES = (1.0, 0.54, 0.25, 0.11, 0.04)
+_START_SHARES = (1.0, 0.54, 0.25, 0.11, 0.04)
 # Values of the curve's parameter u = s/(1 + s).
 # The bearing, s = 1.
-_BEARING = 0.5
+_BEARING_PARAMETER = 0.5
 # End of curves that have turned back. The curve of a light bearing may dip below 0.
-_FIRST = -1.0
+_FIRST_PARAMETER = -1.0
 # End of the other curves, at 19 times the resistances. No known effect makes such resistances.
-_LAST = 0.95
+_LAST_PARAMETER = 0.95
 # End of the other curves where only the fastest cage is wanted, which comes first.
-_LAST_FOR_FASTEST = 0.6
+_LAST_PARAMETER_FOR_FASTEST = 0.6
 # Largest value at which the equations are evaluated: at 1 the resistances would be infinite.
-_HIGHEST = 0.99
+_HIGHEST_PARAMETER = 0.99
 # Jacobians of Newton's method from a rolling cage, and of Newton's method without resistances or
 # with a softened law.
 _NEWTON_ITERATIONS = 15
@@ -81,7 +81,7 @@ _SAME_MOTION = 0.01
 # Cage speeds of two different equilibria, over their scale, differ by at least this.
 _DISTINCT_SPEEDS = 1e-6
 # Index of the speed of cage and balls among the unknowns.
-_CAGE = 5
+_CAGE_INDEX = 5
 
 
 @dataclass(frozen=True)
@@ -218,33 +218,39 @@ def _equilibria(problem: FrictionProblem, all_motions: bool) -> Equilibria:
     """All steady motions, or without `all_motions` only the fastest cage where it is certified."""
     # a problem with other nodes than the usual ones keeps them: its law may be made for these nodes
     rule = gauss_rule(*COARSE) if problem.rule.counts == QUADRATURE else problem.rule
-    motions, stalled = _searched(problem, rule, all_motions)
+    motions, stalled = _searched_motions(problem, rule, all_motions)
     # a crossing with the coarse nodes may have no counterpart with all nodes
-    missed = np.setdiff1d(np.arange(len(stalled)), motions.point)
-    if len(missed) and problem.rule is not rule:
-        added, stalled[missed] = _searched(problem.at_points(missed), problem.rule, all_motions)
-        motions = motions.joined(replace(added, point=missed[added.point]))
-    return _chosen(problem, motions, ~stalled)
+    points_without_motion = np.setdiff1d(np.arange(len(stalled)), motions.point)
+    if len(points_without_motion) and problem.rule is not rule:
+        added_motions, stalled[points_without_motion] = _searched_motions(
+            problem.at_points(points_without_motion), problem.rule, all_motions
+        )
+        motions = motions.joined(
+            replace(added_motions, point=points_without_motion[added_motions.point])
+        )
+    return _fastest_and_slowest(problem, motions, ~stalled)
 
 
-def _searched(
+def _searched_motions(
     problem: FrictionProblem, rule: QuadratureRule, all_motions: bool
 ) -> tuple[_Motions, BoolArray]:
     """Steady motions by a search with other nodes, and whether each point's curve stalled."""
     coarse = replace(problem, rule=rule, bands=FULL_BANDS)
-    start, share = _starts(coarse)
+    start, share = _starts_of_curves(coarse)
     rolls = share == 1
     followed = np.flatnonzero(np.isfinite(share) & (all_motions | ~rolls))
-    last = _LAST if all_motions else _LAST_FOR_FASTEST
-    crossings, ended = _followed(coarse.at_points(followed), start[followed], share[followed], last)
+    last = _LAST_PARAMETER if all_motions else _LAST_PARAMETER_FOR_FASTEST
+    crossings, ended = _followed_curves(
+        coarse.at_points(followed), start[followed], share[followed], last
+    )
     stalled = np.isnan(share)
     stalled[followed[~ended]] = True
     rolling = _Motions.with_full_bands(np.flatnonzero(rolls), start[rolls])
     crossings = replace(crossings, point=followed[crossings.point])
-    return _exact(problem, rolling.joined(crossings)), stalled
+    return _with_narrow_bands(problem, rolling.joined(crossings)), stalled
 
 
-def _starts(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
+def _starts_of_curves(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
     """A state on each point's curve, before its first fold.
 
     Returns:
@@ -255,7 +261,7 @@ def _starts(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
     scale = problem.scale()
     unknowns = rolling.copy()
     share = np.full(len(rolling), np.nan)
-    for tried_share in (*_SHARES, 0.0):
+    for tried_share in (*_START_SHARES, 0.0):
         unstarted = np.flatnonzero(np.isnan(share))
         if len(unstarted) == 0:
             break
@@ -320,7 +326,7 @@ def _is_certified(problem: FrictionProblem, unknowns: FloatArray) -> BoolArray:
     return np.asarray(slip < _SHARE_OF_PEAK * peak_slip)
 
 
-def _followed(
+def _followed_curves(
     problem: FrictionProblem, start: FloatArray, share: FloatArray, last: float
 ) -> tuple[_Motions, BoolArray]:
     """Motions of the bearing on the curves of all points, and which curves reach their end.
@@ -341,7 +347,7 @@ def _followed(
         if softening:
             curves, crossings = _followed_softened(remaining, start[point], last, softening, kink)
         else:
-            curves = _traced(remaining, start[point], share[point], last, kink)
+            curves = _traced_crossings(remaining, start[point], share[point], last, kink)
             crossings = _Motions.with_full_bands(curves.point, curves.unknowns)
         ended[point] = curves.ended
         crossings = replace(crossings, point=point[crossings.point])
@@ -363,37 +369,37 @@ def _followed_softened(
     harder_slips = tuple(slip for slip in _SOFTENING_SLIPS if slip < softening)
     softened_start = _hardened(problem, start, (*softer_slips, softening)).unknowns
     softened = replace(problem, law=Softened(problem.law, softening))
-    curves = _traced(softened, softened_start, np.zeros(len(start)), last, kink)
+    curves = _traced_crossings(softened, softened_start, np.zeros(len(start)), last, kink)
     crossing = problem.at_points(curves.point)
     solution = _hardened(crossing, curves.unknowns, harder_slips, share=1.0)
     motions = _Motions.with_full_bands(curves.point, solution.unknowns)
     return curves, motions.select(solution.converged)
 
 
-def _traced(
+def _traced_crossings(
     problem: FrictionProblem, start: FloatArray, share: FloatArray, last: float, kink: float
 ) -> Crossings:
     """Crossings of the bearing's share, s = 1, by the curves of equilibria."""
 
-    def residuals(unknowns: FloatArray, level: FloatArray, which: IndexArray) -> FloatArray:
-        """Balance residuals, with the traced parameter s / (1 + s) as `level`."""
-        limited = np.minimum(level, _HIGHEST)
+    def residuals(unknowns: FloatArray, parameter: FloatArray, which: IndexArray) -> FloatArray:
+        """Balance residuals, with the traced parameter s / (1 + s) as `parameter`."""
+        limited = np.minimum(parameter, _HIGHEST_PARAMETER)
         return problem.residuals(unknowns, which, limited / (1 - limited))
 
-    start_level = share / (1 + share)
+    start_parameter = share / (1 + share)
     return trace(
         residuals,
         start,
         problem.scale(),
-        start_level,
-        wanted=_BEARING,
-        first=_FIRST,
+        start_parameter,
+        wanted=_BEARING_PARAMETER,
+        first=_FIRST_PARAMETER,
         last=last,
         kink=kink,
     )
 
 
-def _exact(problem: FrictionProblem, motions: _Motions) -> _Motions:
+def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """Motions with the problem's nodes, near others, with bands as narrow as possible.
 
     Most motions are outside the bands, so that they are exact at once. The bands of the others
@@ -401,10 +407,10 @@ def _exact(problem: FrictionProblem, motions: _Motions) -> _Motions:
     does its partner. Where rolling resistance jumps at the motion itself, the motion is between
     the two sides of the jump (a solution in the sense of Filippov), and the narrowest band is kept.
     """
-    banded, solved = _solved(problem, motions)
+    banded, solved = _solved_near(problem, motions)
     banded = banded.select(solved)
-    numbers = np.arange(len(banded.point))
-    residuals = problem.at_points(banded.point).residuals(banded.unknowns, numbers)
+    motion_indices = np.arange(len(banded.point))
+    residuals = problem.at_points(banded.point).residuals(banded.unknowns, motion_indices)
     is_exact = np.abs(residuals).max(axis=1) <= TOLERANCE
     banded.bands[is_exact] = NO_BANDS
     within_bands = banded.select(~is_exact)
@@ -417,7 +423,7 @@ def _exact(problem: FrictionProblem, motions: _Motions) -> _Motions:
     return banded.select(is_exact).joined(narrowed).joined(within_bands.select(last_of_point))
 
 
-def _solved(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
+def _solved_near(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
     """Motions near others, with the bands of these, and whether each one was found."""
     banded = replace(problem.at_points(motions.point), bands=motions.bands)
     scale = banded.scale()
@@ -444,12 +450,12 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
 
         def residuals(
             unknowns: FloatArray,
-            level: FloatArray,
+            parameter: FloatArray,
             which: IndexArray,
             shrinking: FrictionProblem = shrinking,
             shares: Callable[[FloatArray], FloatArray] = shares,
         ) -> FloatArray:
-            bands = FULL_BANDS * shares(level)
+            bands = FULL_BANDS * shares(parameter)
             banded = replace(shrinking.at_points(which), bands=bands)
             return banded.residuals(unknowns, np.arange(len(which)))
 
@@ -468,7 +474,7 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
         bands = FULL_BANDS * shares(curves.end_parameter)
         narrower = _Motions(motions.point, curves.end, bands)
         # at the edge of a narrow band the slopes may not lead to the solution
-        solution, solved = _solved(problem, narrower)
+        solution, solved = _solved_near(problem, narrower)
         is_narrower = solved[:, np.newaxis]
         narrowest = _Motions(
             point=motions.point,
@@ -480,36 +486,40 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
     # a curve may stall beside a motion that is exact without bands
     motions = motions.joined(stalled_motions)
     unbanded = replace(motions, bands=np.zeros_like(motions.bands))
-    solution, solved = _solved(problem, unbanded)
-    change = np.abs(solution.unknowns - motions.unknowns)[:, _CAGE]
-    released = solved & (change < _SAME_MOTION * problem.scale()[motions.point, _CAGE])
+    solution, solved = _solved_near(problem, unbanded)
+    change = np.abs(solution.unknowns - motions.unknowns)[:, _CAGE_INDEX]
+    released = solved & (change < _SAME_MOTION * problem.scale()[motions.point, _CAGE_INDEX])
     held = motions.select(~released)
     return held.joined(solution.select(released))
 
 
-def _shares_less_entrainment(level: FloatArray) -> FloatArray:
+def _shares_less_entrainment(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the entrainment speed shrinks to 0."""
-    full = np.ones_like(level)
-    return np.stack([full, full, np.maximum(1 - level, 0.0)], axis=-1)
+    full = np.ones_like(parameter)
+    return np.stack([full, full, np.maximum(1 - parameter, 0.0)], axis=-1)
 
 
-def _shares_less_spin(level: FloatArray) -> FloatArray:
+def _shares_less_spin(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the ball's spin shrinks to 0."""
-    return np.stack([np.ones_like(level), np.maximum(1 - level, 0.0), 0 * level], axis=-1)
+    return np.stack(
+        [np.ones_like(parameter), np.maximum(1 - parameter, 0.0), 0 * parameter], axis=-1
+    )
 
 
-def _shares_less_rolling(level: FloatArray) -> FloatArray:
+def _shares_less_rolling(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the rolling speed shrinks to its limit."""
-    none = np.zeros_like(level)
-    return np.stack([_NARROWEST_BAND**level, none, none], axis=-1)
+    none = np.zeros_like(parameter)
+    return np.stack([_NARROWEST_BAND**parameter, none, none], axis=-1)
 
 
-def _chosen(problem: FrictionProblem, motions: _Motions, complete: BoolArray) -> Equilibria:
+def _fastest_and_slowest(
+    problem: FrictionProblem, motions: _Motions, complete: BoolArray
+) -> Equilibria:
     """Equilibria of each point, with the fastest and the slowest cage."""
     scale = problem.scale()
-    speed = np.abs(motions.unknowns[:, _CAGE]) / scale[motions.point, _CAGE]
+    speed = np.abs(motions.unknowns[:, _CAGE_INDEX]) / scale[motions.point, _CAGE_INDEX]
     ranked = motions.select(np.lexsort((-speed, motions.point)))
-    ranked_speed = np.abs(ranked.unknowns[:, _CAGE]) / scale[ranked.point, _CAGE]
+    ranked_speed = np.abs(ranked.unknowns[:, _CAGE_INDEX]) / scale[ranked.point, _CAGE_INDEX]
     repeated = np.zeros(len(ranked.point), dtype=bool)
     same_point = np.diff(ranked.point) == 0
     repeated[1:] = same_point & (-np.diff(ranked_speed) < _DISTINCT_SPEEDS)

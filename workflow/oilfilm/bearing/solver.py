@@ -103,17 +103,17 @@ def solve(
     Reference: C. T. Kelley and D. E. Keyes, Convergence analysis of pseudo-transient continuation,
         SIAM J. Numer. Anal. 35 (1998) 508.
     """
-    count = len(start)
-    iterates = _Iterates(start.copy(), np.full(count, np.inf), np.zeros(count))
-    active = np.arange(count)
+    point_count = len(start)
+    iterates = _Iterates(start.copy(), np.full(point_count, np.inf), np.zeros(point_count))
+    unsolved = np.arange(point_count)
     for iteration in range(max_iterations):
         if iteration == _NEWTON_ITERATIONS:
-            iterates.damping[active] = _FIRST_DAMPING
-            iterates.unknowns[active] = start[active]
+            iterates.damping[unsolved] = _FIRST_DAMPING
+            iterates.unknowns[unsolved] = start[unsolved]
         damped = iteration >= _NEWTON_ITERATIONS
-        _chord_steps(equations, iterates, scale, active, damped)
-        active = active[iterates.largest_residual[active] > TOLERANCE]
-        if len(active) == 0:
+        _chord_steps(equations, iterates, scale, unsolved, damped)
+        unsolved = unsolved[iterates.largest_residual[unsolved] > TOLERANCE]
+        if len(unsolved) == 0:
             break
     return Solution(
         iterates.unknowns, iterates.largest_residual, iterates.largest_residual <= TOLERANCE
@@ -121,27 +121,27 @@ def solve(
 
 
 def _chord_steps(
-    equations: Equations, iterates: _Iterates, scale: FloatArray, active: IndexArray, damped: bool
+    equations: Equations, iterates: _Iterates, scale: FloatArray, points: IndexArray, damped: bool
 ) -> None:
     """Steps of the active points with one Jacobian, in place, for as long as they help."""
-    remaining = active
+    remaining = points
     unknowns = iterates.unknowns[remaining]
     residual, jacobian = _linearised(equations, unknowns, scale[remaining], remaining)
     iterates.largest_residual[remaining] = _largest_residual(residual)
     stiffness = (iterates.damping[remaining] + _SMALLEST_STIFFNESS)[:, np.newaxis, np.newaxis]
     inverse = np.linalg.inv(stiffness * np.eye(unknowns.shape[1]) - jacobian)
-    for chord in range(_CHORD_STEPS):
+    for chord_step in range(_CHORD_STEPS):
         step = np.einsum("pij,pj->pi", inverse, residual)
         length = np.abs(step).max(axis=1)
         trial = unknowns + _shortening(length)[:, np.newaxis] * step * scale[remaining]
         residual = equations(trial, remaining)
         largest_residual = _largest_residual(residual)
-        if chord > 0:
+        if chord_step > 0:
             largest_ratio = _CHORD_GAIN
         else:
             largest_ratio = np.inf if damped else _LARGEST_GROWTH
         accepted = largest_residual < iterates.largest_residual[remaining] * largest_ratio
-        if chord == 0 and damped:
+        if chord_step == 0 and damped:
             damping = iterates.damping[remaining]
             iterates.damping[remaining] = _next_damping(damping, accepted, length)
         iterates.unknowns[remaining[accepted]] = trial[accepted]
@@ -213,27 +213,29 @@ def broyden_update(inverse: FloatArray, step: FloatArray, change: FloatArray) ->
             the equations are linear, H c is the step.
     """
     expected_step = np.einsum("pij,pj->pi", inverse, change)
-    row = np.einsum("pi,pij->pj", step, inverse)
+    step_times_inverse = np.einsum("pi,pij->pj", step, inverse)
     denominator = np.einsum("pi,pi->p", step, expected_step)
     # without a denominator the inverse stays as it is
     weight = np.divide(1.0, denominator, out=np.zeros_like(denominator), where=denominator != 0)
-    return np.asarray(inverse + np.einsum("p,pi,pj->pij", weight, step - expected_step, row))
+    return np.asarray(
+        inverse + np.einsum("p,pi,pj->pij", weight, step - expected_step, step_times_inverse)
+    )
 
 
 def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArray) -> FloatArray:
     """Matrices that turn residuals into Newton steps in the unknowns' scale: (points, n, n)."""
     _, jacobian = _linearised(equations, unknowns, scale, np.arange(len(unknowns)))
-    regular = _SMALLEST_STIFFNESS * np.eye(unknowns.shape[1]) - jacobian
-    return np.asarray(np.linalg.inv(regular), dtype=np.float64)
+    regular_matrix = _SMALLEST_STIFFNESS * np.eye(unknowns.shape[1]) - jacobian
+    return np.asarray(np.linalg.inv(regular_matrix), dtype=np.float64)
 
 
 def _linearised(
     equations: Equations, unknowns: FloatArray, scale: FloatArray, which: IndexArray
 ) -> tuple[FloatArray, FloatArray]:
     """Residuals, and their derivatives by the scaled unknowns, from one call of the equations."""
-    count = unknowns.shape[1]
+    unknown_count = unknowns.shape[1]
     # the first row moves no unknown, each other row moves one of them
-    moves = np.eye(count + 1, count, k=-1)[:, np.newaxis] * _DIFFERENCE * scale
+    moves = np.eye(unknown_count + 1, unknown_count, k=-1)[:, np.newaxis] * _DIFFERENCE * scale
     residuals = equations(unknowns + moves, which)
     slopes = (residuals[1:] - residuals[0]) / _DIFFERENCE
     return residuals[0], np.moveaxis(slopes, 0, -1)
@@ -252,7 +254,7 @@ def _shortening(length: FloatArray) -> FloatArray:
 
 def _next_damping(damping: FloatArray, accepted: BoolArray, length: FloatArray) -> FloatArray:
     """Damping of the next step: smaller after a short step, larger after a long or refused one."""
-    too_long = ~accepted | ~(length < _LONGEST_STEP)
+    is_too_long = ~accepted | ~(length < _LONGEST_STEP)
     after_success = np.where(length < _SHORT_STEP, damping / _DAMPING_FACTOR, damping)
-    changed = np.where(too_long, damping * _DAMPING_FACTOR, after_success)
-    return np.where(changed < _SMALLEST_DAMPING, 0.0, changed)
+    next_damping = np.where(is_too_long, damping * _DAMPING_FACTOR, after_success)
+    return np.where(next_damping < _SMALLEST_DAMPING, 0.0, next_damping)
