@@ -107,7 +107,7 @@ def test_load_cell_one_percent_off_is_named(
     comparison = comparison_of(before, miscalibrated)
     titles = {section.title for section in comparison.sections}
     assert not titles & {"Configuration", "Code", "Packages"}
-    moved = comparison.moved
+    moved = comparison.changes
     largest = moved.loc[moved["change"].idxmax()]
     assert (largest["oil"], largest["what"]) == ("4102", "A0")
     change = moved[moved["what"] == "mu"].set_index("oil")["change"]
@@ -193,7 +193,7 @@ def test_fits_of_other_laws_are_not_compared(
     other["fit_quality"]["configured"] = False
     other["coefficients"]["value"] *= 2
     both = {name: pd.concat([frames[name], other[name]], ignore_index=True) for name in fits}
-    assert (comparison_of(before, make(**both)).moved["change"] == 0).all()
+    assert (comparison_of(before, make(**both)).changes["change"] == 0).all()
 
 
 @pytest.mark.parametrize(("scale", "stopped"), [(1.0099, False), (1.0101, True)])
@@ -205,7 +205,7 @@ def test_gate_closes_at_its_limit(
     heads = (coefficients["oil"] == "4102") & coefficients["constant"].isin(["A0", "B0"])
     coefficients.loc[heads, "value"] *= scale
     comparison = comparison_of(before, make(coefficients=coefficients))
-    moved = comparison.moved.set_index(["oil", "what"])["change"]
+    moved = comparison.changes.set_index(["oil", "what"])["change"]
     assert moved["4102", "mu"] == pytest.approx(scale - 1, rel=1e-9)
     assert ("mu" in str(comparison.beyond_limits)) == stopped
 
