@@ -103,7 +103,7 @@ def test_coefficients_in_which_mu_is_linear_are_those_of_equal_differences(law: 
 
 def test_equation_with_an_unknown_name_is_told() -> None:
     with pytest.raises(ValueError, match="found 'cos\\(S\\)'; expected numbers, S"):
-        expression.parse("1 - cos(S)", {"S": expression.name("S")})
+        expression.parse("1 - cos(S)", {"S": expression.name_node("S")})
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)

@@ -457,7 +457,7 @@ def _adore_constants(
 ) -> tuple[float, float, float, float]:
     """A, B, C and D over the slide-roll ratio, at one row of the law's groups."""
     coefficients = description.coefficients_at(groups)
-    nodes = {name: expression.name(name) for name in coefficients}
+    nodes = {name: expression.name_node(name) for name in coefficients}
     form = [expression.parse(text, nodes) for text in description.law.adore or ()]
     evaluate = expression.compiled(list(coefficients), form)
     a, b, c, d = evaluate(*coefficients.values())

@@ -115,13 +115,13 @@ class WangDengGroups(Law):
         """See `Law.in_contacts`."""
         return replace(self, radius_m=radius_m, reduced_modulus_pa=reduced_modulus_pa)
 
-    def varied_groups(self, varied: BoolArray) -> BoolArray:
+    def varied_groups(self, condition_varies: BoolArray) -> BoolArray:
         """See `Law.varied_groups`. Speed and thermal loading are separable if both U and T vary.
 
         Raises:
             ValueError: Only one of U and T varies.
         """
-        load, speed, temperature = varied
+        load, speed, temperature = condition_varies
         if speed != temperature:
             raise ValueError(
                 f"{self.name} needs speed and temperature to vary independently, or neither"
