@@ -97,8 +97,8 @@ def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> 
     judged[BY_RULES] = judged["judgement"] == "agree"
     key_columns = ["bearing", *_SCENARIO, "inlet_temperature_c"]
     band = judged.melt(key_columns, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
-    counts = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
-    band = counts.agg(operating_points="size", agreeing_points="sum").reset_index()
+    agreements = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
+    band = agreements.agg(operating_points="size", agreeing_points="sum").reset_index()
     return joined([band.assign(traction=traction)], "advice_band")
 
 
@@ -234,7 +234,7 @@ def _judged_advice(
     within_limit = has_film & reaches(slip_limit, slip)
     best_choice = best_of(slip, torque, lambda_ratio, slip_limit, lambda_limit)
     best_oil = best_choice.oil
-    deciding, advised_oil = _rule_and_advised_oil(points, slip, oils, selection, has_film)
+    rule_index, advised_oil = _rule_and_advised_oil(points, slip, oils, selection, has_film)
     _, perhaps_advised_oil = _rule_and_advised_oil(points, slip, oils, selection, may_have_film)
     film_unknown = (perhaps_advised_oil != advised_oil) | best_choice.lacks_film
     # an oil is as good as the best one: by torque where the best oil holds the cage, else by slip
@@ -260,7 +260,7 @@ def _judged_advice(
     rule_names = np.array([rule.name for rule in selection.rules])
     return points.assign(
         oils_within_limit=tables.lists(_names_of(within_limit, oils), points.index),
-        selection_rule=rule_names[deciding],
+        selection_rule=rule_names[rule_index],
         advised_oil=oil_names[advised_oil],
         best_oil=oil_names[best_oil],
         good_oils=tables.lists(_names_of(is_good, oils), points.index),
@@ -312,10 +312,10 @@ def first_rule_and_oil(
         "hot": reaches(temperature_c, limits.hot_from_c),
         "fast": reaches(pitch_speed, limits.fast_from_mm_rpm),
     }
-    applies = np.array(
+    rule_applies = np.array(
         [np.all([states[name] for name in rule.when], axis=0) for rule in selection.rules]
     )
-    without_rule = ~applies.any(axis=0)
+    without_rule = ~rule_applies.any(axis=0)
     if without_rule.any():
         first_without_rule = levels.assign(cage_slip=slip)[without_rule].iloc[0]
         condition = ", ".join(f"{name} {level:.3g}" for name, level in first_without_rule.items())
@@ -325,11 +325,11 @@ def first_rule_and_oil(
         )
     oil_of_rule = []
     for rule in selection.rules:
-        preferred = np.array([oils.index(oil) for oil in rule.prefer])
-        first_enough = preferred[has_film[preferred].argmax(axis=0)]
-        oil_of_rule.append(np.where(has_film[preferred].any(axis=0), first_enough, -1))
-    deciding = np.argmax(applies, axis=0)
-    return deciding, np.array(oil_of_rule)[deciding, np.arange(len(slip))]
+        preferred_oils = np.array([oils.index(oil) for oil in rule.prefer])
+        first_enough = preferred_oils[has_film[preferred_oils].argmax(axis=0)]
+        oil_of_rule.append(np.where(has_film[preferred_oils].any(axis=0), first_enough, -1))
+    rule_index = np.argmax(rule_applies, axis=0)
+    return rule_index, np.array(oil_of_rule)[rule_index, np.arange(len(slip))]
 
 
 def _rule_and_advised_oil(
@@ -356,15 +356,19 @@ def _rule_and_advised_oil(
     slip_with_advised = np.where(
         advised_without_slip >= 0, slip[advised_without_slip, point_indices], 0.0
     )
-    deciding, advised_oil = first_rule_and_oil(points, slip_with_advised, selection, oils, has_film)
+    rule_index, advised_oil = first_rule_and_oil(
+        points, slip_with_advised, selection, oils, has_film
+    )
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
     still_slips = (advised_oil >= 0) & ~reaches(slip_limit, slip[advised_oil, point_indices])
     for point in point_indices[still_slips]:
-        preferred = [oils.index(oil) for oil in selection.rules[deciding[point]].prefer]
-        with_film = [oil for oil in preferred if has_film[oil, point]]
-        holding = [oil for oil in with_film if reaches(slip_limit, slip[oil, point])]
-        advised_oil[point] = holding[0] if holding else with_film[-1]
-    return deciding, advised_oil
+        preferred_oils = [oils.index(oil) for oil in selection.rules[rule_index[point]].prefer]
+        oils_with_film = [oil for oil in preferred_oils if has_film[oil, point]]
+        oils_that_hold_cage = [
+            oil for oil in oils_with_film if reaches(slip_limit, slip[oil, point])
+        ]
+        advised_oil[point] = oils_that_hold_cage[0] if oils_that_hold_cage else oils_with_film[-1]
+    return rule_index, advised_oil
 
 
 def _at_chosen_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
@@ -377,18 +381,24 @@ def _scenarios(selection: SelectionSettings) -> Iterator[tuple[dict[str, Any], S
     rule_by_name = {rule.name: rule for rule in selection.rules}
     orders = {"as set": list(rule_by_name)}
     orders.update(selection.band.rule_orders)
-    limits = [("", 1.0)]
-    limits.extend(itertools.product(SelectionLimits.model_fields, selection.band.limit_factors))
-    for order, rule_names in orders.items():
-        for limit, factor in limits:
+    limits_and_factors = [("", 1.0)]
+    limits_and_factors.extend(
+        itertools.product(SelectionLimits.model_fields, selection.band.limit_factors)
+    )
+    for order_name, rule_names in orders.items():
+        for limit_name, factor in limits_and_factors:
             changed_limit = {}
-            if limit:
-                changed_limit[limit] = factor * getattr(selection.limits, limit)
+            if limit_name:
+                changed_limit[limit_name] = factor * getattr(selection.limits, limit_name)
             changed_selection = selection.model_copy(
                 update={
                     "rules": [rule_by_name[name] for name in rule_names],
                     "limits": selection.limits.model_copy(update=changed_limit),
                 }
             )
-            scenario = {"rule_order": order, "varied_limit": limit, "limit_factor": factor}
+            scenario = {
+                "rule_order": order_name,
+                "varied_limit": limit_name,
+                "limit_factor": factor,
+            }
             yield scenario, changed_selection

@@ -41,6 +41,10 @@ _SHORT_NAMES = np.array(["pressure", "speed", "temperature"])
 def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
     """The true traction at the conditions of Figs 7-10, as table `truth_grid`.
 
+    Args:
+        settings: The settings of a simulated campaign.
+        constants: The printed constants of each oil.
+
     Raises:
         OilfilmError: As `true_tractions`.
     """
@@ -111,8 +115,10 @@ def _interval_of_next_run(surface: OilSurface | None, truth: pd.DataFrame) -> di
         return {"obs_ci_lower": no_interval, "obs_ci_upper": no_interval}
     conditions = truth[list(surface.law.law.conditions)].to_numpy(float)
     slip = truth["slide_roll_ratio"].to_numpy(float)
-    answer = surface.answer(surface.law.law, conditions, slip, _CONFIDENCE_LEVEL, whole_curve=False)
-    return {"obs_ci_lower": answer.lower, "obs_ci_upper": answer.upper}
+    prediction = surface.answer(
+        surface.law.law, conditions, slip, _CONFIDENCE_LEVEL, whole_curve=False
+    )
+    return {"obs_ci_lower": prediction.lower, "obs_ci_upper": prediction.upper}
 
 
 def _rows_of_fit(

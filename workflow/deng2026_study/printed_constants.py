@@ -183,7 +183,7 @@ class Surface:
 
     def mu_at(self, slip: FloatArray | float) -> FloatArray:
         """Traction coefficient at one slip, or at a slip of each condition; axes P, U, T, sets."""
-        return LAW.value(self.sizes, np.asarray(slip))
+        return LAW.mu_of_sizes(self.sizes, np.asarray(slip))
 
     @cached_property
     def peak_slip(self) -> FloatArray:

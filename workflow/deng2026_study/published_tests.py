@@ -54,7 +54,7 @@ def _rows_of_test(
     ).assign(inlet_temperature_c=test.inlet_temperature_c)
     speed_rad_s = operating_points["inner_speed_rpm"] * RAD_S_PER_RPM
 
-    def calculated(oil_volume_fraction: float) -> pd.DataFrame:
+    def friction_with_fraction(oil_volume_fraction: float) -> pd.DataFrame:
         """Friction at the operating points, by the law of maximum Hertz pressure."""
         bearing_settings = oil.settings.model_copy(
             update={"oil_volume_fraction": oil_volume_fraction}
@@ -63,9 +63,9 @@ def _rows_of_test(
         return Cases(bearing, [CaseGroup(changed_oil, "stress", operating_points)]).run()
 
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
-    at_lowest_fraction = calculated(lowest_fraction)
-    at_highest_fraction = calculated(highest_fraction)
-    at_set_fraction = calculated(settings.bearing.oil_volume_fraction)
+    at_lowest_fraction = friction_with_fraction(lowest_fraction)
+    at_highest_fraction = friction_with_fraction(highest_fraction)
+    at_set_fraction = friction_with_fraction(settings.bearing.oil_volume_fraction)
     return at_set_fraction.assign(
         power_w=at_set_fraction["torque_n_m"] * speed_rad_s,
         power_low_w=at_lowest_fraction["torque_n_m"] * speed_rad_s,

@@ -79,7 +79,7 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
 def _caveats(fitted: PrintedLaw) -> Iterator[str]:
     """Sentences for a user of the printed constants."""
     constants_by_sign: dict[str, list[str]] = {}
-    for constant, certainty in fitted.signs.items():
+    for constant, certainty in fitted.sign_certainty.items():
         constants_by_sign.setdefault(f"sign {certainty}", []).append(constant)
     signs_text = "; ".join(
         f"{sign}: {', '.join(names)}" for sign, names in constants_by_sign.items()
@@ -118,8 +118,8 @@ def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
     for constant, value in zip(fitted.law.constants, values, strict=True):
         name = constant.name
         verdict = "printed"
-        if name in fitted.signs:
-            verdict = f"printed, sign {fitted.signs[name]}"
+        if name in fitted.sign_certainty:
+            verdict = f"printed, sign {fitted.sign_certainty[name]}"
         yield {
             "name": name,
             "meaning": meanings[name],

@@ -46,7 +46,7 @@ class PrintedCoefficients(Group):
             constants[oil] = np.concatenate([oil_constants.A, oil_constants.B, oil_constants.C])
         return constants
 
-    def signs(self, oil: str) -> dict[str, str]:
+    def sign_certainties(self, oil: str) -> dict[str, str]:
         """How sure the sign of each exponent of an oil is, by the name of the constant."""
         certainty_of_constant: dict[str, str] = {}
         for letter, certainties in self.oils[oil].signs.items():

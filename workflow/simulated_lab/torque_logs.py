@@ -40,33 +40,33 @@ def simulate_torque(
         settings: The settings.
         constants: The printed constants of each oil.
     """
-    torque = present(settings.campaign.torque, "torque", "the campaign")
-    twin = present(torque.twin, "twin", "the campaign's `torque`")
+    torque_test = present(settings.campaign.torque, "torque", "the campaign")
+    twin = present(torque_test.twin, "twin", "the campaign's `torque`")
     tractions = true_tractions(settings, constants)
-    plans = planned_torque_runs(settings.campaign)
-    for oil in dict.fromkeys(plan.oil for plan in plans):
-        plans_of_oil = [plan for plan in plans if plan.oil == oil]
-        rows_of_logs = _truth_rows(plans_of_oil, twin, tractions[oil], settings)
-        for plan, truth_rows in zip(plans_of_oil, rows_of_logs, strict=True):
-            random = generator(settings.seed, "torque twin", plan.name)
-            yield SimulatedLog(plan, _log_bytes(plan, truth_rows, twin, random), truth_rows)
+    runs = planned_torque_runs(settings.campaign)
+    for oil in dict.fromkeys(run.oil for run in runs):
+        runs_of_oil = [run for run in runs if run.oil == oil]
+        rows_of_logs = _truth_rows(runs_of_oil, twin, tractions[oil], settings)
+        for run, truth_rows in zip(runs_of_oil, rows_of_logs, strict=True):
+            random = generator(settings.seed, "torque twin", run.name)
+            yield SimulatedLog(run, _log_bytes(run, truth_rows, twin, random), truth_rows)
 
 
 def _truth_rows(
-    plans: list[PlannedRun], twin: TorqueTwin, true_traction: TrueTraction, settings: Settings
+    runs: list[PlannedRun], twin: TorqueTwin, true_traction: TrueTraction, settings: Settings
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
     bearing = settings.tested_bearing()
     torque_test = present(settings.campaign.torque, "torque", "the campaign")
     speeds = present(torque_test.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
-    load_of_run, temperature_of_run = _loads_and_temperatures(plans, twin, settings.seed)
+    load_of_run, temperature_of_run = _loads_and_temperatures(runs, twin, settings.seed)
     # operating points: the speeds of the first run, then those of the second, and so on
-    speed_rpm = np.tile(np.array(speeds, dtype=float), len(plans))
+    speed_rpm = np.tile(np.array(speeds, dtype=float), len(runs))
     load_n = np.repeat(load_of_run, len(speeds))
     temperature_c = np.repeat(temperature_of_run, len(speeds))
 
     operating_points = (load_n, speed_rpm, temperature_c)
-    problem = true_problem(settings, plans[0].oil, true_traction, operating_points, _QUADRATURE)
+    problem = true_problem(settings, runs[0].oil, true_traction, operating_points, _QUADRATURE)
     equilibrium = friction_equilibrium(problem)
     if not equilibrium.solution.converged.all():
         raise OilfilmError(
@@ -77,14 +77,14 @@ def _truth_rows(
     torque_n_m = equilibrium.torque_n_m()
     traction_heat_w = bearing.ball_count * equilibrium.balance.heats_w[HEATS.index("traction")]
     rows_of_logs = []
-    for plan_index, plan in enumerate(plans):
-        first_point = plan_index * len(speeds)
+    for run_index, run in enumerate(runs):
+        first_point = run_index * len(speeds)
         rows_of_logs.append(
             [
                 {
-                    "run_id": plan.name,
-                    "oil": plan.oil,
-                    "defect": plan.defect,
+                    "run_id": run.name,
+                    "oil": run.oil,
+                    "defect": run.defect,
                     "inner_speed_rpm": speed_rpm[point],
                     "axial_load_n": load_n[point],
                     "oil_temperature_c": temperature_c[point],
@@ -101,28 +101,25 @@ def _truth_rows(
 
 
 def _loads_and_temperatures(
-    plans: list[PlannedRun], twin: TorqueTwin, seed: int
+    runs: list[PlannedRun], twin: TorqueTwin, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     """Load in N and temperature in degC of each run, with the errors of their control."""
-    errors = np.array(
-        [generator(seed, "torque control", plan.name).standard_normal(2) for plan in plans]
+    control_draws = np.array(
+        [generator(seed, "torque control", run.name).standard_normal(2) for run in runs]
     )
-    load_n, temperature_c = np.array([list(plan.set_points.values()) for plan in plans]).T
-    load_n = load_n * (1 + twin.control_load * errors[:, 0])
-    temperature_c = temperature_c + twin.control_temperature_c * errors[:, 1]
+    load_n, temperature_c = np.array([list(run.set_points.values()) for run in runs]).T
+    load_n = load_n * (1 + twin.control_load * control_draws[:, 0])
+    temperature_c = temperature_c + twin.control_temperature_c * control_draws[:, 1]
     return load_n, temperature_c
 
 
 def _log_bytes(
-    plan: PlannedRun,
-    truth_rows: list[dict[str, Any]],
-    twin: TorqueTwin,
-    random: np.random.Generator,
+    run: PlannedRun, truth_rows: list[dict[str, Any]], twin: TorqueTwin, random: np.random.Generator
 ) -> bytes:
     """The log of a run as the rig's logger writes it, with the planted defect.
 
     Args:
-        plan: The run.
+        run: The run.
         truth_rows: Its rows of the truth, one per speed.
         twin: Noise, errors and timing of the rig.
         random: The generator of the run.
@@ -140,10 +137,10 @@ def _log_bytes(
     # first-order response to each change of the set point
     unfinished_share = np.exp(-np.arange(step_samples) / rate_hz / twin.response_s)
 
-    def controlled(signal: FloatArray) -> FloatArray:
+    def controlled(set_point: FloatArray) -> FloatArray:
         """The controlled quantity, which follows its set point."""
-        unfinished_change = np.convolve(np.diff(signal, prepend=0.0), unfinished_share)
-        return signal - unfinished_change[: len(signal)]
+        unfinished_change = np.convolve(np.diff(set_point, prepend=0.0), unfinished_share)
+        return set_point - unfinished_change[: len(set_point)]
 
     speed_set_point_rpm = set_points_over_time("inner_speed_rpm")
     time_s = np.arange(len(speed_set_point_rpm)) / rate_hz
@@ -153,9 +150,9 @@ def _log_bytes(
     speed_rpm[is_resting] = np.where(np.abs(speed_rpm[is_resting]) < 1, 0.0, speed_rpm[is_resting])
     gain_draw, tare_draw, drift_draw = random.standard_normal(3)
     drift_n_m = twin.tare_drift_n_m * drift_draw
-    if plan.defect == "tare_drift":
+    if run.defect == "tare_drift":
         drift_n_m = _PLANTED_DRIFT_N_M
-    if plan.defect == "warming":
+    if run.defect == "warming":
         # the torque still falls at the end of each speed, as it does in a bearing that warms up
         sample_in_step = (np.arange(len(torque_n_m)) - rest_samples) % step_samples
         torque_n_m = torque_n_m * (
@@ -170,7 +167,7 @@ def _log_bytes(
 
     load_n, temperature_c = truth_rows[0]["axial_load_n"], truth_rows[0]["oil_temperature_c"]
     is_turning = ~is_resting
-    columns = {
+    signals = {
         "time_s": time_s,
         "axial_load_n": load_n + noise(twin.load_noise_n),
         "inner_speed_rpm": speed_rpm + np.where(is_turning, noise(twin.speed_noise_rpm), 0.0),
@@ -181,4 +178,4 @@ def _log_bytes(
         + noise(twin.temperature_noise_c),
         "torque_n_m": torque_n_m + noise(twin.torque_noise_n_m),
     }
-    return log_content("torque-rig", plan, columns)
+    return log_content("torque-rig", run, signals)

@@ -109,10 +109,10 @@ def undoubted_evidence(
     return replace(printed_evidence(undoubted_constants, settings), basis=UNDOUBTED)
 
 
-def grid_of_box(settings: Settings, name: str) -> Grid:
+def grid_of_box(settings: Settings, box_name: str) -> Grid:
     """A box in which trends are judged, `tested` or `extrapolated`, as a grid."""
     study = study_settings(settings)
-    ends = study.printed.boxes.model_dump()[name]
+    ends = study.printed.boxes.model_dump()[box_name]
     slips = study.printed.signs.slide_roll_ratio.figures
     return Grid.spanning(ends, study.audit.levels, slips)
 
@@ -158,13 +158,13 @@ def _rows_of_numbers(numbers: Numbers) -> Iterator[dict[str, Any]]:
                 yield {"number": name, "oil": oil, "value": value}
 
 
-def check(claim: str, view: View) -> Outcome:
+def check(claim_id: str, view: View) -> Outcome:
     """The outcome of the check of a claim.
 
     Raises:
         NotCheckableError: The evidence lacks what the claim is about.
     """
-    outcome: Outcome = getattr(checks, claim.replace("-", "_"))(view)
+    outcome: Outcome = getattr(checks, claim_id.replace("-", "_"))(view)
     return outcome
 
 

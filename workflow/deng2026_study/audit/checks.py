@@ -585,7 +585,7 @@ def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
     ]
     sizes = np.stack([size.ravel() for size in np.meshgrid(*levels)])[..., np.newaxis]
     with np.errstate(over="ignore", invalid="ignore"):
-        mu = law.value(sizes, slip)
+        mu = law.mu_of_sizes(sizes, slip)
     return np.where(np.abs(mu) <= _ROUNDING_SHARE * sizes.max(axis=0), 0.0, mu)
 
 
@@ -757,7 +757,7 @@ def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
 
     def residual(logarithms: FloatArray) -> FloatArray:
         with np.errstate(over="ignore", invalid="ignore"):
-            return DENG2026.value(np.exp(logarithms)[:, np.newaxis], slip) - mu
+            return DENG2026.mu_of_sizes(np.exp(logarithms)[:, np.newaxis], slip) - mu
 
     starts = [
         np.log([largest_mu, share * slope, (1 - share) * slope / largest_mu])

@@ -65,19 +65,19 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     if table.empty:
         panel.say("The published test's oil is not fitted,\nor its bearing not described.")
         return sheet
-    bearing, oil, load, temperature = table.iloc[0][
+    bearing, oil, load_n, temperature_c = table.iloc[0][
         ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
     ]
     speed_rad_s = table["inner_speed_rpm"] * RAD_S_PER_RPM
     # feed oil of unknown flow adds nothing
     power_of_terms = [table[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEATS]
     speed_1000_rpm = table["inner_speed_rpm"] / 1e3
-    shades = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
+    colour_of_terms = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
     areas = panel.axis.stackplot(
         speed_1000_rpm,
         power_of_terms,
         labels=HEATS,
-        colors=shades,
+        colors=colour_of_terms,
         edgecolor="white",
         linewidth=0.3,
     )
@@ -94,16 +94,16 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     panel.keep("sum", speed_1000_rpm, table["power_w"], oil=oil, **power_interval)
     panel.dots("published", speed_1000_rpm, table["published_power_w"], dot_look)
     panel.axis.set_axisbelow(True)
-    panel.axis.set_title(f"{bearing}, {oil}, {load:g} N, {temperature:.0f} \N{DEGREE SIGN}C")
-    published = style.line_handle("published", **dot_look | {"linestyle": ""})
+    panel.axis.set_title(f"{bearing}, {oil}, {load_n:g} N, {temperature_c:.0f} \N{DEGREE SIGN}C")
+    published_handle = style.line_handle("published", **dot_look | {"linestyle": ""})
     handles = [
         *areas,
         style.line_handle(f"oil {lowest_fraction:.2%} and {highest_fraction:.2%}", **dashed),
-        published,
+        published_handle,
     ]
-    logs = SIMULATED if settings.campaign.data == "simulated" else "this campaign's"
-    share = f"{settings.bearing.oil_volume_fraction:.2%} of the volume"
-    sheet.legend(handles, f"oil {share}; traction law from {logs} logs")
+    origin_of_logs = SIMULATED if settings.campaign.data == "simulated" else "this campaign's"
+    fraction_text = f"{settings.bearing.oil_volume_fraction:.2%} of the volume"
+    sheet.legend(handles, f"oil {fraction_text}; traction law from {origin_of_logs} logs")
     return sheet
 
 
@@ -151,8 +151,8 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     advised_panel.keep(
         "advised oil", advice["speed"], advice["load_kn"], oil=advice["advised_oil"], label=labels
     )
-    temperature = settings.bearing.cage_slip.inlet_temperature_c
-    title = f"{advice['bearing'].iloc[0]}, oil at {temperature:g} \N{DEGREE SIGN}C"
+    temperature_c = settings.bearing.cage_slip.inlet_temperature_c
+    title = f"{advice['bearing'].iloc[0]}, oil at {temperature_c:g} \N{DEGREE SIGN}C"
     handle_by_label = {handle.get_label(): handle for handle in handles}
     sheet.legend(list(handle_by_label.values()), f"{title}; {style.DMN_AS_SPEED}")
     return sheet
@@ -194,8 +194,8 @@ def _draw_oils(
 
 def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
     """Dots where one oil stays the best one in nearly all draws; entries of the legend."""
-    is_sure = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
-    sure_rows = advice.merge(is_sure, on=OPERATING_POINT).query("surely and best_oil != ''")
+    surely_best = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    sure_rows = advice.merge(surely_best, on=OPERATING_POINT).query("surely and best_oil != ''")
     look: style.Look = {"marker": "o", "markersize": 2.5, "color": "black"}
     oils = sure_rows["best_oil"]
     panel.dots(

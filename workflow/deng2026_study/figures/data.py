@@ -61,7 +61,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     # left: pressures at one speed; right: speeds at one pressure
     varied_and_fixed = ((_PRESSURE, _SPEED), (_SPEED, _PRESSURE))
     panels = itertools.product(temperatures, varied_and_fixed)
-    for number, (temperature, (varied, fixed)) in enumerate(panels):
+    for panel_number, (temperature, (varied, fixed)) in enumerate(panels):
         levels_of_panel = {_TEMPERATURE: temperature, fixed: getattr(shown_conditions, fixed)}
         levels = _levels_of(runs, settings.campaign, varied)
         shades = style.shades(oil_colour, len(levels))
@@ -74,10 +74,10 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
             label = style.level_phrases({varied: level})
             series.append(Series(label, oil, points, law, shade, marker))
         title = style.level_phrases(levels_of_panel) + _count_of_curves(series)
-        draw_series(sheet.panel(number, title), series)
+        draw_series(sheet.panel(panel_number, title), series)
     left_panels = sheet.axes[::2]
     right_panels = sheet.axes[1::2]
-    _finish(sheet, [left_panels, right_panels])
+    _label_axes_and_legend(sheet, [left_panels, right_panels])
     return sheet
 
 
@@ -104,7 +104,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     # all panels side by side; without any level one panel says so
     columns = max(len(pressures), 1)
     sheet = Sheet(columns, columns, width=style.DOUBLE_COLUMN_IN, sharex=True, sharey=True)
-    for number, pressure in enumerate(pressures):
+    for panel_number, pressure in enumerate(pressures):
         series = []
         for oil in oils:
             points = _points_at_levels(
@@ -113,11 +113,11 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
             law = FittedLaw.from_tables(results.configured.coefficients, oil)
             look = style.oil_look(oil, oils)
             series.append(Series(oil, oil, points, law, look["color"], look["marker"]))
-        draw_series(sheet.panel(number, style.level_phrases({_PRESSURE: pressure})), series)
+        draw_series(sheet.panel(panel_number, style.level_phrases({_PRESSURE: pressure})), series)
     drawn_oils = set(sheet.drawn()["oil"])
     oils_without_points = [oil for oil in oils if oil not in drawn_oils]
     notes = style.lost_handles(oils_without_points, "no accepted point here")
-    _finish(sheet, [sheet.axes], notes, style.level_phrases(levels_of_sheet))
+    _label_axes_and_legend(sheet, [sheet.axes], notes, style.level_phrases(levels_of_sheet))
     return sheet
 
 
@@ -146,7 +146,7 @@ def _points_at_levels(
     return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
 
 
-def _finish(
+def _label_axes_and_legend(
     sheet: Sheet, groups: Sequence[Sequence[Axes]], notes: Sequence[Any] = (), title: str = ""
 ) -> None:
     """Label the axes, and list below each group of panels the series that any of them shows.
@@ -186,7 +186,7 @@ def _finish(
 
 
 # Head of the column that quotes the paper.
-_PAPER = "in the paper's text"
+_PAPER_COLUMN = "in the paper's text"
 _NO_VALUE = "\N{EN DASH}"
 # Height of a line of text, and space between rows.
 _LINE_IN = 0.125
@@ -400,13 +400,13 @@ def _table_sheet(
         unit = units.get(quantity, "")
         source = statement.where or "lost"
         cells_of_table.append(
-            _cell(_PAPER, quantity, unit, f"{statement.says}{where_in_paper}", source)
+            _cell(_PAPER_COLUMN, quantity, unit, f"{statement.says}{where_in_paper}", source)
         )
     drawn_cells = pd.DataFrame(cells_of_table)
-    columns = list(drawn_cells.loc[drawn_cells["column"] != _PAPER, "column"].unique())
+    columns = list(drawn_cells.loc[drawn_cells["column"] != _PAPER_COLUMN, "column"].unique())
     text_by_quantity = drawn_cells.pivot(index="quantity", columns="column", values="text")
     text_by_quantity = text_by_quantity.reindex(
-        index=drawn_cells["quantity"].unique(), columns=[*columns, _PAPER]
+        index=drawn_cells["quantity"].unique(), columns=[*columns, _PAPER_COLUMN]
     ).fillna("")
     # start of the quotations, from 0 to 1 of the width, and letters per line behind it
     if len(columns) <= 1:
@@ -415,24 +415,30 @@ def _table_sheet(
     else:
         paper_x = 0.72
         letters_per_line = 26
-    text_by_quantity[_PAPER] = [
-        "\n".join(textwrap.wrap(text, letters_per_line)) for text in text_by_quantity[_PAPER]
+    text_by_quantity[_PAPER_COLUMN] = [
+        "\n".join(textwrap.wrap(text, letters_per_line)) for text in text_by_quantity[_PAPER_COLUMN]
     ]
     right_ends = np.linspace(_END_OF_NAMES, paper_x - 0.02, len(columns) + 1)[1:]
     quantity_names = [
         _with_unit(quantity, units.get(quantity, "")) for quantity in text_by_quantity.index
     ]
-    lines_of_row = text_by_quantity[_PAPER].str.count("\n").to_numpy() + 1
+    lines_of_row = text_by_quantity[_PAPER_COLUMN].str.count("\n").to_numpy() + 1
     row_in = _LINE_IN * lines_of_row + _ROW_SPACE_IN
     head_in = _LINE_IN + _ROW_SPACE_IN
-    sheet, panel, write = table_page(
+    sheet, panel, write_column = table_page(
         style.DOUBLE_COLUMN_IN, len(text_by_quantity), row_in, head_in, notes
     )
     bold: style.Look = {"fontweight": "bold"}
-    write(0, title, quantity_names, {"color": style.GREY})
+    write_column(0, title, quantity_names, {"color": style.GREY})
     for column, right_end in zip(columns, right_ends, strict=True):
-        write(right_end, column, text_by_quantity[column], bold, ha="right")
-    write(paper_x, _PAPER, text_by_quantity[_PAPER], {**bold, "color": "black"}, color=style.GREY)
+        write_column(right_end, column, text_by_quantity[column], bold, ha="right")
+    write_column(
+        paper_x,
+        _PAPER_COLUMN,
+        text_by_quantity[_PAPER_COLUMN],
+        {**bold, "color": "black"},
+        color=style.GREY,
+    )
     series = [
         _with_unit(quantity, unit)
         for quantity, unit in zip(drawn_cells["quantity"], drawn_cells["unit"], strict=True)
@@ -465,7 +471,7 @@ def eqs11_13(
 
 
 # Kind of a part of a rig -> its colour and its label in the legend.
-_KINDS: dict[str, tuple[Any, str]] = {
+_COLOUR_AND_LABEL_OF_KIND: dict[str, tuple[Any, str]] = {
     "fixed": (style.tint("#555555", 0.30), "fixed or guided"),
     "turning": ("#ffffff", "turning"),
     "sensor": (style.tint("#E69F00", 0.65), "sensor"),
@@ -528,16 +534,19 @@ def _draw_schematic(
     """
     parts = pd.read_csv(Path(__file__).with_name(f"{name}.csv"), keep_default_na=False)
     labels = [label.format_map(sizes).replace("\\n", "\n") for label in parts["words"]]
-    panels = [sheet.panel(number, title) for number, title in enumerate(titles)]
+    panels = [sheet.panel(panel_number, title) for panel_number, title in enumerate(titles)]
     for part in tables.rows(parts.assign(words=labels)):
-        number = string.ascii_lowercase.index(part["panel"])
-        _draw_mark(sheet.axes[number], part)
+        panel_number = string.ascii_lowercase.index(part["panel"])
+        _draw_mark(sheet.axes[panel_number], part)
     for axis in sheet.axes:
         axis.set_aspect("equal")
         axis.set_axis_off()
         axis.set_anchor("N")
     sheet.legend(
-        [Patch(facecolor=colour, label=label, **_EDGE) for colour, label in _KINDS.values()]
+        [
+            Patch(facecolor=colour, label=label, **_EDGE)
+            for colour, label in _COLOUR_AND_LABEL_OF_KIND.values()
+        ]
     )
     series = (parts["mark"] + " " + parts["kind"]).str.strip().repeat(2)
     x = parts[["x", "to_x"]].to_numpy().ravel()
@@ -552,7 +561,7 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
     end = (part["to_x"], part["to_y"])
     width = end[0] - start[0]
     height = end[1] - start[1]
-    colour, _ = _KINDS.get(part["kind"], ("black", ""))
+    colour, _ = _COLOUR_AND_LABEL_OF_KIND.get(part["kind"], ("black", ""))
     is_oil = part["kind"] == "oil"
     match part["mark"]:
         case "box":

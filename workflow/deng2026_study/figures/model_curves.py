@@ -33,13 +33,13 @@ from oilfilm.traction.laws.deng2026 import DENG2026
 from simulated_lab.printed import PrintedCoefficients
 
 # Points of a curve along the abscissa.
-_STEPS = 121
+_POINTS_PER_CURVE = 121
 # Symbols along a curve.
-_SYMBOLS = 4
+_SYMBOLS_PER_CURVE = 4
 # Upper end of a panel's scale, relative to the largest mu of its lines.
 _HEADROOM = 1.3
 # A band over the slip holds the whole curve of the next run; another one holds its points.
-_BAND_WORDS = {True: "95 %, whole next run", False: "95 %, next run"}
+_BAND_LABELS = {True: "95 %, whole next run", False: "95 %, next run"}
 _SPEED, _TEMPERATURE, _SLIP = "entrainment_speed_m_s", "inlet_temperature_c", "slide_roll_ratio"
 # Of each figure: condition along the abscissa, and condition that tells the curves of one panel
 # apart. The others tell panels apart.
@@ -51,7 +51,7 @@ CUTS = {
 }
 _BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 # What the dashed lines are, by the name of their series.
-_DASHED = {"truth": "truth of the simulation", "printed": "printed constants"}
+_LABEL_OF_DASHED_SERIES = {"truth": "truth of the simulation", "printed": "printed constants"}
 
 
 @register(
@@ -140,21 +140,21 @@ def _draw_cuts(
         sharey="row",
         width=style.DOUBLE_COLUMN_IN,
     )
-    highest = dict.fromkeys(range(len(fixed_levels_of_rows)), 0.0)
+    highest_of_rows = dict.fromkeys(range(len(fixed_levels_of_rows)), 0.0)
     for panel, fixed_levels, oil in panels:
-        row = fixed_levels_of_rows.index(fixed_levels)
-        top = _draw_refit(
+        row_index = fixed_levels_of_rows.index(fixed_levels)
+        largest_mu = _draw_refit(
             panel, oil, laws[oil], levels, fixed_levels, (abscissa, line_condition), settings
         )
-        top = max(
-            top,
+        largest_mu = max(
+            largest_mu,
             _draw_truth(
                 panel, truth[truth["oil"] == oil], fixed_levels, (abscissa, line_condition)
             ),
         )
-        highest[row] = max(highest[row], top)
+        highest_of_rows[row_index] = max(highest_of_rows[row_index], largest_mu)
         # a very wide interval leaves the panel; otherwise the lines would be flat
-        panel.axis.set_ylim(0, _HEADROOM * highest[row])
+        panel.axis.set_ylim(0, _HEADROOM * highest_of_rows[row_index])
         colour = style.oil_colour(oil, list(settings.oils))
         corner: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
         panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner)
@@ -191,11 +191,11 @@ def _laws_of_series(
     refit = FittedLaw.from_tables(constants, oil, quality=configured.fit_quality)
     refit = replace(refit, read_surface=partial(read_surface, results, oil))
     law = refit.law
-    fitted = refit.coefficients
+    refit_constants = refit.coefficients
     if (
         law.conditions != CONDITIONS
-        or not fitted.followed.all()
-        or np.isnan(fitted.constants).any()
+        or not refit_constants.followed.all()
+        or np.isnan(refit_constants.constants).any()
     ):
         return {}
     names = [constant.name for constant in law.constants]
@@ -223,14 +223,14 @@ def _draw_refit(
     abscissa, line_condition = cut
     curve_levels = getattr(levels, line_condition)
     abscissa_levels = getattr(levels, abscissa)
-    x = np.linspace(min(abscissa_levels), max(abscissa_levels), _STEPS)
+    x = np.linspace(min(abscissa_levels), max(abscissa_levels), _POINTS_PER_CURVE)
     if abscissa == _SLIP:
         # a curve begins without slip, where nothing can be measured, and bends most near it
-        x = max(abscissa_levels) * np.linspace(0, 1, _STEPS) ** 2
-    symbol_positions = x[0] + np.ptp(x) * (np.arange(_SYMBOLS) + 0.5) / _SYMBOLS
+        x = max(abscissa_levels) * np.linspace(0, 1, _POINTS_PER_CURVE) ** 2
+    symbol_positions = x[0] + np.ptp(x) * (np.arange(_SYMBOLS_PER_CURVE) + 0.5) / _SYMBOLS_PER_CURVE
     symbol_indices = reaches(x, symbol_positions[:, np.newaxis]).argmax(axis=1).tolist()
-    highest = 0.0
-    is_beyond_tests = np.zeros(_STEPS, dtype=bool)
+    largest_mu = 0.0
+    is_beyond_tests = np.zeros(_POINTS_PER_CURVE, dtype=bool)
     law = laws["refit"]
     for index, level in enumerate(curve_levels):
         along_curve = pd.DataFrame({**fixed_levels, line_condition: level, abscissa: x})
@@ -267,17 +267,17 @@ def _draw_refit(
             **oil_and_label,
             **(interval_of_next_run if is_middle else {}),
         )
-        highest = max(highest, refit_mu.max())
+        largest_mu = max(largest_mu, refit_mu.max())
         if "printed" in laws:
             printed_mu = laws["printed"].predict(conditions, slip).traction_coefficient
-            panel.line("printed", x, printed_mu, _dashed(), **oil_and_label)
-            highest = max(highest, printed_mu.max())
+            panel.line("printed", x, printed_mu, _comparison_look(), **oil_and_label)
+            largest_mu = max(largest_mu, printed_mu.max())
     for start, end in _intervals_where(x, is_beyond_tests):
         panel.axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
     panel.axis.set_xlim(x.min(), x.max())
     # numbers of neighbouring panels must not meet
     panel.axis.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
-    return float(highest)
+    return float(largest_mu)
 
 
 def _draw_truth(
@@ -311,12 +311,16 @@ def _draw_truth(
             "label": style.level_phrases({line_condition: level}),
         }
         panel.line(
-            "truth", line[abscissa], line["true_traction_coefficient"], _dashed(), **oil_and_label
+            "truth",
+            line[abscissa],
+            line["true_traction_coefficient"],
+            _comparison_look(),
+            **oil_and_label,
         )
     return float(truth_of_panel["true_traction_coefficient"].max()) if len(truth_of_panel) else 0.0
 
 
-def _dashed() -> style.Look:
+def _comparison_look() -> style.Look:
     """Look of what the refit is compared with."""
     return {"color": "black", "linestyle": style.LINES["printed"], "linewidth": 0.7}
 
@@ -342,13 +346,13 @@ def _legend_entries(
         for level, marker in zip(levels, itertools.cycle(style.MARKERS), strict=False)
     ]
     handles += [
-        style.line_handle(label, **_dashed())
-        for series, label in _DASHED.items()
+        style.line_handle(label, **_comparison_look())
+        for series, label in _LABEL_OF_DASHED_SERIES.items()
         if (drawn["series"] == series).any()
     ]
     if drawn["y_lower"].notna().any():
         middle = style.level_phrases({line_condition: levels[len(levels) // 2]})
-        label = f"{_BAND_WORDS[abscissa == _SLIP]}, {middle}"
+        label = f"{_BAND_LABELS[abscissa == _SLIP]}, {middle}"
         handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label=label))
     return [*handles, _BEYOND]
 
@@ -358,7 +362,7 @@ _MU, _LEFT_OUT_MU = "traction_coefficient", "left_out_traction_coefficient"
 _UNIT_OF_TEXTS = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _WANG_DENG = "wang-deng"
 _NO_WANG_DENG = "no Wang-Deng law could be fitted"
-_DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
+_LINESTYLE_OF_SERIES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
 
 
 @register(
@@ -420,7 +424,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
         "Eq. 7": f"{law_name(DENG2026.name)}, fit to all other curves",
     }
     line_handles = [
-        style.line_handle(label, linestyle=_DASHES[series], **black)
+        style.line_handle(label, linestyle=_LINESTYLE_OF_SERIES[series], **black)
         for series, label in labels.items()
     ]
     sheet.legend([*oil_handles, plateau, *line_handles], columns=1)
@@ -442,7 +446,7 @@ def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
 def _draw_zero_slip(
     panel: Panel,
     near_zero_axis: Axes,
-    fits: Mapping[str, Fit],
+    fit_by_law: Mapping[str, Fit],
     results: CampaignTables,
     settings: Settings,
 ) -> str:
@@ -453,7 +457,7 @@ def _draw_zero_slip(
     """
     mu_at_zero_of_laws = [
         mu_at_zero_slip(results, fit["oil"], law, settings).assign(law=law)
-        for law, fit in fits.items()
+        for law, fit in fit_by_law.items()
         if law.startswith(_WANG_DENG)
     ]
     if not sum(map(len, mu_at_zero_of_laws)):
@@ -463,9 +467,9 @@ def _draw_zero_slip(
         first_largest(candidates["y"].abs())
     ]
     curve, symbol_look, line_look, oil_and_label, label = _draw_measured(
-        panel, fits[chosen_law], run_id, results, settings
+        panel, fit_by_law[chosen_law], run_id, results, settings
     )
-    slip, mu = _fitted_curve(fits[chosen_law], curve, results, settings)
+    slip, mu = _fitted_curve(fit_by_law[chosen_law], curve, results, settings)
     near_zero_axis.plot(
         curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **line_look
     )
@@ -476,7 +480,7 @@ def _draw_zero_slip(
         0,
         1e3 * mu[0],
         **symbol_look | {"markersize": 5},
-        zorder=4 + (not fits[chosen_law]["certified"]),
+        zorder=4 + (not fit_by_law[chosen_law]["certified"]),
     )
     panel.keep("zero slip", 0.0, mu[0], **oil_and_label)
     return f"{label}; {style.MU}(0) = {_in_thousandths(mu[0])} {_UNIT_OF_TEXTS}"
@@ -485,7 +489,7 @@ def _draw_zero_slip(
 def _draw_left_out(
     panel: Panel,
     error_axis: Axes,
-    fits: Mapping[str, Fit],
+    fit_by_law: Mapping[str, Fit],
     results: CampaignTables,
     settings: Settings,
 ) -> str:
@@ -494,8 +498,8 @@ def _draw_left_out(
     Returns:
         The law, the conditions and the errors; empty if nothing was drawn.
     """
-    oil = [fit["oil"] for fit in fits.values()][:1]
-    fitted_points = results.law_points[results.law_points["oil"].isin(oil)]
+    oils = [fit["oil"] for fit in fit_by_law.values()][:1]
+    fitted_points = results.law_points[results.law_points["oil"].isin(oils)]
     rms = _rms_errors(fitted_points, results.points)
     growth = {
         law_and_run: left_out_rms - fit_rms
@@ -507,23 +511,23 @@ def _draw_left_out(
     # a law that comes to its special case grows as that does: the first of both
     chosen_law, run_id = list(growth)[first_largest(list(growth.values()))]
     curve, _, line_look, _, label = _draw_measured(
-        panel, fits[chosen_law], run_id, results, settings
+        panel, fit_by_law[chosen_law], run_id, results, settings
     )
     for law, series in ((chosen_law, "fit"), (chosen_law, "left out"), (DENG2026.name, "left out")):
         column = _LEFT_OUT_MU if series == "left out" else _MU
-        plateaus = _one_side(
+        plateaus = _with_positive_slip(
             fitted_points[(fitted_points["law"] == law) & (fitted_points["run_id"] == run_id)]
         )
-        if law not in fits or plateaus[column].isna().any():
+        if law not in fit_by_law or plateaus[column].isna().any():
             continue
         slip_of_plateaus = plateaus["slide_roll_ratio"].to_numpy()
         mu_of_plateaus = plateaus[column].to_numpy()
         # a fit without the curve is known at its plateaus alone
         drawn_slip, drawn_mu = slip_of_plateaus, mu_of_plateaus
         if series == "fit":
-            drawn_slip, drawn_mu = _fitted_curve(fits[law], curve, results, settings)
-        dashes = {"linestyle": _DASHES["Eq. 7" if law == DENG2026.name else series]}
-        oil_and_label: style.Look = {"oil": fits[law]["oil"], "label": f"{law}, run {run_id}"}
+            drawn_slip, drawn_mu = _fitted_curve(fit_by_law[law], curve, results, settings)
+        dashes = {"linestyle": _LINESTYLE_OF_SERIES["Eq. 7" if law == DENG2026.name else series]}
+        oil_and_label: style.Look = {"oil": fit_by_law[law]["oil"], "label": f"{law}, run {run_id}"}
         panel.line(series, drawn_slip, drawn_mu, line_look | dashes, **oil_and_label)
         dot_look: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
         difference = mu_of_plateaus - curve[_MU].to_numpy()
@@ -551,10 +555,10 @@ def _rms_errors(
     compared = law_points.join(measured, on=point_key)
     errors = compared[[_MU, _LEFT_OUT_MU]].sub(compared["measured"], axis=0)
     squares_by_curve = errors.pow(2).groupby([compared["law"], compared["run_id"]], sort=False)
-    rms = (squares_by_curve.mean() ** 0.5).reset_index().to_numpy().tolist()
+    rms_rows = (squares_by_curve.mean() ** 0.5).reset_index().to_numpy().tolist()
     return {
         (str(law), str(run_id)): (fit_rms, left_out_rms)
-        for law, run_id, fit_rms, left_out_rms in rms
+        for law, run_id, fit_rms, left_out_rms in rms_rows
     }
 
 
@@ -562,7 +566,7 @@ def _draw_measured(
     panel: Panel, fit: Fit, run_id: str, results: CampaignTables, settings: Settings
 ) -> tuple[pd.DataFrame, style.Look, style.Look, style.Look, str]:
     """Draw a curve as measured; give it with the looks of symbol and lines, and what it is."""
-    curve = _one_side(results.points.query("accepted and run_id == @run"))
+    curve = _with_positive_slip(results.points.query("accepted and run_id == @run_id"))
     symbol_look = symbol_of(fit, list(settings.oils))
     x, y = curve["slide_roll_ratio"], curve["traction_coefficient"]
     half_interval = style.SE_DRAWN * curve["traction_coefficient_se"]
@@ -606,7 +610,7 @@ def _fitted_curve(
     return slip, fitted.traction(curve[list(law.conditions)].mean().to_numpy(dtype=float), slip)
 
 
-def _one_side(points: pd.DataFrame) -> pd.DataFrame:
+def _with_positive_slip(points: pd.DataFrame) -> pd.DataFrame:
     """Points by slip, as if slipping in the positive direction."""
     side = np.where(points["slide_roll_ratio"] < 0, -1.0, 1.0)
     turned = points.filter(regex="slide_roll_ratio$|traction_coefficient$").mul(side, axis="index")

@@ -137,9 +137,9 @@ def trace(
     state_scale = np.column_stack([scale, np.ones(curve_count)])
     end_state = np.column_stack([start / scale, parameter])
 
-    def residuals(crossing_state: FloatArray, which: IndexArray) -> FloatArray:
+    def residuals(states: FloatArray, which: IndexArray) -> FloatArray:
         """The equations at states: the scaled unknowns, then the parameter."""
-        return equations(crossing_state[..., :-1] * scale[which], crossing_state[..., -1], which)
+        return equations(states[..., :-1] * scale[which], states[..., -1], which)
 
     rising_parameter = np.zeros_like(end_state)
     rising_parameter[:, -1] = 1.0
@@ -171,19 +171,19 @@ def trace(
         crossing_points.append(curves.point[crossing_row[is_accepted]])
         crossing_states.append(crossing_state[is_accepted])
         new_parameter = curves.state[:, -1]
-        ends = accepted & (new_parameter >= last)
-        returns = accepted & (new_parameter < first)
-        ended[curves.point[ends]] = True
-        returned[curves.point[returns]] = True
+        reaches_last = accepted & (new_parameter >= last)
+        returns_to_first = accepted & (new_parameter < first)
+        ended[curves.point[reaches_last]] = True
+        returned[curves.point[returns_to_first]] = True
         end_state[curves.point] = curves.state
-        stalls = curves.step < _SHORTEST_STEP
-        curves = curves.select(~(ends | returns | stalls))
+        has_stalled = curves.step < _SHORTEST_STEP
+        curves = curves.select(~(reaches_last | returns_to_first | has_stalled))
     point = np.concatenate(crossing_points)
     unknowns = (np.concatenate(crossing_states) * state_scale[point])[:, :-1]
-    order = np.argsort(point, kind="stable")
+    order_by_point = np.argsort(point, kind="stable")
     return Crossings(
-        point=point[order],
-        unknowns=unknowns[order],
+        point=point[order_by_point],
+        unknowns=unknowns[order_by_point],
         ended=ended,
         returned=returned,
         end=(end_state * state_scale)[:, :-1],
@@ -199,30 +199,38 @@ def _advance(
 ) -> BoolArray:
     """One step of each curve, in place; True where the step was accepted."""
     step = curves.step[:, np.newaxis]
-    predicted = curves.state + step * curves.tangent + step**2 / 2 * curves.curvature
+    predicted_state = curves.state + step * curves.tangent + step**2 / 2 * curves.curvature
     # after a refused step the slopes at the old state are replaced by those at the predicted state
-    refused = np.flatnonzero(curves.refused)
-    if len(refused):
-        curves.slopes[refused] = _slopes(residuals, predicted[refused], curves.point[refused])
-    corrected, corrections = _corrected(residuals, curves, predicted, tolerance)
-    reached = np.flatnonzero(corrections <= _MAX_CORRECTIONS)
-    slopes = _slopes(residuals, corrected[reached], curves.point[reached])
-    tangent = _tangent(slopes, curves.tangent[reached])
-    cosine = np.einsum("pi,pi->p", tangent, curves.tangent[reached])
-    smallest_cosine = np.where(curves.step[reached] < kink, 0.0, _SMALLEST_COSINE)
+    refused_rows = np.flatnonzero(curves.refused)
+    if len(refused_rows):
+        curves.slopes[refused_rows] = _slopes(
+            residuals, predicted_state[refused_rows], curves.point[refused_rows]
+        )
+    corrected_state, corrections = _corrected(residuals, curves, predicted_state, tolerance)
+    reached_rows = np.flatnonzero(corrections <= _MAX_CORRECTIONS)
+    slopes = _slopes(residuals, corrected_state[reached_rows], curves.point[reached_rows])
+    tangent = _tangent(slopes, curves.tangent[reached_rows])
+    cosine = np.einsum("pi,pi->p", tangent, curves.tangent[reached_rows])
+    smallest_cosine = np.where(curves.step[reached_rows] < kink, 0.0, _SMALLEST_COSINE)
     turns_little = cosine > smallest_cosine
-    forward = reached[turns_little]
+    accepted_rows = reached_rows[turns_little]
     accepted = np.zeros(len(curves.point), dtype=bool)
-    accepted[forward] = True
-    longer = np.zeros(len(curves.point), dtype=bool)
-    longer[reached] = (cosine > _STRAIGHT_COSINE) & (corrections[reached] < _MANY_CORRECTIONS)
-    length = np.linalg.norm(corrected[forward] - curves.state[forward], axis=1)[:, np.newaxis]
-    curves.curvature[forward] = (tangent[turns_little] - curves.tangent[forward]) / length
-    curves.state[forward] = corrected[forward]
-    curves.slopes[forward] = slopes[turns_little]
-    curves.tangent[forward] = tangent[turns_little]
+    accepted[accepted_rows] = True
+    may_be_longer = np.zeros(len(curves.point), dtype=bool)
+    may_be_longer[reached_rows] = (cosine > _STRAIGHT_COSINE) & (
+        corrections[reached_rows] < _MANY_CORRECTIONS
+    )
+    length = np.linalg.norm(corrected_state[accepted_rows] - curves.state[accepted_rows], axis=1)[
+        :, np.newaxis
+    ]
+    curves.curvature[accepted_rows] = (
+        tangent[turns_little] - curves.tangent[accepted_rows]
+    ) / length
+    curves.state[accepted_rows] = corrected_state[accepted_rows]
+    curves.slopes[accepted_rows] = slopes[turns_little]
+    curves.tangent[accepted_rows] = tangent[turns_little]
     curves.refused[:] = ~accepted
-    factor = np.where(accepted, np.where(longer, _LONGER, 1.0), _SHORTER)
+    factor = np.where(accepted, np.where(may_be_longer, _LONGER, 1.0), _SHORTER)
     curves.step[:] = np.minimum(curves.step * factor, _LONGEST_STEP)
     return accepted
 
@@ -230,7 +238,7 @@ def _advance(
 def _corrected(
     residuals: Callable[[FloatArray, IndexArray], FloatArray],
     curves: _Curves,
-    predicted: FloatArray,
+    predicted_state: FloatArray,
     tolerance: float,
 ) -> tuple[FloatArray, IndexArray]:
     """Predicted states moved onto their curves by Broyden's method, normal to the tangent.
@@ -239,19 +247,19 @@ def _corrected(
         The corrected states, and the number of corrections: more than `_MAX_CORRECTIONS` where the
         curve was not reached.
     """
-    state = predicted.copy()
+    state = predicted_state.copy()
     corrections = np.full(len(state), _MAX_CORRECTIONS + 1)
     inverse = np.linalg.inv(_bordered(curves.slopes, curves.tangent))
     unfinished = np.arange(len(state))
     residual = _with_zero(residuals(state, curves.point))
     for correction in range(_MAX_CORRECTIONS + 1):
         largest_residual = np.abs(residual).max(axis=1)
-        reached = largest_residual <= tolerance
-        corrections[unfinished[reached]] = correction
-        continues = ~reached & np.isfinite(largest_residual)
-        unfinished = unfinished[continues]
-        residual = residual[continues]
-        inverse = inverse[continues]
+        has_reached = largest_residual <= tolerance
+        corrections[unfinished[has_reached]] = correction
+        is_unfinished = ~has_reached & np.isfinite(largest_residual)
+        unfinished = unfinished[is_unfinished]
+        residual = residual[is_unfinished]
+        inverse = inverse[is_unfinished]
         if len(unfinished) == 0 or correction == _MAX_CORRECTIONS:
             break
         change = -np.einsum("pij,pj->pi", inverse, residual)
@@ -341,6 +349,6 @@ def _crossings(
             crossing_rows.append(row)
             crossing_lengths.append(root)
     rows = np.array(crossing_rows, dtype=np.intp)
-    fraction = np.array(crossing_lengths)[:, np.newaxis]
+    t = np.array(crossing_lengths)[:, np.newaxis]
     a, b, c, d = coefficients[:, rows]
-    return rows, np.asarray(((a * fraction + b) * fraction + c) * fraction + d)
+    return rows, np.asarray(((a * t + b) * t + c) * t + d)

@@ -131,9 +131,9 @@ def smoothly_limited_below(speed_m_s: FloatArray, smallest_m_s: FloatArray | flo
 
     Value and slope are continuous at U = U_0. Nothing changes with U_0 = 0.
     """
-    slow = speed_m_s < smallest_m_s
-    ratio = np.divide(speed_m_s, smallest_m_s, out=np.zeros_like(speed_m_s), where=slow)
-    return np.asarray(np.where(slow, smallest_m_s / 2 * (1 + ratio**2), speed_m_s))
+    is_slow = speed_m_s < smallest_m_s
+    ratio = np.divide(speed_m_s, smallest_m_s, out=np.zeros_like(speed_m_s), where=is_slow)
+    return np.asarray(np.where(is_slow, smallest_m_s / 2 * (1 + ratio**2), speed_m_s))
 
 
 def sliding(

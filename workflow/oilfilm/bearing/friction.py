@@ -5,6 +5,8 @@ balance. They come from traction in both ellipses, rolling resistance, drag of t
 The results are spin and tilt of the ball, gyroscopic slip and the speed of the cage. Each term is a
 pair of forces on two bodies. Hence the power that the rings supply is the sum of all friction heat.
 
+The axes x, r, t and the normal n of a contact are those of `quasistatic`.
+
 The cage turns steadily. All balls travel with it, each pushed or held by its pocket.
 
 Decides: the forces on balls and cage, and the cage slip above which no law holds.
@@ -33,7 +35,7 @@ from oilfilm.bearing.quasistatic import (
     Contacts,
     Motion,
     OperatingPoints,
-    ball_force_n,
+    ball_force_scale_n,
     centrifugal_force_n,
     contacts_at,
     raceway_control,
@@ -53,7 +55,7 @@ from oilfilm.physics.contact import Conditions, Floats
 # Quadrature nodes of the ellipse, across and along the rolling direction.
 QUADRATURE = (16, 4)
 # Nodes for random draws and for the search of an equilibrium.
-COARSE = (6, 2)
+COARSE_QUADRATURE = (6, 2)
 # Number of quadrature nodes whose arrays fit the cache of a processor.
 _NODES_IN_CACHE = 50_000
 # Cage slip above which the outer contact hardly rolls. It is no setting: beyond it motions are so
@@ -283,7 +285,7 @@ class FrictionProblem:
             motion: Motion of the ball.
             share: Share of `balance`.
         """
-        ball_radius = self.bearing.ball_diameter_m / 2
+        ball_radius_m = self.bearing.ball_diameter_m / 2
         friction_factor = share * self.lubrication.factor("pocket")
         friction_n = friction_factor * self.bearing.cage.pocket_friction_coefficient * force_n
         spin_x = motion.spin_rad_s[..., 0]
@@ -293,7 +295,7 @@ class FrictionProblem:
         sign_over_spin = spin_sign / np.maximum(spin_rad_s, np.finfo(float).tiny)
         axis_x = spin_x * sign_over_spin
         axis_r = spin_r * sign_over_spin
-        moment_n_m = np.abs(friction_n) * ball_radius
+        moment_n_m = np.abs(friction_n) * ball_radius_m
         return _PocketFriction(
             pocket_force_n=force_n,
             # the friction force is normal to the axis of the spin
@@ -330,44 +332,46 @@ class FrictionProblem:
     ) -> FloatArray:
         """Sums of forces and moments that vanish in equilibrium, as `Balance.imbalance_n`."""
         bearing = self.bearing
-        ball_radius = bearing.ball_diameter_m / 2
+        ball_radius_m = bearing.ball_diameter_m / 2
         n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-        contact_x = -(film_traction.across_n * n_r + contacts.load_n * n_x)
-        contact_r = film_traction.across_n * n_x - contacts.load_n * n_r
-        about_normal = film_traction.about_normal_n_m
-        about_across = (
-            film_traction.about_across_n_m + ball_radius * rolling.force_n + rolling.moment_n_m
+        contact_force_x_n = -(film_traction.across_n * n_r + contacts.load_n * n_x)
+        contact_force_r_n = film_traction.across_n * n_x - contacts.load_n * n_r
+        about_normal_n_m = film_traction.about_normal_n_m
+        about_across_n_m = (
+            film_traction.about_across_n_m + ball_radius_m * rolling.force_n + rolling.moment_n_m
         )
-        contact_moment_x = about_normal * n_x - about_across * n_r
-        contact_moment_r = about_normal * n_r + about_across * n_x
+        contact_moment_x_n_m = about_normal_n_m * n_x - about_across_n_m * n_r
+        contact_moment_r_n_m = about_normal_n_m * n_r + about_across_n_m * n_x
         # gyroscopic moment over the spin
-        gyroscopic = share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
-        gyroscopic_r = gyroscopic * motion.spin_rad_s[..., 2]
-        gyroscopic_t = gyroscopic * motion.spin_rad_s[..., 1]
+        gyroscopic_n_m_s = share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
+        gyroscopic_moment_r_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 2]
+        gyroscopic_moment_t_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 1]
 
-        force_x = _sum_of_contacts(contact_x) + pocket.force_x_n
-        outward = pocket.force_r_n + centrifugal_force_n(bearing, contacts, motion)
-        force_r = _sum_of_contacts(contact_r) + outward
-        moment_x = _sum_of_contacts(contact_moment_x) - pocket.moment_x_n_m
-        moment_r = _sum_of_contacts(contact_moment_r) - pocket.moment_r_n_m + gyroscopic_r
-        moment_t = _sum_of_contacts(film_traction.about_tangent_n_m) - gyroscopic_t
-        pocket_force = pocket.pocket_force_n
-        cage_moment = (
+        force_x_n = _sum_of_contacts(contact_force_x_n) + pocket.force_x_n
+        outward_force_n = pocket.force_r_n + centrifugal_force_n(bearing, contacts, motion)
+        force_r_n = _sum_of_contacts(contact_force_r_n) + outward_force_n
+        moment_x_n_m = _sum_of_contacts(contact_moment_x_n_m) - pocket.moment_x_n_m
+        moment_r_n_m = (
+            _sum_of_contacts(contact_moment_r_n_m) - pocket.moment_r_n_m + gyroscopic_moment_r_n_m
+        )
+        moment_t_n_m = _sum_of_contacts(film_traction.about_tangent_n_m) - gyroscopic_moment_t_n_m
+        pocket_force_n = pocket.pocket_force_n
+        cage_moment_n_m = (
             land_moment_n_m
-            - pocket_force * contacts.orbit_radius_m
-            - np.sign(pocket_force) * ball_radius * pocket.force_r_n
+            - pocket_force_n * contacts.orbit_radius_m
+            - np.sign(pocket_force_n) * ball_radius_m * pocket.force_r_n
         )
-        ring_force_x = self.points.axial_load_n / bearing.ball_count - contact_x[..., 0]
-        imbalance = (
-            force_x,
-            force_r,
-            moment_x / ball_radius,
-            moment_r / ball_radius,
-            moment_t / ball_radius,
-            cage_moment / (bearing.pitch_diameter_m / 2),
-            ring_force_x,
+        ring_force_x_n = self.points.axial_load_n / bearing.ball_count - contact_force_x_n[..., 0]
+        imbalance_n = (
+            force_x_n,
+            force_r_n,
+            moment_x_n_m / ball_radius_m,
+            moment_r_n_m / ball_radius_m,
+            moment_t_n_m / ball_radius_m,
+            cage_moment_n_m / (bearing.pitch_diameter_m / 2),
+            ring_force_x_n,
         )
-        return np.stack(imbalance, axis=-1)
+        return np.stack(imbalance_n, axis=-1)
 
     def _rolling_resistance(
         self, contacts: Contacts, sliding_state: Sliding, race_radius_m: FloatArray, share: Floats
@@ -432,7 +436,7 @@ class FrictionProblem:
             return np.concatenate([first_half, second_half], axis=-2)
         problem = self.at_points(which)
         imbalance = problem.balance(unknowns, share).imbalance_n
-        return imbalance / ball_force_n(self.bearing, problem.points)[:, np.newaxis]
+        return imbalance / ball_force_scale_n(self.bearing, problem.points)[:, np.newaxis]
 
     def start(self) -> FloatArray:
         """Unknowns of raceway control without gyroscopic moment, shape (points, 7)."""
@@ -447,8 +451,10 @@ class FrictionProblem:
     def rolling_spin_rad_s(self) -> FloatArray:
         """Spin of balls that roll between the rings, shape (points,)."""
         bearing = self.bearing
-        spin = self._ring_difference_rad_s() * bearing.pitch_diameter_m
-        return np.maximum(spin / (2 * bearing.ball_diameter_m), _SMALLEST_SCALE_RAD_S)
+        speed_difference_m_s = self._ring_difference_rad_s() * bearing.pitch_diameter_m
+        return np.maximum(
+            speed_difference_m_s / (2 * bearing.ball_diameter_m), _SMALLEST_SCALE_RAD_S
+        )
 
     def rolling_speed_m_s(self) -> FloatArray:
         """Surface speed of balls that roll between the rings, shape (points,)."""
@@ -456,15 +462,15 @@ class FrictionProblem:
 
     def _ring_difference_rad_s(self) -> FloatArray:
         """Difference of the speeds of both rings, without its sign."""
-        ring_speed = self.points.ring_speed_rad_s
-        return np.abs(ring_speed[:, 0] - ring_speed[:, 1])
+        ring_speed_rad_s = self.points.ring_speed_rad_s
+        return np.abs(ring_speed_rad_s[:, 0] - ring_speed_rad_s[:, 1])
 
     def scale(self) -> FloatArray:
         """Scale of each unknown, shape (points, 7)."""
-        ring_speed = self.points.ring_speed_rad_s
+        ring_speed_rad_s = self.points.ring_speed_rad_s
         spin_rad_s = self.rolling_spin_rad_s()
-        orbit_rad_s = np.maximum(np.abs(ring_speed).max(axis=1) / 2, _SMALLEST_SCALE_RAD_S)
-        length_m = np.full(len(ring_speed), self.bearing.groove_offset_m.min())
+        orbit_rad_s = np.maximum(np.abs(ring_speed_rad_s).max(axis=1) / 2, _SMALLEST_SCALE_RAD_S)
+        length_m = np.full(len(ring_speed_rad_s), self.bearing.groove_offset_m.min())
         return np.column_stack(
             [length_m, length_m, spin_rad_s, spin_rad_s, spin_rad_s, orbit_rad_s, length_m]
         )
@@ -495,14 +501,14 @@ class FrictionEquilibrium:
         Rolling means no sliding in the middle of either contact. The balls' axis is the actual one.
         """
         contacts, motion = self.balance.contacts, self.balance.motion
-        ring_speed = self.problem.points.ring_speed_rad_s
-        ball_radius = self.problem.bearing.ball_diameter_m / 2
+        ring_speed_rad_s = self.problem.points.ring_speed_rad_s
+        ball_radius_m = self.problem.bearing.ball_diameter_m / 2
         axis_rad_s = np.abs(self.balance.sliding.axis_rad_s)
         relative_axis = axis_rad_s / np.maximum(axis_rad_s.max(axis=-1, keepdims=True), 1e-300)
-        orbit_radius = contacts.orbit_radius_m[..., np.newaxis]
-        race_radius = orbit_radius + contacts.normal[..., 1, :] * ball_radius
-        weight = race_radius / np.maximum(relative_axis, 1e-3)
-        rolling_rad_s = (ring_speed * weight).sum(axis=-1) / weight.sum(axis=-1)
+        orbit_radius_m = contacts.orbit_radius_m[..., np.newaxis]
+        race_radius_m = orbit_radius_m + contacts.normal[..., 1, :] * ball_radius_m
+        weight = race_radius_m / np.maximum(relative_axis, 1e-3)
+        rolling_rad_s = (ring_speed_rad_s * weight).sum(axis=-1) / weight.sum(axis=-1)
         lag_rad_s = rolling_rad_s - motion.orbit_speed_rad_s
         return np.divide(
             lag_rad_s, rolling_rad_s, out=np.zeros_like(lag_rad_s), where=rolling_rad_s != 0
@@ -526,8 +532,8 @@ class FrictionEquilibrium:
 
     def widest_contact(self) -> FloatArray:
         """Semi-axis across the rolling direction over the balls' radius, of the wider contact."""
-        radius = self.problem.bearing.ball_diameter_m / 2
-        return np.asarray(self.balance.contacts.semi_axis_y_m.max(axis=-1) / radius)
+        ball_radius_m = self.problem.bearing.ball_diameter_m / 2
+        return np.asarray(self.balance.contacts.semi_axis_y_m.max(axis=-1) / ball_radius_m)
 
 
 @dataclass(frozen=True)

@@ -131,14 +131,19 @@ def _conditions_of_contacts(equilibrium: FrictionEquilibrium) -> Conditions:
 def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     """Relative error of the heat of traction by quadrature, from a finer rule: (points,)."""
     problem, balance = equilibrium.problem, equilibrium.balance
-    ring_speed = problem.points.ring_speed_rad_s
+    ring_speed_rad_s = problem.points.ring_speed_rad_s
     finer_rule = problem.rule.finer()
     sliding_state = sliding(
-        problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule
+        problem.bearing, balance.contacts, balance.motion, ring_speed_rad_s, finer_rule
     )
-    factor = problem.lubrication.traction_factor
+    traction_factor = problem.lubrication.traction_factor
     finer_traction = traction(
-        balance.contacts, sliding_state, balance.conditions, problem.law, finer_rule, factor
+        balance.contacts,
+        sliding_state,
+        balance.conditions,
+        problem.law,
+        finer_rule,
+        traction_factor,
     )
     return _relative_difference(
         finer_traction.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1)
@@ -164,9 +169,9 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     conditions = replace(conditions, load_n=load_n)
     mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.share
     film_m = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
-    loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
-    within_range = within_thermal_reduction(conditions.relative_pressure, loading)
-    film_in_range = np.asarray(within_range.all(axis=1))
+    thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
+    contact_in_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
+    film_in_range = np.asarray(contact_in_range.all(axis=1))
     thinnest_film_m = film_m.min(axis=1) * problem.replenishment()
     lambda_ratio = thinnest_film_m / problem.bearing.roughness_rq_m
     return np.where(film_in_range, lambda_ratio, np.nan), film_in_range
@@ -185,17 +190,17 @@ def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     """
     balance = equilibrium.balance
     forces, sliding_state = balance.traction, balance.sliding
-    orbital_speed = sliding_state.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
-    roll_heat_in_middle = sliding_state.roll_rad_s * sliding_state.middle_m * forces.along_n
+    orbital_speed_m_s = sliding_state.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
+    roll_heat_in_middle_w = sliding_state.roll_rad_s * sliding_state.middle_m * forces.along_n
     # spin of the ball about t; the slice keeps the axis of the contacts
-    tangent_spin = balance.motion.spin_rad_s[:, 2:]
-    heats = {
-        "gross": forces.along_n * orbital_speed + roll_heat_in_middle,
+    tangent_spin_rad_s = balance.motion.spin_rad_s[:, 2:]
+    heats_w = {
+        "gross": forces.along_n * orbital_speed_m_s + roll_heat_in_middle_w,
         "spin": -sliding_state.spin_rad_s * forces.about_normal_n_m,
-        "differential": -sliding_state.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle,
-        "gyroscopic": -tangent_spin * forces.about_tangent_n_m,
+        "differential": -sliding_state.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle_w,
+        "gyroscopic": -tangent_spin_rad_s * forces.about_tangent_n_m,
     }
-    return {name: heat.sum(axis=1) for name, heat in heats.items()}
+    return {name: heat_w.sum(axis=1) for name, heat_w in heats_w.items()}
 
 
 def _is_beyond(values: FloatArray, tested: FloatArray | tuple[float, float]) -> FloatArray:
@@ -316,17 +321,21 @@ def skf_torque_n_m(
     pitch_diameter_mm = pitch_diameter_m * MM_PER_M
     viscosity_cst = kinematic_viscosity_m2_s * _CST_PER_M2_S
     viscosity_times_speed = viscosity_cst * np.asarray(speed_rpm, dtype=float)
-    inlet_heating = 1 / (
+    inlet_heating_factor = 1 / (
         1 + 1.84e-9 * (speed_rpm * pitch_diameter_mm) ** 1.28 * viscosity_cst**0.64
     )
-    rolling_centrifugal = 1.90e-12 * pitch_diameter_mm**4 * np.square(speed_rpm)
-    rolling_load = rolling_centrifugal + 1.97 * axial_load_n
-    rolling_torque = (
-        5.03e-7 * pitch_diameter_mm**1.97 * rolling_load**0.54 * viscosity_times_speed**0.6
+    rolling_centrifugal_n = 1.90e-12 * pitch_diameter_mm**4 * np.square(speed_rpm)
+    rolling_load_n = rolling_centrifugal_n + 1.97 * axial_load_n
+    rolling_torque_n_mm = (
+        5.03e-7 * pitch_diameter_mm**1.97 * rolling_load_n**0.54 * viscosity_times_speed**0.6
     )
-    sliding_centrifugal = 1.91e-12 * pitch_diameter_mm**4 * np.square(speed_rpm)
-    sliding_load = sliding_centrifugal ** (4 / 3) + 0.68 * np.power(axial_load_n, 4 / 3)
-    mixed_share = np.exp(-2.6e-8 * viscosity_times_speed**1.4 * pitch_diameter_mm)
-    friction_coefficient = mixed_share * 0.12 + (1 - mixed_share) * 0.04
-    sliding_torque = friction_coefficient * 1.30e-2 * pitch_diameter_mm**0.26 * sliding_load
-    return np.asarray(_N_M_PER_N_MM * (inlet_heating * rolling_torque + sliding_torque))
+    sliding_centrifugal_n = 1.91e-12 * pitch_diameter_mm**4 * np.square(speed_rpm)
+    sliding_load_factor = sliding_centrifugal_n ** (4 / 3) + 0.68 * np.power(axial_load_n, 4 / 3)
+    boundary_weight = np.exp(-2.6e-8 * viscosity_times_speed**1.4 * pitch_diameter_mm)
+    friction_coefficient = boundary_weight * 0.12 + (1 - boundary_weight) * 0.04
+    sliding_torque_n_mm = (
+        friction_coefficient * 1.30e-2 * pitch_diameter_mm**0.26 * sliding_load_factor
+    )
+    return np.asarray(
+        _N_M_PER_N_MM * (inlet_heating_factor * rolling_torque_n_mm + sliding_torque_n_mm)
+    )

@@ -121,12 +121,12 @@ def _fill_sheet(sheet: Any, description: Description) -> None:
     mu_row = _add_row(
         sheet, "mu", None, "1", "traction force over load, of the sign of S", font=_TITLE
     )
-    inside_text = (
+    inside_formula = (
         f'IF(ABS(B{mu_row})>{description.limiting_stress_ratio!r},"{_IMPOSSIBLE}",'
         '"inside the tested box")'
     )
-    outside_text = '"EXTRAPOLATED: outside the tested box"'
-    _add_row(sheet, "range", f"=IF({outside_count}=0,{inside_text},{outside_text})")
+    outside_formula = '"EXTRAPOLATED: outside the tested box"'
+    _add_row(sheet, "range", f"=IF({outside_count}=0,{inside_formula},{outside_formula})")
     _add_row(sheet, NOT_MARKED)
     _add_row(sheet, None)
     cell_of_name |= _add_constants(sheet, description)
@@ -138,9 +138,11 @@ def _fill_sheet(sheet: Any, description: Description) -> None:
         cell_of_name[name] = f"$B${row}"
     mu_size_cell = cell_of_name["mu"]
     mu_formula = f"IF({cell_of_name[SLIP]}<0,-{mu_size_cell},{mu_size_cell})"
-    positive_conditions = [f"{cell_of_name[condition.name]}>0" for condition in description.powers]
-    if positive_conditions:
-        mu_formula = f"IF(AND({','.join(positive_conditions)}),{mu_formula},NA())"
+    positivity_formulas = [
+        f"{cell_of_name[condition.name]}>0" for condition in description.power_arguments
+    ]
+    if positivity_formulas:
+        mu_formula = f"IF(AND({','.join(positivity_formulas)}),{mu_formula},NA())"
     sheet.cell(mu_row, 2).value = f"={mu_formula}"
     sheet.cell(mu_row, 2).number_format = "0.00000"
 
@@ -314,7 +316,7 @@ def json_text(
         "oil": description.oil,
         "origin": description.origin,
         "campaign": campaign_as_json,
-        "data": description.data,
+        "data": description.kind_of_data,
         "law": {
             "name": law.name,
             # operators and functions as in Python

@@ -170,7 +170,7 @@ class Description:
         return self.fitted.law
 
     @property
-    def data(self) -> Literal["measured", "simulated", "printed"]:
+    def kind_of_data(self) -> Literal["measured", "simulated", "printed"]:
         """The kind of data behind the constants."""
         return "printed" if self.campaign is None else self.campaign.data
 
@@ -186,7 +186,7 @@ class Description:
             "oil": self.oil,
             "law": self.law.name,
             "campaign": "" if self.campaign is None else self.campaign.name,
-            "data": self.data,
+            "data": self.kind_of_data,
             "certified": self.certified,
             "not_sound": "; ".join(self.fitted.warnings),
         }
@@ -219,7 +219,7 @@ class Description:
         return [condition.name for condition in self.arguments] + [SLIP]
 
     @property
-    def powers(self) -> tuple[Condition, ...]:
+    def power_arguments(self) -> tuple[Condition, ...]:
         """The arguments that enter by a power, which has no value at 0 and below."""
         return tuple(
             condition for condition in self.arguments if condition.name not in self.law.exponential
@@ -228,22 +228,22 @@ class Description:
     @property
     def power_meanings(self) -> str:
         """These arguments in a few words: "pressure and speed"; empty without one."""
-        meanings = [condition.meaning.partition(",")[0] for condition in self.powers]
+        meanings = [condition.meaning.partition(",")[0] for condition in self.power_arguments]
         if len(meanings) < 2:
             return "".join(meanings)
         return f"{', '.join(meanings[:-1])} and {meanings[-1]}"
 
     def power_law(self, conditions: Sequence[Condition]) -> str:
         """The power law of the coefficients in these conditions, as an equation."""
-        powers = []
+        power_texts = []
         for condition in conditions:
             exponent_index = self.conditions.index(condition) + 1
-            relative = f"{condition.symbol} / {condition.reference:g} {condition.unit}"
+            relative_text = f"{condition.symbol} / {condition.reference:g} {condition.unit}"
             if condition.name in self.law.exponential:
-                powers.append(f"exp(X{exponent_index} ({relative} - 1))")
+                power_texts.append(f"exp(X{exponent_index} ({relative_text} - 1))")
             else:
-                powers.append(f"({relative})^X{exponent_index}")
-        return f"X = X0 {' '.join(powers)} for X = {', '.join(self.law.local_constants)}"
+                power_texts.append(f"({relative_text})^X{exponent_index}")
+        return f"X = X0 {' '.join(power_texts)} for X = {', '.join(self.law.local_constants)}"
 
     @property
     def obstacle(self) -> str:
@@ -274,15 +274,15 @@ class Description:
         for coefficient in self.law.local_constants:
             factors = [text_of_constant[f"{coefficient}0"]]
             for exponent_index, condition in enumerate(self.conditions, 1):
-                exponent = f"{coefficient}{exponent_index}"
-                if condition.role != "argument" or self.values[exponent] == 0:
+                exponent_name = f"{coefficient}{exponent_index}"
+                if condition.role != "argument" or self.values[exponent_name] == 0:
                     continue
                 if condition.name in self.law.exponential:
                     factors.append(
-                        f"exp({text_of_constant[exponent]}*({condition.relative_name} - 1))"
+                        f"exp({text_of_constant[exponent_name]}*({condition.relative_name} - 1))"
                     )
                 else:
-                    factors.append(f"{condition.relative_name}**{text_of_constant[exponent]}")
+                    factors.append(f"{condition.relative_name}**{text_of_constant[exponent_name]}")
             steps.append((coefficient, " * ".join(factors)))
         steps.append(("S", f"abs({SLIP})"))
         steps += self.law.steps

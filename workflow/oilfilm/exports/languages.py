@@ -111,10 +111,10 @@ class Target:
         return TEMPLATES.get_template(f"{self.template}.jinja").render(
             name=description.identifier,
             oil=plain(description.oil),
-            data_label=_LABEL_OF_DATA[description.data],
+            data_label=_LABEL_OF_DATA[description.kind_of_data],
             arguments=arguments,
             argument_names=description.argument_names,
-            powers=description.powers,
+            powers=description.power_arguments,
             power_meanings=description.power_meanings,
             slip=SLIP,
             slip_end=description.slip.tested[1],
@@ -167,7 +167,7 @@ class Target:
 
 def _result_sentence(description: Description, no_value: str) -> str:
     """A sentence on the result of the function; `no_value` is its result without a mu."""
-    if not description.powers:
+    if not description.power_arguments:
         return "mu, of the sign of S"
     return f"mu, of the sign of S; {no_value} unless {description.power_meanings} are above 0"
 

@@ -158,7 +158,8 @@ def _viscosity_faults(
         yield OilFault(
             "viscosity",
             "the viscosity does not fall with temperature at "
-            f"{temperature_c[wrong_index]:.0f} degC ({1e3 * viscosity_pa_s[wrong_index]:.3g} mPa s)",
+            f"{temperature_c[wrong_index]:.0f} degC "
+            f"({1e3 * viscosity_pa_s[wrong_index]:.3g} mPa s)",
             "a viscosity that falls strictly, as oils have it",
         )
         return
@@ -211,18 +212,18 @@ def _film_faults(
 def doubts(oil: Oil) -> Iterator[str]:
     """Sentences on what is possible and unusual: no law of physics contradicts it."""
     pole_k = oil.coefficients.get("pole_k")
-    low, high = _USUAL_POLE_K
-    if oil.model == "vogel" and pole_k is not None and not low <= pole_k <= high:
+    lowest_usual, highest_usual = _USUAL_POLE_K
+    if oil.model == "vogel" and pole_k is not None and not lowest_usual <= pole_k <= highest_usual:
         yield (
             f"its three viscosities give Vogel's formula a pole at {pole_k:.0f} K; usual oils have "
-            f"{low:g} to {high:g} K, so that one viscosity may be mistyped"
+            f"{lowest_usual:g} to {highest_usual:g} K, so that one viscosity may be mistyped"
         )
     slope = walther_slope(oil)
-    low, high = _USUAL_WALTHER_SLOPE
-    if not low <= slope <= high:
+    lowest_usual, highest_usual = _USUAL_WALTHER_SLOPE
+    if not lowest_usual <= slope <= highest_usual:
         yield (
             f"its viscosities at 40 and 100 degC give a Walther slope of {slope:.2f}; usual oils "
-            f"have {low:g} to {high:g}, so that one viscosity may be mistyped"
+            f"have {lowest_usual:g} to {highest_usual:g}, so that one viscosity may be mistyped"
         )
 
 

@@ -80,7 +80,7 @@ class Comparison:
     @property
     def sections(self) -> list[Section]:
         """What differs, as tables of text."""
-        section_on_changes = _section_on_moved(
+        section_on_changes = _section_on_changes(
             "Constants and traction", self.changes[self.changes["change"] != 0]
         )
         statements = _section_on_statements(self.statements)
@@ -94,7 +94,7 @@ class Comparison:
         Where logs were added, rows, counts and sentences change with them and pass.
         """
         moved_too_far = self.changes[exceeds(self.changes["change"], self.changes["limit"])]
-        section_on_changes = _section_on_moved(
+        section_on_changes = _section_on_changes(
             "Moved by more than the drift gate lets pass", moved_too_far
         )
         sections = [section_on_changes]
@@ -109,8 +109,8 @@ class Comparison:
 
     def text(self, sections: Sequence[Section]) -> str:
         """Some sections for a terminal, below the names of both releases."""
-        before, after = self.names
-        blocks = [f"A {before}\nB {after}"]
+        name_before, name_after = self.names
+        blocks = [f"A {name_before}\nB {name_after}"]
         if self.kernels:
             blocks.append(self.kernels)
         blocks += [section.text() for section in sections] or ["no difference"]
@@ -141,8 +141,8 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         for title in before_by_section
     ]
     statements = list(changed_statements(before.table, after.table, drift.errors))
-    constants = _changes_of_constants(before, after).assign(limit=drift.standard_errors)
-    traction = _changes_of_traction(before, after, drift).assign(limit=drift.traction)
+    changes_of_constants = _changes_of_constants(before, after).assign(limit=drift.standard_errors)
+    changes_of_traction = _changes_of_traction(before, after, drift).assign(limit=drift.traction)
     return Comparison(
         names=(before.name, after.name),
         kernels=_text_on_kernels(
@@ -161,7 +161,7 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
             _changed_lines_of_summary(before, after, with_numbers=False),
         ),
         same_logs=before.manifest.made_from.raw == after.manifest.made_from.raw,
-        changes=pd.concat([constants, traction], ignore_index=True),
+        changes=pd.concat([changes_of_constants, changes_of_traction], ignore_index=True),
     )
 
 
@@ -193,10 +193,10 @@ def _section_on_statements(statements: Iterable[Statement]) -> Section:
     return Section("Statements", ("table", "row", "column", "A", "B"), rows)
 
 
-def _section_on_moved(title: str, moved: pd.DataFrame) -> Section:
+def _section_on_changes(title: str, changes: pd.DataFrame) -> Section:
     """Changes of constants and of mu, with the limit of each kind."""
     rows = []
-    for row in tables.rows(moved):
+    for row in tables.rows(changes):
         if row["what"] == "mu":
             change = f"{100 * row['change']:.3g}% at {row['where']}"
             limit = f"{row['limit']:.2%}"

@@ -96,14 +96,16 @@ class StoredRelease:
         `SHA256SUMS` must be there and name every file. A folder with the name of a release must
         have the name of this one. For a pin, only the files that it keeps are checked.
         """
-        present = set(files_below(self.folder))
+        files_present = set(files_below(self.folder))
         sentences = [
             f"{printable(path)}: is extra: the manifest does not name it."
-            for path in present - UNLISTED_FILES - self.files.keys()
+            for path in files_present - UNLISTED_FILES - self.files.keys()
         ]
         if self.pinned:
             expected_records = [
-                checksums_record for path, checksums_record in self.files.items() if path in present
+                checksums_record
+                for path, checksums_record in self.files.items()
+                if path in files_present
             ]
         else:
             # the file that `sha256sum -c` reads and that a signature covers

@@ -21,6 +21,7 @@ from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils, best_shares
 from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, UNCERTAIN
 
+# Columns of an operating point of a bearing for which an answer is wanted (duty point).
 DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
 # Most operating points of a campaign with shares of variance, which take as long as ten intervals.
 _MOST_SHARED_POINTS = 8
@@ -297,7 +298,7 @@ def _with_ranges(
     for oil in oils:
         is_of_oil = shares["oil"] == oil.name
         run_sd = np.nan_to_num(oil.laws["stress"].fitted.coefficients.run_sd)
-        viscosity = settings.stand_in_uncertainty.viscosity * oil.oil.stand_in
+        viscosity = settings.stand_in_uncertainty.viscosity * oil.properties.stand_in
         standard_uncertainty = standard_uncertainty.mask(
             is_of_oil & (shares["variance_cause"] == "runs"), run_sd
         )
@@ -335,16 +336,18 @@ def range_text(row: "pd.Series[float]") -> str:
     return "as stated in the rig's file"
 
 
-def what_to_measure(shares: pd.DataFrame, column: str, least: float = 0.1) -> list[tuple[str, str]]:
+def what_to_measure(
+    shares: pd.DataFrame, column: str, smallest_share: float = 0.1
+) -> list[tuple[str, str]]:
     """The causes of the most variance, the largest first, and what would make each known.
 
     Args:
         shares: Rows of `Answers.shares`, of one point or of several.
         column: `torque_share` or `slip_share`; the median over the points counts.
-        least: Smallest share that is named.
+        smallest_share: Smallest share that is named.
     """
     median_share = shares.groupby("variance_cause")[column].median().sort_values(ascending=False)
     return [
         (str(cause), CAUSES[str(cause)].measure)
-        for cause in median_share.index[median_share >= least]
+        for cause in median_share.index[median_share >= smallest_share]
     ]

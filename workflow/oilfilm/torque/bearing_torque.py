@@ -34,7 +34,7 @@ from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_g
 from oilfilm.torque.torque_uncertainty import (
     FACTOR_TERMS,
     Drawing,
-    Group,
+    OilAndLaw,
     has_draws,
     random_factor,
     with_uncertainty,
@@ -67,7 +67,7 @@ class OilInBearing:
 
     Attributes:
         name: Name in config/oils.
-        oil: Its properties.
+        properties: Its properties.
         laws: Laws by load variable. The keys `LOAD_VARIABLES` have the campaign's law, evaluated
             with maximum Hertz pressure (`stress`), load or dimensionless load. Further keys are
             names of laws on load.
@@ -76,7 +76,7 @@ class OilInBearing:
     """
 
     name: str
-    oil: Oil
+    properties: Oil
     laws: Mapping[str, LawInBearing]
     tested: Mapping[str, tuple[float, float]]
     settings: BearingSettings
@@ -110,7 +110,7 @@ class OilInBearing:
             load_variable: Key of `laws`; `stress` is maximum Hertz pressure.
             traction_factor: Factor on all traction. It broadcasts like the load.
         """
-        load_n, speed_rpm, temperature_c, factor = np.broadcast_arrays(
+        load_n, speed_rpm, temperature_c, traction_factors = np.broadcast_arrays(
             np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c, traction_factor
         )
         points = pd.DataFrame(
@@ -118,7 +118,7 @@ class OilInBearing:
                 "axial_load_n": load_n,
                 "inner_speed_rpm": speed_rpm,
                 "inlet_temperature_c": temperature_c,
-                "traction_factor": factor,
+                "traction_factor": traction_factors,
             }
         )
         return Cases(bearing, [CaseGroup(self, load_variable, points)]).run()
@@ -161,17 +161,17 @@ class Cases:
             inputs: Uncertain inputs of each point; by default the values of bearing and settings.
         """
         self.oils = [oil for oil, _, _ in groups]
-        self.laws = [oil.laws[variable] for oil, variable, _ in groups]
+        self.laws = [oil.laws[load_variable] for oil, load_variable, _ in groups]
         self._points_of_group = [len(points) for _, _, points in groups]
         tables_of_groups = []
         lubrications = []
-        for oil, variable, points in groups:
+        for oil, load_variable, points in groups:
             tables_of_groups.append(
-                points.assign(oil=oil.name, bearing=bearing.name, load_variable=variable)
+                points.assign(oil=oil.name, bearing=bearing.name, load_variable=load_variable)
             )
             lubrications.append(
                 Lubrication.flooded(
-                    oil.oil,
+                    oil.properties,
                     points["inlet_temperature_c"].to_numpy(dtype=float),
                     oil.settings.drag_coefficient,
                     oil.settings.oil_volume_fraction,
@@ -213,7 +213,7 @@ class Cases:
             range_of_point = self._for_each_point([oil.tested[quantity] for oil in self.oils])
             # first row: lowest level of each point; second row: highest
             tested[quantity] = range_of_point.T
-        stress_ratios = [oil.oil.limiting_stress_ratio for oil in self.oils]
+        stress_ratios = [oil.properties.limiting_stress_ratio for oil in self.oils]
         terms = _null_without_equilibrium(
             torque_terms(equilibrium, tested, self._for_each_point(stress_ratios))
         )
@@ -251,30 +251,34 @@ class Cases:
             `other_cage_slip` and `other_torque_n_m` where there are several, and `bistable`. Then
             the draws of `Drawing.results`, and the drawing, which gives the shares of variance.
         """
-        motions = equilibria(self.problem)
-        results = self._terms(motions.fastest)
-        groups = []
+        all_equilibria = equilibria(self.problem)
+        results = self._terms(all_equilibria.fastest)
+        oils_and_laws = []
         for oil, law in zip(self.oils, self.laws, strict=True):
-            groups.append(Group(oil.name, oil.oil, law))
-        group_of_point = self._for_each_point(np.arange(len(groups)))
+            oils_and_laws.append(OilAndLaw(oil.name, oil.properties, law))
+        group_of_point = self._for_each_point(np.arange(len(oils_and_laws)))
         settings = self._settings
-        drawing = Drawing(motions.fastest, groups, group_of_point, results, settings, seed)
+        drawing = Drawing(
+            all_equilibria.fastest, oils_and_laws, group_of_point, results, settings, seed
+        )
         draws = drawing.results()
         speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
         has_refits = np.array([has_draws(law.fitted) for law in self.laws])
         was_drawn = has_refits[group_of_point] & results["converged"].to_numpy(dtype=bool)
         terms = with_uncertainty(results, draws, was_drawn, speed_rad_s, settings.uncertainty)
-        has_several = motions.count > 1
+        has_several = all_equilibria.count > 1
         # an incomplete search may find several equilibria, but not that there is only one
-        several_is_known = (motions.count > 0) & (motions.complete | has_several)
+        several_is_known = (all_equilibria.count > 0) & (all_equilibria.complete | has_several)
         several_or_null = pd.Series(has_several, terms.index, dtype="boolean").where(
             several_is_known
         )
         # true if either is true, false if both are false, else null
         terms["bistable"] = several_or_null | terms["draws_split"]
-        terms["equilibria"] = motions.count
-        terms["other_cage_slip"] = np.where(has_several, motions.slowest.cage_slip(), np.nan)
-        terms["other_torque_n_m"] = np.where(has_several, motions.slowest.torque_n_m(), np.nan)
+        terms["equilibria"] = all_equilibria.count
+        terms["other_cage_slip"] = np.where(has_several, all_equilibria.slowest.cage_slip(), np.nan)
+        terms["other_torque_n_m"] = np.where(
+            has_several, all_equilibria.slowest.torque_n_m(), np.nan
+        )
         return terms, draws, drawing
 
 
@@ -300,8 +304,8 @@ def oils_in_bearings(
             that is stated for conditions beyond the tests (`bearing.law_error_beyond`).
     """
     # a law on load holds for the ball of its rig: all rigs must have the same ball
-    rig = settings.common_contact()
-    if rig is None:
+    rig_contact = settings.common_contact()
+    if rig_contact is None:
         return []
     refits_of_law: dict[Any, pd.DataFrame] = {}
     if refits is not None:
@@ -310,14 +314,14 @@ def oils_in_bearings(
     quality_of_oil = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
     oils = []
     for oil_name in settings.oils:
-        oil = settings.properties_of(oil_name)
-        if oil is None or oil_name not in quality_of_oil:
+        oil_properties = settings.properties_of(oil_name)
+        if oil_properties is None or oil_name not in quality_of_oil:
             continue
         fit_quality = quality_of_oil[oil_name]
         available_laws = laws_of(oil_name, settings)
         fitted_laws = set(coefficients.loc[coefficients["oil"] == oil_name, "law"])
         law_names = _law_names(fit_quality["law"], fitted_laws & set(available_laws))
-        fits = {}
+        fit_by_law = {}
         for law_name in set(law_names.values()):
             fit = FittedLaw.from_tables(
                 coefficients,
@@ -329,8 +333,8 @@ def oils_in_bearings(
             )
             if surface_of is not None:
                 fit = replace(fit, read_surface=partial(surface_of, oil_name))
-            fits[law_name] = fit
-        laws = _laws_in_bearing(fits, law_names, rig, settings.bearing)
+            fit_by_law[law_name] = fit
+        laws = _laws_in_bearing(fit_by_law, law_names, rig_contact, settings.bearing)
         # the campaign's law follows all conditions
         if "stress" in laws:
             tested = {}
@@ -338,7 +342,7 @@ def oils_in_bearings(
                 lowest = float(fit_quality[f"tested_min_{quantity}"])
                 highest = float(fit_quality[f"tested_max_{quantity}"])
                 tested[quantity] = (lowest, highest)
-            oils.append(OilInBearing(oil_name, oil, laws, tested, settings.bearing))
+            oils.append(OilInBearing(oil_name, oil_properties, laws, tested, settings.bearing))
     return oils
 
 
@@ -375,25 +379,27 @@ def _law_names(configured_law: str, fitted_laws: Collection[str]) -> dict[str, s
 
 
 def _laws_in_bearing(
-    fits: Mapping[str, FittedLaw],
+    fit_by_law: Mapping[str, FittedLaw],
     law_names: Mapping[str, str],
-    rig: Contact,
+    rig_contact: Contact,
     settings: BearingSettings,
 ) -> dict[str, LawInBearing]:
     """Laws by load variable, without those that do not follow all conditions of a bearing.
 
     Args:
-        fits: Fitted laws by their names.
+        fit_by_law: Fitted laws by their names.
         law_names: Name of the law for each load variable.
-        rig: Contact of the traction rig.
+        rig_contact: Contact of the traction rig.
         settings: Section `bearing` of the settings.
     """
     floor = settings.law_floor.model_dump()
     laws = {}
-    for variable, law_name in law_names.items():
-        coefficients = fits[law_name].coefficients
+    for load_variable, law_name in law_names.items():
+        coefficients = fit_by_law[law_name].coefficients
         if coefficients.followed.all() and not np.isnan(coefficients.constants).any():
-            laws[variable] = LawInBearing.from_fit(fits[law_name], variable, rig, floor)
+            laws[load_variable] = LawInBearing.from_fit(
+                fit_by_law[law_name], load_variable, rig_contact, floor
+            )
     return laws
 
 
@@ -449,7 +455,7 @@ def torque_table(
     groups: list[CaseGroup] = []
     for oil in measured_oils:
         plateaus = measured[measured["oil"] == oil.name]
-        groups += [CaseGroup(oil, variable, plateaus) for variable in oil.laws]
+        groups += [CaseGroup(oil, load_variable, plateaus) for load_variable in oil.laws]
     bearing = settings.tested_bearing()
     calculated, _, _ = Cases(bearing, groups).assessed(settings.seed)
     terms = _compared_with_measured(bearing, calculated, measured_oils, settings)
@@ -466,16 +472,16 @@ def _compared_with_measured(
     is, because the two sides are not alike.
     """
     measured_uncertainty_n_m = np.hypot(
-        terms["measured_torque_n_m_se"].to_numpy(), _calibration_n_m(terms, settings)
+        terms["measured_torque_n_m_se"].to_numpy(), _calibration_uncertainty_n_m(terms, settings)
     )
     torque_n_m = terms["torque_n_m"]
     difference_n_m = torque_n_m - terms["measured_torque_n_m"]
     below_n_m = torque_n_m - terms["torque_n_m_lower"]
     above_n_m = terms["torque_n_m_upper"] - torque_n_m
     # a torque beyond an end of its own interval has nothing on that side
-    side_n_m = below_n_m.where(difference_n_m > 0, above_n_m).clip(lower=0)
+    interval_side_n_m = below_n_m.where(difference_n_m > 0, above_n_m).clip(lower=0)
     compatibility = difference_n_m / np.hypot(
-        side_n_m / _STANDARD_IN_SIDE, measured_uncertainty_n_m
+        interval_side_n_m / _STANDARD_IN_SIDE, measured_uncertainty_n_m
     )
     is_compatible = np.abs(compatibility) <= settings.bearing.compatible_uncertainties
     verdict = np.select(
@@ -485,7 +491,9 @@ def _compared_with_measured(
     kinematic_viscosity_m2_s = np.empty(len(terms))
     for oil in oils:
         is_oil = terms["oil"].to_numpy() == oil.name
-        kinematic_viscosity_m2_s[is_oil] = oil.oil.kinematic_viscosity_m2_s(temperature_c[is_oil])
+        kinematic_viscosity_m2_s[is_oil] = oil.properties.kinematic_viscosity_m2_s(
+            temperature_c[is_oil]
+        )
     pitch_diameter_m = bearing.pitch_diameter_m
     palmgren = settings.bearing.palmgren
     return terms.assign(
@@ -613,14 +621,14 @@ def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) ->
             ranges[name].quantiles(probabilities).std() / ranges[name].value for name in names
         ]
         relative_by_term[term] = np.linalg.norm(relative_spreads)
-    uncertainties_n_m = [_calibration_n_m(terms, settings)]
+    uncertainties_n_m = [_calibration_uncertainty_n_m(terms, settings)]
     for term, spread in relative_by_term.items():
         # the momentum is null where the flow is not known, and the torque is one without it
         uncertainties_n_m.append(np.nan_to_num(spread * terms[f"{term}_torque_n_m"].to_numpy()))
     return np.asarray(np.linalg.norm(uncertainties_n_m, axis=0))
 
 
-def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
+def _calibration_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the measured torque by offset and gain of the sensor."""
     calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
     gain_n_m = calibration.torque_relative * terms["measured_torque_n_m"].to_numpy()
@@ -738,7 +746,9 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
                 "inlet_temperature_c": size_settings.inlet_temperature_c,
             }
         )
-        groups = [CaseGroup(oil, variable, point) for oil in oils for variable in oil.laws]
+        groups = [
+            CaseGroup(oil, load_variable, point) for oil in oils for load_variable in oil.laws
+        ]
         terms = Cases(variant, groups).run()
         torque_by_oil_and_variable = terms.set_index(["oil", "load_variable"])[
             "traction_torque_n_m"
@@ -755,9 +765,9 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
                 relative_to_stress=terms["traction_torque_n_m"] / stress_torque_n_m - 1,
             )
         )
-    table = joined(terms_of_variants, "size_effect")
+    joined_table = joined(terms_of_variants, "size_effect")
     rank_of_oil = {oil.name: rank for rank, oil in enumerate(oils)}
-    return table.sort_values(
+    return joined_table.sort_values(
         "oil", key=lambda names: names.map(rank_of_oil), kind="stable", ignore_index=True
     )
 

@@ -64,15 +64,16 @@ class PlannedRig:
 def _only_rig(settings: Settings) -> tuple[str, Rig]:
     """Name and file of the rig of the next tests."""
     rigs = settings.rigs
-    limited = [name for name, rig in rigs.items() if rig.limits is not None]
-    if len(limited) == 1:
-        name = limited[0]
+    rigs_with_limits = [name for name, rig in rigs.items() if rig.limits is not None]
+    if len(rigs_with_limits) == 1:
+        name = rigs_with_limits[0]
     elif len(rigs) == 1:
         name = next(iter(rigs))
     else:
         raise OilfilmError(
-            f"the campaign has the rigs {', '.join(rigs)}; {len(limited)} of them have `limits`. A "
-            "plan is for one rig: write `limits` in the file of that rig alone (config/rigs)."
+            f"the campaign has the rigs {', '.join(rigs)}; {len(rigs_with_limits)} of them have "
+            "`limits`. A plan is for one rig: write `limits` in the file of that rig alone "
+            "(config/rigs)."
         )
     return name, rigs[name]
 

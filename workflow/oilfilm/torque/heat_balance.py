@@ -159,7 +159,7 @@ def heat_balance_table(
     plateaus = torque[torque["load_variable"] == "stress"]
     # points of the map have no run
     points = pd.concat([cage_slip.assign(run_id="", first_row=0), plateaus], ignore_index=True)
-    heated = pd.concat(
+    heated_results = pd.concat(
         [
             _friction_with_heated_oil(oil, bearing, points[points["oil"] == oil.name], supply)
             for oil in oils
@@ -167,13 +167,13 @@ def heat_balance_table(
         ignore_index=True,
     )
     with_heated_oil = points.merge(
-        heated, on=["run_id", "first_row", "oil", *_POINT_COLUMNS], suffixes=("", "_hot")
+        heated_results, on=["run_id", "first_row", "oil", *_POINT_COLUMNS], suffixes=("", "_hot")
     )
     with_heated_oil = with_heated_oil.rename(
         columns={f"{name}_hot": f"heated_{name}" for name in _COMPARED_COLUMNS}
     )
     with_heated_oil["best_oil"] = _best_oil_of_rows(with_heated_oil, cage_slip, settings)
-    heated_map = heated[heated["run_id"] == ""]
+    heated_map = heated_results[heated_results["run_id"] == ""]
     with_heated_oil["heated_best_oil"] = _best_oil_of_rows(with_heated_oil, heated_map, settings)
     return joined([with_heated_oil], "heat_balance")
 
@@ -202,30 +202,34 @@ def _friction_with_heated_oil(
     """Friction at the points of one oil, with the oil at the temperature of its heat balance."""
     speed_rpm, _, inlet_c = points[_POINT_COLUMNS].to_numpy(dtype=float).T
     inlet_problem = Cases(bearing, [CaseGroup(oil, "stress", points[_POINT_COLUMNS])]).problem
-    at_inlet = friction_equilibrium(inlet_problem)
+    inlet_equilibrium = friction_equilibrium(inlet_problem)
     # the motion at the last temperature of each point
-    latest_motion = Neighbour.from_unknowns(inlet_problem, at_inlet.solution.unknowns)
+    latest_motion = Neighbour.from_unknowns(inlet_problem, inlet_equilibrium.solution.unknowns)
 
     def friction_heat_w(contact_temperature_c: FloatArray, which: IndexArray) -> FloatArray:
         """Friction heat by the equilibrium near the motion at the last temperature."""
         heat_w = np.full(len(which), np.nan)
-        can_be_solved = at_inlet.solution.converged[which] & np.isfinite(contact_temperature_c)
-        solved_points = which[can_be_solved]
-        if len(solved_points) == 0:
+        can_be_solved = inlet_equilibrium.solution.converged[which] & np.isfinite(
+            contact_temperature_c
+        )
+        solvable_points = which[can_be_solved]
+        if len(solvable_points) == 0:
             return heat_w
-        heated_points = points[_POINT_COLUMNS].iloc[solved_points]
+        heated_points = points[_POINT_COLUMNS].iloc[solvable_points]
         heated_points = heated_points.assign(
             inlet_temperature_c=contact_temperature_c[can_be_solved]
         )
         problem = Cases(bearing, [CaseGroup(oil, "stress", heated_points)]).problem
-        motion = friction_equilibrium(problem, latest_motion.at_points(solved_points))
-        converged = motion.solution.converged
-        latest_motion.unknowns[solved_points[converged]] = motion.solution.unknowns[converged]
-        power_w = motion.torque_n_m() * speed_rpm[solved_points] * RAD_S_PER_RPM
+        equilibrium = friction_equilibrium(problem, latest_motion.at_points(solvable_points))
+        converged = equilibrium.solution.converged
+        latest_motion.unknowns[solvable_points[converged]] = equilibrium.solution.unknowns[
+            converged
+        ]
+        power_w = equilibrium.torque_n_m() * speed_rpm[solvable_points] * RAD_S_PER_RPM
         heat_w[can_be_solved] = np.where(converged, power_w, np.nan)
         return heat_w
 
-    balance = heat_balance(friction_heat_w, oil.oil, supply, inlet_c)
+    balance = heat_balance(friction_heat_w, oil.properties, supply, inlet_c)
     balanced_temperature_c = np.where(balance.balanced, balance.contact_temperature_c, inlet_c)
     balanced_points = points[_POINT_COLUMNS].assign(inlet_temperature_c=balanced_temperature_c)
     results = Cases(bearing, [CaseGroup(oil, "stress", balanced_points)]).run(latest_motion)
@@ -235,7 +239,9 @@ def _friction_with_heated_oil(
     ]
     return key_columns.reset_index(drop=True).assign(
         **results[_COMPARED_COLUMNS],
-        balanced=pd.Series(balance.balanced, dtype="boolean").where(at_inlet.solution.converged),
+        balanced=pd.Series(balance.balanced, dtype="boolean").where(
+            inlet_equilibrium.solution.converged
+        ),
         heat_w=results["torque_n_m"] * speed_rpm * RAD_S_PER_RPM,
         contact_temperature_c=balance.contact_temperature_c,
         outlet_temperature_c=balance.outlet_temperature_c,

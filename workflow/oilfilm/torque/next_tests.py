@@ -253,7 +253,7 @@ def plan_oil(
     information = measured_information(fitted, points, oil, rig.calibration, law_error_beyond)
     film = Film(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels
-    feasible = feasible_candidates(levels, rig, film, settings.gates.lambda_limit, information)
+    candidates = feasible_candidates(levels, rig, film, settings.gates.lambda_limit, information)
     plans = []
     targets_in_bearing = [target for target in request.targets if target in BEARING_TARGETS]
     if request.bearing is not None and targets_in_bearing:
@@ -268,11 +268,11 @@ def plan_oil(
                 np.isfinite(budget.irreducible), "too many draws have no equilibrium"
             )
             plans.append(
-                _next_tests(oil, request, settings.plan, wanted, information, feasible, budget)
+                _next_tests(oil, request, settings.plan, wanted, information, candidates, budget)
             )
     if "traction" in request.targets:
         wanted = wanted_traction(settings.plan.traction_at, information, rig.contact)
-        plans.append(_next_tests(oil, request, settings.plan, wanted, information, feasible))
+        plans.append(_next_tests(oil, request, settings.plan, wanted, information, candidates))
     return plans
 
 
@@ -282,9 +282,9 @@ def _oil_in_bearing(results: CampaignTables, settings: Settings, oil: str) -> Oi
     Raises:
         OilfilmError: The law cannot be used in a bearing.
     """
-    for in_bearing in oils_of_results(results, settings):
-        if in_bearing.name == oil:
-            return in_bearing
+    for oil_of_results in oils_of_results(results, settings):
+        if oil_of_results.name == oil:
+            return oil_of_results
     raise OilfilmError(
         f"{oil}: the rigs of the campaign have different contacts, so that its law cannot "
         "be used in a bearing. Plan for traction, or for a campaign of one rig."
@@ -294,10 +294,10 @@ def _oil_in_bearing(results: CampaignTables, settings: Settings, oil: str) -> Oi
 def _next_tests(
     oil: str,
     request: Request,
-    plan: PlanSettings,
+    plan_settings: PlanSettings,
     wanted: Wanted,
     information: Information,
-    feasible: Candidates,
+    candidates: Candidates,
     budget: Budget | None = None,
 ) -> NextTests:
     """The tests of one oil that make the wanted quantities most certain.
@@ -305,13 +305,13 @@ def _next_tests(
     Args:
         oil: Name of the oil.
         request: The request.
-        plan: Settings of plans.
+        plan_settings: Settings of plans.
         wanted: The quantities.
         information: Information of the measured curves.
-        feasible: Tests that the rig can run.
+        candidates: Tests that the rig can run.
         budget: What makes the quantities uncertain in a bearing; None for mu.
     """
-    form_process = _form_error_over_tests(plan, wanted, information, feasible.curves)
+    form_process = _form_error_over_tests(plan_settings, wanted, information, candidates.curves)
     information_with_form = replace(information, form_process=form_process)
     gradients = information_with_form.gradients(
         wanted.gradients, wanted.by_form_error, wanted.coordinates
@@ -326,10 +326,10 @@ def _next_tests(
             count = 0
     design = choose(
         information_with_form.precision,
-        information_with_form.precision_of_curves(feasible.curves, feasible.form_error),
+        information_with_form.precision_of_curves(candidates.curves, candidates.form_error),
         gradients,
         count,
-        plan.smallest_gain,
+        plan_settings.smallest_gain,
     )
     return NextTests(
         oil=oil,
@@ -338,23 +338,23 @@ def _next_tests(
         irreducible=irreducible,
         information=information_with_form,
         wanted=wanted,
-        candidates=feasible,
+        candidates=candidates,
         gradients=gradients,
         design=design,
     )
 
 
 def _form_error_over_tests(
-    plan: PlanSettings, wanted: Wanted, information: Information, tests: Curves
+    plan_settings: PlanSettings, wanted: Wanted, information: Information, tests: Curves
 ) -> FormError:
     """Error of the law's form over its size, with lengths relative to the span of the tests."""
     test_coordinates = information.form_coordinates(tests)
     wanted_coordinates = wanted.coordinates.reshape(-1, test_coordinates.shape[1])
     measured_coordinates = information.form_coordinates(information.curves)
     span = np.maximum(np.ptp(test_coordinates, axis=0), _SMALLEST_SPAN)
-    length = plan.form_error_length * span
+    coordinate_lengths = plan_settings.form_error_length * span
     coordinates = np.concatenate([wanted_coordinates, measured_coordinates, test_coordinates])
-    return FormError.spread_over(length, coordinates)
+    return FormError.spread_over(coordinate_lengths, coordinates)
 
 
 def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:

@@ -31,7 +31,7 @@ from oilfilm.base.randomness import generator
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
-from oilfilm.bearing.friction import COARSE, FrictionEquilibrium, FrictionProblem
+from oilfilm.bearing.friction import COARSE_QUADRATURE, FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.inputs import INPUTS, Inputs
 from oilfilm.bearing.resistance import FACTORS
 from oilfilm.bearing.torque import film_ratio
@@ -120,7 +120,7 @@ def law_error(
         pressure_gpa = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
         values_by_condition: dict[str, FloatArray] = {
             "max_hertz_pressure_gpa": pressure_gpa,
-            "load_n": law.rig.load_n(pressure_gpa),
+            "load_n": law.rig_contact.load_n(pressure_gpa),
             "entrainment_speed_m_s": calculated["entrainment_speed_m_s"].to_numpy(dtype=float),
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
@@ -162,17 +162,17 @@ def _moved_numbers(normal: FloatArray, shift: int, position: FloatArray) -> Floa
     )
 
 
-class Group(NamedTuple):
+class OilAndLaw(NamedTuple):
     """Points of one oil with one law.
 
     Attributes:
         name: Name of the oil.
-        oil: Its properties.
+        properties: Its properties.
         law: Its law.
     """
 
     name: str
-    oil: Oil
+    properties: Oil
     law: LawInBearing
 
 
@@ -187,7 +187,7 @@ class Drawing:
     def __init__(
         self,
         equilibrium: FrictionEquilibrium,
-        groups: Sequence[Group],
+        groups: Sequence[OilAndLaw],
         group_of_point: IndexArray,
         calculated: pd.DataFrame,
         settings: BearingSettings,
@@ -222,7 +222,7 @@ class Drawing:
                 groups[group_index].law, rows_of_group, settings.law_error_beyond
             )
         self._coarse = replace(
-            equilibrium.problem.at_points(self.drawn_points), rule=gauss_rule(*COARSE)
+            equilibrium.problem.at_points(self.drawn_points), rule=gauss_rule(*COARSE_QUADRATURE)
         )
         # A draw starts from the equilibrium of its point without draws. It stays on that branch
         # while the branch exists. Otherwise its equilibrium is searched without a neighbour.
@@ -378,7 +378,7 @@ class Drawing:
         factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors))
         uncertainty = self._settings.stand_in_uncertainty
         stand_in = np.repeat(
-            [self._groups[group].oil.stand_in for group in group_of_point], draw_count
+            [self._groups[group].properties.stand_in for group in group_of_point], draw_count
         )
         viscosity = np.concatenate([oil_numbers["viscosity"] for oil_numbers in numbers_of_points])
         pressure_viscosity = np.concatenate(

@@ -207,13 +207,13 @@ class Law:
                 raise ValueError(f"{self.name} needs {name} to vary")
         return condition_varies
 
-    def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
+    def mu_of_sizes(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
         """mu from the sizes |X| of the coefficients, shape (coefficients, ...), at slips (...)."""
         compiled_function = _compiled(self.graphs[:1], self._arguments)
         (mu,) = compiled_function(*sizes, slip)
         return np.asarray(mu)
 
-    def value_and_slopes(
+    def mu_and_slopes(
         self, sizes: FloatArray, slip: FloatArray
     ) -> tuple[FloatArray, tuple[FloatArray, ...]]:
         """mu and its derivatives by each ln|X|; they broadcast to the shape of the arguments."""
@@ -221,7 +221,7 @@ class Law:
         mu, *slopes = compiled_function(*sizes, slip)
         return mu, tuple(slopes)
 
-    def value_slopes_and_curvatures(
+    def mu_slopes_and_curvatures(
         self, sizes: FloatArray, slip: FloatArray, coefficient_indices: tuple[int, ...]
     ) -> tuple[FloatArray, tuple[FloatArray, ...], tuple[FloatArray | float, ...]]:
         """mu, its first and its second derivatives by the ln|X| of some coefficients.
@@ -331,17 +331,19 @@ class Law:
         Args:
             groups: Values of the groups, shape (..., groups).
         """
-        relative = np.asarray(groups / np.array(self.reference))
-        logarithms = np.log(relative, out=np.full(relative.shape, np.nan), where=relative > 0)
-        return np.where(self._is_exponential, relative - 1, logarithms)
+        relative_groups = np.asarray(groups / np.array(self.reference))
+        logarithms = np.log(
+            relative_groups, out=np.full(relative_groups.shape, np.nan), where=relative_groups > 0
+        )
+        return np.where(self._is_exponential, relative_groups - 1, logarithms)
 
-    def design(self, conditions: FloatArray, varied: BoolArray | None = None) -> FloatArray:
+    def design(self, conditions: FloatArray, is_followed: BoolArray | None = None) -> FloatArray:
         """Rows of 1 and the terms of the groups.
 
         Args:
             conditions: Shape (rows, conditions).
-            varied: Whether each group counts; the others have their reference value. All groups
-                count if it is not given.
+            is_followed: Whether the power law follows each group; the others have their reference
+                value. All groups are followed if it is not given.
 
         Returns:
             Shape (rows, groups + 1).
@@ -351,8 +353,8 @@ class Law:
         """
         rows = np.atleast_2d(conditions)
         terms = self.terms(self.group_values(rows))
-        if varied is not None:
-            terms = np.where(varied, terms, 0.0)
+        if is_followed is not None:
+            terms = np.where(is_followed, terms, 0.0)
         rows_without_value = rows[np.isnan(terms).any(axis=1)]
         if len(rows_without_value):
             values = ", ".join(f"{value:g}" for value in rows_without_value[0])
@@ -378,12 +380,12 @@ class Law:
         """mu at each point, shape (points,) or (points, population)."""
         sizes = self.sizes(internal, observations.design)[:, observations.curve]
         slip = observations.slip
-        return self.value(sizes, slip if internal.ndim == 1 else slip[:, np.newaxis])
+        return self.mu_of_sizes(sizes, slip if internal.ndim == 1 else slip[:, np.newaxis])
 
     def jacobian(self, internal: FloatArray, observations: Observations) -> FloatArray:
         """Derivatives of mu by each internal constant, shape (points, constants)."""
         sizes = self.sizes(internal, observations.design)[:, observations.curve]
-        _, slopes = self.value_and_slopes(sizes, observations.slip)
+        _, slopes = self.mu_and_slopes(sizes, observations.slip)
         rows = observations.design[observations.curve]
         return np.hstack([slope[:, np.newaxis] * rows for slope in slopes])
 

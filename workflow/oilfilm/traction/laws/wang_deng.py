@@ -121,12 +121,12 @@ class WangDengGroups(Law):
         Raises:
             ValueError: Only one of U and T varies.
         """
-        load, speed, temperature = condition_varies
-        if speed != temperature:
+        load_varies, speed_varies, temperature_varies = condition_varies
+        if speed_varies != temperature_varies:
             raise ValueError(
                 f"{self.name} needs speed and temperature to vary independently, or neither"
             )
-        return np.array([load, speed, speed])
+        return np.array([load_varies, speed_varies, speed_varies])
 
 
 WANG_DENG_GROUPS = WangDengGroups(
