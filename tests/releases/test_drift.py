@@ -17,7 +17,7 @@ from oilfilm.cli import main
 from oilfilm.curation.curate import collect, curate
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.releases.compare import Comparison, compare
-from oilfilm.releases.manifest import canonical, read_manifest
+from oilfilm.releases.manifest import canonical_json, read_manifest
 from oilfilm.releases.statements import changed_lines
 from oilfilm.releases.stored_release import StoredRelease, pin
 from oilfilm.settings.resolve import resolve
@@ -144,7 +144,7 @@ def test_each_difference_is_in_its_section(
     after = make(config, points=points, coefficients=coefficients)
     environment = read_manifest(after)[0].made_from.environment.model_dump()
     packages = {**environment["packages"], "numpy": "99.0"}
-    alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
+    alter(after, "environment.json", canonical_json({**environment, "packages": packages}).encode())
     rows = {each.title: each.rows for each in comparison_of(before, after).sections}
     row = points.loc[first]
     point = f"{row['run_id']}, {row['first_row']}"
@@ -339,7 +339,7 @@ def with_kernels(release: Path, folder: Path, kernels: dict[str, Any]) -> Path:
     """A copy of a release whose manifest names these kernels."""
     copied = shutil.copytree(release, folder)
     environment = read_manifest(release)[0].made_from.environment.model_dump(exclude={"blas"})
-    alter(copied, "environment.json", canonical({**environment, **kernels}).encode())
+    alter(copied, "environment.json", canonical_json({**environment, **kernels}).encode())
     return copied
 
 
@@ -378,7 +378,7 @@ def test_kernels_that_no_release_names_are_refused(
     content = json.loads(path.read_text(encoding="utf-8"))
     content["made_from"]["environment"]["blas"] = blas
     path.chmod(0o644)
-    path.write_text(canonical(content), encoding="utf-8")
+    path.write_text(canonical_json(content), encoding="utf-8")
     assert main(["verify", str(named)]) == 2
     printed = capsys.readouterr().err
     assert "manifest.json: " in printed

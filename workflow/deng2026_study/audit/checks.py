@@ -126,7 +126,7 @@ def falls_with_temperature(view: View) -> Outcome:
     largest_slope = np.abs(mu).max() / min(np.diff(cold_band)[0], np.diff(hot_band)[0])
     steeper = exceeds(cold_slope, hot_slope, size=largest_slope)
     always = _falls(mu, _T)
-    return view.outcome(always & steeper, _ratio(mu, _T), always=always, steeper=steeper)
+    return view.outcome(always & steeper, _last_over_first(mu, _T), always=always, steeper=steeper)
 
 
 def falls_with_speed(view: View) -> Outcome:
@@ -136,7 +136,9 @@ def falls_with_speed(view: View) -> Outcome:
     fall = -np.diff(view.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U)
     levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), size=np.abs(mu).max())
     always = _falls(mu, _U)
-    return view.outcome(always & levels_off, _ratio(mu, _U), always=always, levels_off=levels_off)
+    return view.outcome(
+        always & levels_off, _last_over_first(mu, _U), always=always, levels_off=levels_off
+    )
 
 
 def rises_with_stress(view: View) -> Outcome:
@@ -160,7 +162,7 @@ def rises_with_slip(view: View) -> Outcome:
     level_rises = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
     ends_rise = exceeds(mu[..., -1], mu[..., 0])
     return at_highest_pressure.outcome(
-        _falls(-mu, _S), _ratio(mu, _S), level=level_rises, ends=ends_rise
+        _falls(-mu, _S), _last_over_first(mu, _S), level=level_rises, ends=ends_rise
     )
 
 
@@ -190,7 +192,7 @@ def earlier_plateau(view: View) -> Outcome:
     plateau_begin = view.curve[np.argmax(on_plateau, axis=_S)]
     return view.outcome(
         _falls(linear_end, _P),
-        _ratio(linear_end, _P),
+        _last_over_first(linear_end, _P),
         plateau_coldest=view.by_oil(np.median, plateau_begin[..., 0]),
         plateau_hottest=view.by_oil(np.median, plateau_begin[..., 1]),
     )
@@ -237,7 +239,7 @@ def hot_convergence(view: View) -> Outcome:
     spread_coldest, spread_hottest = relative_spread.mean(axis=(0, 1, 2, 4))
     return view.outcome(
         _falls(spread, _T),
-        _ratio(spread, _T),
+        _last_over_first(spread, _T),
         relative=_falls(relative_spread, _T),
         spread_coldest=spread_coldest,
         spread_hottest=spread_hottest,
@@ -250,7 +252,7 @@ def speed_mutes_temperature(view: View) -> Outcome:
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
     drop = -np.diff(mu, axis=_T)
-    drop_ratio = _ratio(drop, _U)
+    drop_ratio = _last_over_first(drop, _U)
     relative_drop_falls = _falls(drop / mu[:, :, :, :1], _U)
     return view.outcome(exceeds(1.0, drop_ratio), drop_ratio, relative=relative_drop_falls)
 
@@ -367,13 +369,15 @@ def torque_load(view: View) -> Outcome:
     load_is_worse_on_median = exceeds(
         errors_of_both["load"].median(), errors_of_both["stress"].median(), size=1.0
     )
-    judged = outcome(
+    torque_outcome = outcome(
         errors_of_both.assign(holds=load_is_worse, value=excess),
         systematic=load_is_worse_on_median,
         largest=largest,
         **counts,
     )
-    return replace(judged, complete=bool(reaches(largest, view.study.audit.torque_load_error)))
+    return replace(
+        torque_outcome, complete=bool(reaches(largest, view.study.audit.torque_load_error))
+    )
 
 
 def uniquely_determined(view: View) -> Outcome:
@@ -483,10 +487,10 @@ def load_suppresses_slip(view: View) -> Outcome:
     if steps.empty:
         raise NotCheckableError("no bearing")
     change = steps["heavier"] - steps["lighter"]
-    falls = exceeds(0.0, change, size=1.0)
-    slipping = exceeds(steps["lighter"], view.study.selection.limits.slip_limit)
-    judged = steps.reset_index().assign(holds=falls, value=change.to_numpy())
-    return outcome(judged, where_it_slips=falls[slipping])
+    slip_falls = exceeds(0.0, change, size=1.0)
+    is_slipping = exceeds(steps["lighter"], view.study.selection.limits.slip_limit)
+    judged = steps.reset_index().assign(holds=slip_falls, value=change.to_numpy())
+    return outcome(judged, where_it_slips=slip_falls[is_slipping])
 
 
 def heavy_load_grips(view: View) -> Outcome:
@@ -499,27 +503,27 @@ def heavy_load_grips(view: View) -> Outcome:
     slip_rows = slip_rows.assign(
         holds=reaches(limits.slip_limit, slip_rows["cage_slip"]), value=slip_rows["cage_slip"]
     )
-    heavy = reaches(larger_pressure_gpa, limits.heavy_from_gpa)
-    light = exceeds(limits.light_below_gpa, larger_pressure_gpa)
-    if not heavy.any():
+    is_heavy = reaches(larger_pressure_gpa, limits.heavy_from_gpa)
+    is_light = exceeds(limits.light_below_gpa, larger_pressure_gpa)
+    if not is_heavy.any():
         raise NotCheckableError("no bearing")
-    return outcome(slip_rows[heavy], light=slip_rows.loc[light, "holds"].to_numpy())
+    return outcome(slip_rows[is_heavy], light=slip_rows.loc[is_light, "holds"].to_numpy())
 
 
 def light_load_4102(view: View) -> Outcome:
     """Under light load 4102 has the most traction."""
     selection = view.study.selection
-    light = _at_pressures_within(
+    light_view = _at_pressures_within(
         _with_largest_slip(view), above=-np.inf, below=selection.limits.light_below_gpa
     )
-    mu = light.mu_by_viscosity()
-    grid = light.grid
+    mu = light_view.mu_by_viscosity()
+    grid = light_view.grid
     ratio = mu[:1] / mu[1:].max(axis=0, keepdims=True)
-    hot = reaches(grid.inlet_temperature_c, selection.limits.hot_from_c)
-    fast = reaches(grid.entrainment_speed_m_s, selection.fast_from_m_s)
-    slipping = exceeds(grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
-    hot_and_fast_ratio = ratio[:, :, fast][:, :, :, hot][..., slipping]
-    return light.outcome(
+    is_hot = reaches(grid.inlet_temperature_c, selection.limits.hot_from_c)
+    is_fast = reaches(grid.entrainment_speed_m_s, selection.fast_from_m_s)
+    is_slipping = exceeds(grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
+    hot_and_fast_ratio = ratio[:, :, is_fast][:, :, :, is_hot][..., is_slipping]
+    return light_view.outcome(
         exceeds(ratio, 1.0),
         ratio,
         higher_viscosity=exceeds(mu[:-1].min(axis=0), mu[-1]),
@@ -533,42 +537,42 @@ def slip_15(view: View) -> Outcome:
     view = _with_largest_slip(view)
     mu = view.mu_by_viscosity()
     film_adequate = _thinnest_is_adequate(view)
-    slipping = exceeds(view.grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
+    is_slipping = exceeds(view.grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
     # S taken for the cage slip, as section 4.3 does
     slipping_by_ratio = exceeds(view.grid.slide_roll_ratio, selection.limits.slip_limit)
     ratio_of_thinnest = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
     ratios_to_thicker = mu[1:] / mu[:-1]
     largest_ratio_to_thicker = ratios_to_thicker.max(axis=0, keepdims=True)
-    value = np.where(slipping, largest_ratio_to_thicker, ratio_of_thinnest)
+    value = np.where(is_slipping, largest_ratio_to_thicker, ratio_of_thinnest)
     value_by_ratio = np.where(slipping_by_ratio, largest_ratio_to_thicker, ratio_of_thinnest)
-    judged = view.outcome(
+    outcome_on_grid = view.outcome(
         exceeds(1.0, value),
         value,
         as_cage_slip=exceeds(1.0, value_by_ratio[slipping_by_ratio | film_adequate]),
-        more_than_thinnest=exceeds(1.0, ratios_to_thicker[1][..., slipping]),
-        below=exceeds(1.0, value[..., ~slipping][film_adequate[..., ~slipping]]),
-        beyond=exceeds(1.0, value[..., slipping]),
+        more_than_thinnest=exceeds(1.0, ratios_to_thicker[1][..., is_slipping]),
+        below=exceeds(1.0, value[..., ~is_slipping][film_adequate[..., ~is_slipping]]),
+        beyond=exceeds(1.0, value[..., is_slipping]),
         adequate=film_adequate,
     )
-    return _only_cases(judged, slipping | film_adequate, "no condition")
+    return _only_cases(outcome_on_grid, is_slipping | film_adequate, "no condition")
 
 
 def heavy_load_4010(view: View) -> Outcome:
     """Under heavy load with enough film 4010 has the least traction."""
-    heavy = _at_pressures_within(
+    heavy_view = _at_pressures_within(
         view, above=view.study.selection.limits.heavy_from_gpa, below=np.inf
     )
-    mu = heavy.mu_by_viscosity()
-    film_adequate = _thinnest_is_adequate(heavy)
+    mu = heavy_view.mu_by_viscosity()
+    film_adequate = _thinnest_is_adequate(heavy_view)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    all_cases = heavy.outcome(exceeds(1.0, ratio), ratio, adequate=film_adequate)
-    judged = _only_cases(all_cases, film_adequate, "no film")
+    all_cases = heavy_view.outcome(exceeds(1.0, ratio), ratio, adequate=film_adequate)
+    outcome_with_film = _only_cases(all_cases, film_adequate, "no film")
     thinnest_has_least_torque = _least_torque_of_thinnest(view)
     bearing_numbers = {
         "bearing": thinnest_has_least_torque.mean(),
         "bearing_points": float(len(thinnest_has_least_torque)),
     }
-    return replace(judged, numbers=judged.numbers | bearing_numbers)
+    return replace(outcome_with_film, numbers=outcome_with_film.numbers | bearing_numbers)
 
 
 def _true_of_every_law(view: View, holds: Callable[[Law], BoolArray]) -> bool:
@@ -641,7 +645,7 @@ def _near_one(ratio: FloatArray | float, tolerance: float) -> BoolArray:
     return reaches(tolerance, np.abs(np.asarray(ratio) - 1), size=1.0)
 
 
-def _ratio(values: FloatArray, axis: int) -> FloatArray:
+def _last_over_first(values: FloatArray, axis: int) -> FloatArray:
     """The last value along an axis over the first one."""
     return np.take(values, [-1], axis=axis) / np.take(values, [0], axis=axis)
 
@@ -701,9 +705,11 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     larger_pressure_gpa = slip_rows[
         ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
     ].max(axis=1)
-    heavy = reaches(larger_pressure_gpa, view.study.printed.boxes.tested.max_hertz_pressure_gpa[1])
+    is_heavy = reaches(
+        larger_pressure_gpa, view.study.printed.boxes.tested.max_hertz_pressure_gpa[1]
+    )
     has_full_film = exceeds(slip_rows["lambda_ratio"], view.settings.gates.lambda_limit)
-    slip_rows = slip_rows[has_full_film & heavy]
+    slip_rows = slip_rows[has_full_film & is_heavy]
     torque = slip_rows.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
     torque = torque.reindex(columns=oils).dropna(subset=[oils[-1]])
     if torque.empty:

@@ -157,7 +157,7 @@ class Manifest(Group):
 
     def text(self) -> str:
         """The manifest as it is written."""
-        return canonical(self.model_dump())
+        return canonical_json(self.model_dump())
 
 
 def checksums(manifest: Manifest) -> str:
@@ -167,7 +167,7 @@ def checksums(manifest: Manifest) -> str:
     return listing(hashes)
 
 
-def canonical(content: Any) -> str:
+def canonical_json(content: Any) -> str:
     """JSON that is the same for the same content."""
     return json.dumps(content, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
 
@@ -179,7 +179,7 @@ def sha256_of(text: str) -> str:
 
 def _digest_of_content(content: Any) -> str:
     """sha256 of a content's canonical JSON."""
-    return sha256_of(canonical(content))
+    return sha256_of(canonical_json(content))
 
 
 def records_digest(records: Iterable[FileRecord]) -> str:

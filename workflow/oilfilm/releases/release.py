@@ -33,7 +33,7 @@ from oilfilm.releases.manifest import (
     FileRecord,
     MadeFrom,
     Manifest,
-    canonical,
+    canonical_json,
     checksums,
     sha256_of,
 )
@@ -209,7 +209,7 @@ def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) ->
         copy_file(path, folder / name)
     text_of_file = {
         CONFIG: config,
-        ENVIRONMENT: canonical(made_from.environment.model_dump()),
+        ENVIRONMENT: canonical_json(made_from.environment.model_dump()),
         "tables/datapackage.json": data_package(
             run.settings, folder / "tables", folder.glob("tables/*.parquet")
         ),
