@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 from oilfilm.base.randomness import generator  # noqa: E402
 from oilfilm.fits.fit import fit_oil  # noqa: E402
 from oilfilm.fits.measured_curves import choose, uncertainty  # noqa: E402
-from oilfilm.torque.next_tests import plan_oil, request_of  # noqa: E402
+from oilfilm.torque.next_tests import plan_oil, request_from_settings  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
 from planned_tests import DUTY, OIL, SETTINGS, SMALL, TRUTH, Errors, refit, run_tests, torques  # noqa: E402
 
@@ -43,7 +43,7 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     points = run_tests(SMALL, random, Errors())
     fit = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 300}}).fit
     results = fit_oil(points, OIL, fit, number).replace(points=points)
-    request = replace(request_of(SETTINGS), duty=DUTY, count=count, targets=("torque",))
+    request = replace(request_from_settings(SETTINGS), duty=DUTY, count=count, targets=("torque",))
     (plan,) = plan_oil(results, SETTINGS, OIL, request)
     # the plan of the product stops, because drag decides: here the law's part alone counts
     tests = plan.candidates.tests

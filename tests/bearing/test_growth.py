@@ -10,8 +10,8 @@ from oilfilm.bearing.growth import (
     Growth,
     centrifugal_growth_m,
     fit_share,
-    growth_of,
     inner_ring_growth_m,
+    operating_growth,
 )
 from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
@@ -126,7 +126,7 @@ def test_a_solid_body_takes_the_share_of_its_radii():
 
 def test_warm_rings_grow_by_expansion_and_equal_warmth_turns_no_contact_angle():
     # a b dT = 12e-6 x 72.6 mm x 30 K = 26.1 um at the bottom of the groove
-    warm = growth_of(
+    warm = operating_growth(
         MAINSHAFT, np.zeros(1), np.array([20.0]), inputs(ring_temperature_difference_k=30.0)
     )
     groove_growth = 12e-6 * 30 * 0.52 * 22.225e-3
@@ -136,7 +136,7 @@ def test_warm_rings_grow_by_expansion_and_equal_warmth_turns_no_contact_angle():
     assert warm.offset_m[0, 0] == pytest.approx(groove_growth - ball_growth)
     # all of one steel at one temperature is the same bearing, larger
     points = OperatingPoints.axial(20000.0, 1.0)
-    hot = growth_of(MAINSHAFT, np.zeros(1), np.array([170.0]), inputs())
+    hot = operating_growth(MAINSHAFT, np.zeros(1), np.array([170.0]), inputs())
     at_rest = raceway_control(MAINSHAFT, points).contacts.contact_angle_rad
     heated = raceway_control(MAINSHAFT, replace(points, growth=hot)).contacts.contact_angle_rad
     np.testing.assert_allclose(heated, at_rest, atol=np.radians(0.03))
@@ -144,7 +144,7 @@ def test_warm_rings_grow_by_expansion_and_equal_warmth_turns_no_contact_angle():
 
 def test_hot_balls_take_play_away_and_ceramic_ones_give_it():
     # 0.27 um/K of diameter: 12e-6 x 22.2 mm
-    warm = growth_of(
+    warm = operating_growth(
         MAINSHAFT, np.zeros(1), np.array([20.0]), inputs(ball_temperature_difference_k=10.0)
     )
     np.testing.assert_allclose(warm.offset_m, -2.667 * UM / 2, rtol=1e-3)
@@ -152,7 +152,7 @@ def test_hot_balls_take_play_away_and_ceramic_ones_give_it():
     points = OperatingPoints.axial(20000.0, 1.0)
     angles = []
     for bearing in (MAINSHAFT, ceramic):
-        growth = growth_of(bearing, np.zeros(1), np.array([120.0]), inputs())
+        growth = operating_growth(bearing, np.zeros(1), np.array([120.0]), inputs())
         contacts = raceway_control(bearing, replace(points, growth=growth)).contacts
         angles.append(contacts.contact_angle_rad[0, 0])
     assert angles[1] > angles[0]
@@ -160,7 +160,7 @@ def test_hot_balls_take_play_away_and_ceramic_ones_give_it():
 
 def test_a_housing_squeezes_the_outer_groove_and_a_clearance_does_nothing():
     sizes = np.array([-10.0, 0.0, 10.0]) * UM
-    growth = growth_of(
+    growth = operating_growth(
         MAINSHAFT, np.zeros(3), np.full(3, 20.0), inputs(3, housing_interference_m=sizes)
     )
     np.testing.assert_array_equal(growth.centre_m[:2, 1], 0)

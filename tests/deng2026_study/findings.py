@@ -19,7 +19,7 @@ import pandas as pd
 import yaml
 
 from deng2026_study.advice import NO_CHOICE, STAYS_BEST_SHARE, advise
-from deng2026_study.audit.audit import box, check, printed_evidence
+from deng2026_study.audit.audit import check, grid_of_box, printed_evidence
 from deng2026_study.extrapolation import relative_rms
 from deng2026_study.settings import SelectionSettings, study_settings
 from deng2026_study.study import choice_by_truth
@@ -216,10 +216,10 @@ def order_by_signs() -> dict[str, Any]:
     for chosen in itertools.product(*choices):
         constants = dict(zip(printed.falling_viscosity, chosen, strict=True))
         view = printed_evidence(constants, settings)
-        drawn = replace(view, grid=box(settings, "extrapolated"))
+        drawn = replace(view, grid=grid_of_box(settings, "extrapolated"))
         shares.append(check("viscosity-order", drawn).share)
     heavy_gpa = np.linspace(2.0, 2.5, 6)
-    heavy = box(settings, "extrapolated").with_levels(max_hertz_pressure_gpa=heavy_gpa)
+    heavy = grid_of_box(settings, "extrapolated").with_levels(max_hertz_pressure_gpa=heavy_gpa)
     mu = replace(printed_evidence(printed.constants(), settings), grid=heavy).mu_by_viscosity()
     assert (mu[-1] > mu[:-1].max(axis=0)).all()  # "from 2 GPa on 4010 has the most traction"
     return {"in_order": span(pd.Series(shares)), "sign_sets": len(shares)}
@@ -249,7 +249,7 @@ def largest_order(kept_share: float) -> float:
             exponents = np.array([1 if sign == "+" else -1 for sign in signs]).reshape(3, 3)
             signed = np.column_stack([[-1, 1, 1], exponents]).ravel() * size
             view = printed_evidence({oil: signed}, settings)
-            of_sets.append(replace(view, grid=box(settings, "extrapolated")).mu().ravel())
+            of_sets.append(replace(view, grid=grid_of_box(settings, "extrapolated")).mu().ravel())
         mu.append(np.array(of_sets))
     first, second, third = mu
     shares = [

@@ -16,7 +16,7 @@ from deng2026_study.advice import (
     advice_by_truth,
     advice_in_band,
     advise,
-    decide,
+    first_rule_and_oil,
 )
 from deng2026_study.settings import NAME, SelectionSettings, study_settings
 from oilfilm import tables
@@ -65,7 +65,9 @@ def ruled(selection: SelectionSettings, gpa: float, speed: float, heat: float, s
     """The oil that the rules advise where each has enough film."""
     point = {"max_hertz_pressure_gpa": [gpa], "pitch_speed_mm_rpm": [1e6 * speed]}
     points = pd.DataFrame(point | {"inlet_temperature_c": [heat]})
-    _, advised = decide(points, np.array([slip]), selection, OILS, np.ones((3, 1), dtype=bool))
+    _, advised = first_rule_and_oil(
+        points, np.array([slip]), selection, OILS, np.ones((3, 1), dtype=bool)
+    )
     return OILS[advised[0]]
 
 

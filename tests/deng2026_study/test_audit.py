@@ -16,8 +16,8 @@ from deng2026_study.audit import checks
 from deng2026_study.audit.audit import (
     audit,
     audit_campaign,
-    box,
     check,
+    grid_of_box,
     refit_evidence,
     undoubted_evidence,
 )
@@ -50,7 +50,7 @@ def judge(config: Settings) -> Judge:
 
     def judge(claim: str, basis: Any, where: str = "extrapolated") -> Outcome:
         evidence = basis if isinstance(basis, View) else evidence_of(basis, config)
-        return check(claim, replace(evidence, grid=box(config, where)))
+        return check(claim, replace(evidence, grid=grid_of_box(config, where)))
 
     return judge
 
@@ -157,7 +157,7 @@ def test_claim_on_the_figures_has_its_share_in_the_tested_box(config: Settings) 
     # mu goes as A0 and B0, and here as P to A1 = B1: 1.2 P^0.6 is above P below 1.2^2.5 = 1.58 GPa
     oils = {"4102": planted(1.2, A1=0.6, B1=0.6), "4050": planted(), "4010": planted(0.8)}
     made = audit(claims_of("viscosity-order"), [evidence_of(oils, config)])
-    pressures = box(config, "extrapolated").max_hertz_pressure_gpa
+    pressures = grid_of_box(config, "extrapolated").max_hertz_pressure_gpa
     assert made["claims"]["share"].item() == pytest.approx(np.mean(pressures < 1.2**2.5))
     numbers = made["claim_numbers"].set_index("number")["value"]
     assert numbers["share_tested"] == 1.0
@@ -208,8 +208,11 @@ def test_truth_by_equation_is_no_evidence(config: Settings, law: str, given: boo
     laws = {oil: replace(fit, law=LAWS[law]) for oil, fit in evidence.laws.items()}
     fitted, slips = replace(evidence, laws=laws), np.linspace(0, 0.3, 31)
     no_slip = partial(checks._any_constants, slip=np.zeros(1))
-    assert checks.of_equation(fitted, lambda law: no_slip(law) == 0) is given
-    assert checks.of_equation(fitted, lambda law: checks._any_constants(law, slips) >= 0) is given
+    assert checks._true_of_every_law(fitted, lambda law: no_slip(law) == 0) is given
+    assert (
+        checks._true_of_every_law(fitted, lambda law: checks._any_constants(law, slips) >= 0)
+        is given
+    )
 
 
 # ---------------------------------------------------------------- the printed constants
@@ -247,7 +250,7 @@ def test_without_the_doubtful_oil_the_order_holds_in_part(config: Settings) -> N
 
 def test_only_the_doubtful_oil_has_more_traction_than_a_film_can_carry(config: Settings) -> None:
     doubtful = load(REFERENCE, PrintedCoefficients).doubtful
-    view = of_printed(printed(), config).at(
+    view = of_printed(printed(), config).with_levels(
         max_hertz_pressure_gpa=[2.5], entrainment_speed_m_s=[20.0], inlet_temperature_c=[20.0]
     )
     largest = view.by_oil(np.max, view.mu(slide_roll_ratio=view.curve))
@@ -318,7 +321,7 @@ def test_thinnest_minimum_film_is_below_the_stated_one(judge: Judge, config: Set
     basis = of_printed(printed(), config)
     finding = judge("full-film", basis, "tested")
     assert finding.numbers["thinnest_um"] == pytest.approx(0.079, abs=0.001)
-    curve = basis.at(slide_roll_ratio=[0.0, *basis.grid.slide_roll_ratio, basis.curve[-1]])
+    curve = basis.with_levels(slide_roll_ratio=[0.0, *basis.grid.slide_roll_ratio, basis.curve[-1]])
     assert curve.films(thickness="central")[0].min() == pytest.approx(0.132, rel=0.02)
     assert finding.numbers["central"] == 1.0
 

@@ -269,7 +269,7 @@ def test_signs_in_the_reference_file_are_those_that_the_study_finds(studied: Stu
     found = studied[1].assign(verdict=studied[1]["verdict"].replace("settled", "certain"))
     for oil, of_oil in found.groupby("oil"):
         verdicts = dict(zip(of_oil["constant"], of_oil["verdict"], strict=True))
-        assert content.signs(str(oil)) == verdicts
+        assert content.sign_certainties(str(oil)) == verdicts
 
 
 def test_open_signs_leave_mu_of_4010_open_by_a_factor_of_nine() -> None:

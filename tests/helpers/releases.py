@@ -145,7 +145,7 @@ def alter(release: Path, path: str, content: bytes) -> None:
     """Put other content into a release or a pin and into its manifest, as a stranger can."""
     (release / path).chmod(0o644)
     (release / path).write_bytes(content)
-    record = FileRecord.of(release / path, path)
+    record = FileRecord.from_file(release / path, path)
     manifest, _ = read_manifest(release)
     stated: dict[str, object] = {}
     if path == "config.yaml":
@@ -154,7 +154,7 @@ def alter(release: Path, path: str, content: bytes) -> None:
         stated = {"environment": Environment(**json.loads(content))}
     made_from = manifest.made_from.model_copy(update=stated)
     files = [record if each.path == path else each for each in manifest.files]
-    write_manifest(release, Manifest.of(made_from, files, manifest.samples))
+    write_manifest(release, Manifest.from_records(made_from, files, manifest.samples))
 
 
 def write_manifest(release: Path, manifest: Manifest) -> None:

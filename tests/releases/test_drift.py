@@ -17,7 +17,7 @@ from oilfilm.cli import main
 from oilfilm.curation.curate import collect, curate
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.releases.compare import Comparison, compare
-from oilfilm.releases.manifest import canonical, read_manifest
+from oilfilm.releases.manifest import canonical_json, read_manifest
 from oilfilm.releases.statements import changed_lines
 from oilfilm.releases.stored_release import StoredRelease, pin
 from oilfilm.settings.resolve import resolve
@@ -107,7 +107,7 @@ def test_load_cell_one_percent_off_is_named(
     comparison = comparison_of(before, miscalibrated)
     titles = {section.title for section in comparison.sections}
     assert not titles & {"Configuration", "Code", "Packages"}
-    moved = comparison.moved
+    moved = comparison.changes
     largest = moved.loc[moved["change"].idxmax()]
     assert (largest["oil"], largest["what"]) == ("4102", "A0")
     change = moved[moved["what"] == "mu"].set_index("oil")["change"]
@@ -144,7 +144,7 @@ def test_each_difference_is_in_its_section(
     after = make(config, points=points, coefficients=coefficients)
     environment = read_manifest(after)[0].made_from.environment.model_dump()
     packages = {**environment["packages"], "numpy": "99.0"}
-    alter(after, "environment.json", canonical({**environment, "packages": packages}).encode())
+    alter(after, "environment.json", canonical_json({**environment, "packages": packages}).encode())
     rows = {each.title: each.rows for each in comparison_of(before, after).sections}
     row = points.loc[first]
     point = f"{row['run_id']}, {row['first_row']}"
@@ -193,7 +193,7 @@ def test_fits_of_other_laws_are_not_compared(
     other["fit_quality"]["configured"] = False
     other["coefficients"]["value"] *= 2
     both = {name: pd.concat([frames[name], other[name]], ignore_index=True) for name in fits}
-    assert (comparison_of(before, make(**both)).moved["change"] == 0).all()
+    assert (comparison_of(before, make(**both)).changes["change"] == 0).all()
 
 
 @pytest.mark.parametrize(("scale", "stopped"), [(1.0099, False), (1.0101, True)])
@@ -205,7 +205,7 @@ def test_gate_closes_at_its_limit(
     heads = (coefficients["oil"] == "4102") & coefficients["constant"].isin(["A0", "B0"])
     coefficients.loc[heads, "value"] *= scale
     comparison = comparison_of(before, make(coefficients=coefficients))
-    moved = comparison.moved.set_index(["oil", "what"])["change"]
+    moved = comparison.changes.set_index(["oil", "what"])["change"]
     assert moved["4102", "mu"] == pytest.approx(scale - 1, rel=1e-9)
     assert ("mu" in str(comparison.beyond_limits)) == stopped
 
@@ -339,7 +339,7 @@ def with_kernels(release: Path, folder: Path, kernels: dict[str, Any]) -> Path:
     """A copy of a release whose manifest names these kernels."""
     copied = shutil.copytree(release, folder)
     environment = read_manifest(release)[0].made_from.environment.model_dump(exclude={"blas"})
-    alter(copied, "environment.json", canonical({**environment, **kernels}).encode())
+    alter(copied, "environment.json", canonical_json({**environment, **kernels}).encode())
     return copied
 
 
@@ -378,7 +378,7 @@ def test_kernels_that_no_release_names_are_refused(
     content = json.loads(path.read_text(encoding="utf-8"))
     content["made_from"]["environment"]["blas"] = blas
     path.chmod(0o644)
-    path.write_text(canonical(content), encoding="utf-8")
+    path.write_text(canonical_json(content), encoding="utf-8")
     assert main(["verify", str(named)]) == 2
     printed = capsys.readouterr().err
     assert "manifest.json: " in printed

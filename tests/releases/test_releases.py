@@ -24,7 +24,7 @@ from oilfilm.releases.manifest import (
     CHECKSUMS,
     MANIFEST,
     MOST_BYTES,
-    canonical,
+    canonical_json,
     read_manifest,
     sha256_of,
 )
@@ -284,11 +284,11 @@ def hostile(manifest: dict[str, Any]) -> list[Any]:
 def sealed(content: Any) -> str:
     """A manifest with the hash that belongs to it, which a stranger can compute as well."""
     if not isinstance(content, dict):
-        return canonical(content)
+        return canonical_json(content)
     rest = {key: value for key, value in content.items() if key != "sha256"}
     # a half of a letter can only stand there escaped
-    text = canonical(rest).encode("utf-8", "backslashreplace").decode("utf-8")
-    return canonical({**rest, "sha256": sha256_of(text)}).replace("\ud800", "\\ud800")
+    text = canonical_json(rest).encode("utf-8", "backslashreplace").decode("utf-8")
+    return canonical_json({**rest, "sha256": sha256_of(text)}).replace("\ud800", "\\ud800")
 
 
 def test_hostile_manifest_is_refused_in_a_sentence(

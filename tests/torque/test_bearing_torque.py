@@ -295,7 +295,7 @@ def test_shares_beyond_an_unknown_box_are_unknown(config):
 
 def test_contacts_above_the_limits_of_oil_and_steel_are_told(oils):
     (oil,) = (oil for oil in oils if oil.name == "4050")
-    weaker = replace(oil, oil=replace(oil.oil, limiting_stress_ratio=1e-4))
+    weaker = replace(oil, properties=replace(oil.properties, limiting_stress_ratio=1e-4))
     point = (shipped("mainshaft-167"), [1000.0, 60e3, 120e3], 9000.0, 100.0)
     flagged = oil.run(*point)
     pressure = flagged["inner_max_hertz_pressure_gpa"]

@@ -30,7 +30,7 @@ def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(c
     table = heat_balance_table(oils, slip, tables.empty("torque"), config)
     assert len(table) == len(slip)
     assert table["balanced"].all()
-    (of_4050,) = (oil.oil for oil in oils if oil.name == "4050")
+    (of_4050,) = (oil.properties for oil in oils if oil.name == "4050")
     rows = table[table["oil"] == "4050"]
     # 8 L/min, c_p 2000 J/(kg K) (docs/physics.md, Oils), share 0.8 of torque times speed
     rise = rows["outlet_temperature_c"] - 100

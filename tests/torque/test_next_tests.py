@@ -31,7 +31,13 @@ from oilfilm.torque.answers import operating_points
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_of_results
 from oilfilm.torque.feasible_tests import PlannedRig
 from oilfilm.torque.load_variables import LawInBearing
-from oilfilm.torque.next_tests import Request, candidates, plan_oil, plan_table, request_of
+from oilfilm.torque.next_tests import (
+    Request,
+    feasible_candidates,
+    plan_oil,
+    plan_table,
+    request_from_settings,
+)
 from oilfilm.torque.operating_grid import Film
 from oilfilm.torque.torque_uncertainty import FACTOR_TERMS
 from oilfilm.torque.wanted_quantities import wanted_in_bearing, wanted_traction
@@ -102,7 +108,7 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
     rig = PlannedRig.from_settings(SETTINGS)
     lambda_limit = SETTINGS.gates.lambda_limit
-    feasible = candidates(SETTINGS.plan.levels, rig, film, lambda_limit, information)
+    feasible = feasible_candidates(SETTINGS.plan.levels, rig, film, lambda_limit, information)
     wanted = wanted_in_bearing(
         oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, information, CONTACT
     )
@@ -130,7 +136,7 @@ def results() -> CampaignTables:
 
 @pytest.fixture(scope="module")
 def request_for() -> Request:
-    return replace(request_of(SETTINGS), duty=DUTY, count=3)
+    return replace(request_from_settings(SETTINGS), duty=DUTY, count=3)
 
 
 def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTables) -> None:
@@ -275,7 +281,7 @@ def test_without_a_bearing_mu_is_planned_for(information: Information) -> None:
     """Gradients of ln mu against mu with a constant moved."""
     wanted = wanted_traction(SETTINGS.plan.traction_at, information, CONTACT)
     assert wanted.labels[0] == "1 GPa, 50 m/s, 100 degC, S 0.02"
-    assert request_of(without(SETTINGS, "torque")).targets == ("traction",)
+    assert request_from_settings(without(SETTINGS, "torque")).targets == ("traction",)
     moved = TRUTH + 1e-5 * np.eye(len(TRUTH))
     at = SETTINGS.plan.traction_at
     points = [[getattr(point, name) for name in (*CONDITIONS, "slide_roll_ratio")] for point in at]

@@ -71,14 +71,14 @@ def advice_in_band(
     """
     selection = study_settings(settings).selection
     lambda_limit = settings.gates.lambda_limit
-    nominal = advise(results.cage_slip, selection, lambda_limit)
-    if nominal.empty:
-        return {"slip_advice": nominal, "advice_band": tables.empty("advice_band")}
+    advice = advise(results.cage_slip, selection, lambda_limit)
+    if advice.empty:
+        return {"slip_advice": advice, "advice_band": tables.empty("advice_band")}
     cage_slip = _slip_at_band_temperatures(oils, results.cage_slip, settings)
-    return {"slip_advice": nominal, "advice_band": _band(cage_slip, settings, BY_LAW)}
+    return {"slip_advice": advice, "advice_band": _advice_band(cage_slip, settings, BY_LAW)}
 
 
-def _band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> pd.DataFrame:
+def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> pd.DataFrame:
     """Table `advice_band`: how often the advice of each scenario is good.
 
     Args:
@@ -88,17 +88,17 @@ def _band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> pd.Data
     """
     selection = study_settings(settings).selection
     slip_map = _slip_map(cage_slip, selection)
-    choices = [
-        _choices(slip_map, changed, settings.gates.lambda_limit).assign(**scenario)
-        for scenario, changed in _scenarios(selection)
+    judged_scenarios = [
+        _judged_advice(slip_map, changed_selection, settings.gates.lambda_limit).assign(**scenario)
+        for scenario, changed_selection in _scenarios(selection)
     ]
-    judged = pd.concat(choices)
+    judged = pd.concat(judged_scenarios)
     judged = judged[~judged["judgement"].isin(NO_CHOICE)]
     judged[BY_RULES] = judged["judgement"] == "agree"
-    keys = ["bearing", *_SCENARIO, "inlet_temperature_c"]
-    band = judged.melt(keys, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
-    counts = band.groupby([*keys, "choice"], sort=False)["agrees"]
-    band = counts.agg(operating_points="size", agreeing_points="sum").reset_index()
+    key_columns = ["bearing", *_SCENARIO, "inlet_temperature_c"]
+    band = judged.melt(key_columns, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
+    agreements = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
+    band = agreements.agg(operating_points="size", agreeing_points="sum").reset_index()
     return joined([band.assign(traction=traction)], "advice_band")
 
 
@@ -128,23 +128,23 @@ def advice_by_truth(
             "advice_band": band,
             "true_cage_slip": tables.empty("true_cage_slip"),
         }
-    truth = true_map(results.cage_slip, settings, constants)
-    at_band_temperatures = [truth]
+    true_slip = true_map(results.cage_slip, settings, constants)
+    true_slips = [true_slip]
     for temperature in _missing_temperatures(results.cage_slip, settings):
-        points = results.cage_slip.assign(inlet_temperature_c=temperature)
-        at_band_temperatures.append(true_map(points, settings, constants))
-    band_of_truth = _band(pd.concat(at_band_temperatures), settings, BY_TRUTH)
-    judged = advise(truth, study_settings(settings).selection, settings.gates.lambda_limit)
-    keys = ["bearing", "inlet_temperature_c", "pitch_speed_mm_rpm", "axial_load_n"]
-    of_truth = judged[[*keys, "best_oil", "judgement"]].rename(
+        rows_at_temperature = results.cage_slip.assign(inlet_temperature_c=temperature)
+        true_slips.append(true_map(rows_at_temperature, settings, constants))
+    band_of_truth = _advice_band(pd.concat(true_slips), settings, BY_TRUTH)
+    judged = advise(true_slip, study_settings(settings).selection, settings.gates.lambda_limit)
+    key_columns = ["bearing", "inlet_temperature_c", "pitch_speed_mm_rpm", "axial_load_n"]
+    truth_columns = judged[[*key_columns, "best_oil", "judgement"]].rename(
         columns={"best_oil": "true_best_oil", "judgement": "true_judgement"}
     )
-    of_law = advice.drop(columns=["true_best_oil", "true_judgement"])
-    with_truth = of_law.merge(of_truth, on=keys, how="left")
+    advice_of_law = advice.drop(columns=["true_best_oil", "true_judgement"])
+    with_truth = advice_of_law.merge(truth_columns, on=key_columns, how="left")
     return {
         "slip_advice": joined([with_truth], "slip_advice"),
         "advice_band": joined([band, band_of_truth], "advice_band"),
-        "true_cage_slip": joined([truth], "true_cage_slip"),
+        "true_cage_slip": joined([true_slip], "true_cage_slip"),
     }
 
 
@@ -176,13 +176,13 @@ def _oils_of_rules(selection: SelectionSettings) -> list[str]:
 
 
 def advise(
-    cage_slip: pd.DataFrame, settings: SelectionSettings, lambda_limit: float
+    cage_slip: pd.DataFrame, selection: SelectionSettings, lambda_limit: float
 ) -> pd.DataFrame:
     """Table of advice: one row per operating point of the map of cage slip.
 
     Args:
         cage_slip: Table of cage slip.
-        settings: `selection` of the study's settings.
+        selection: `selection` of the study's settings.
         lambda_limit: Full film above.
 
     Returns:
@@ -191,17 +191,17 @@ def advise(
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    if not set(_oils_of_rules(settings)) <= set(cage_slip["oil"]):
+    if not set(_oils_of_rules(selection)) <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
-    frame = _choices(_slip_map(cage_slip, settings), settings, lambda_limit)
-    return joined([frame], "slip_advice")
+    judged = _judged_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
+    return joined([judged], "slip_advice")
 
 
-def _slip_map(cage_slip: pd.DataFrame, settings: SelectionSettings) -> SlipMap:
+def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> SlipMap:
     """Motion of a bearing with each oil of the rules."""
-    oils_of_rules = _oils_of_rules(settings)
+    oils_of_rules = _oils_of_rules(selection)
     oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in oils_of_rules]
-    slip, torque, film, inner_pressure, outer_pressure = by_oil(
+    slip, torque, lambda_ratio, inner_pressure, outer_pressure = by_oil(
         cage_slip,
         oils,
         "cage_slip",
@@ -213,10 +213,12 @@ def _slip_map(cage_slip: pd.DataFrame, settings: SelectionSettings) -> SlipMap:
     points = operating_points(cage_slip)
     pressures = np.concatenate([inner_pressure, outer_pressure])
     points["max_hertz_pressure_gpa"] = np.fmax.reduce(pressures)
-    return oils, points, slip, torque, film
+    return oils, points, slip, torque, lambda_ratio
 
 
-def _choices(slip_map: SlipMap, settings: SelectionSettings, lambda_limit: float) -> pd.DataFrame:
+def _judged_advice(
+    slip_map: SlipMap, selection: SelectionSettings, lambda_limit: float
+) -> pd.DataFrame:
     """The advice and the best oil at each operating point of each scenario.
 
     Returns:
@@ -226,140 +228,150 @@ def _choices(slip_map: SlipMap, settings: SelectionSettings, lambda_limit: float
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    oils, points, slip, torque, film = slip_map
-    slip_limit = settings.limits.slip_limit
-    enough, perhaps_enough = enough_film(film, lambda_limit)
-    within_limit = enough & reaches(slip_limit, slip)
-    choice = best_of(slip, torque, film, slip_limit, lambda_limit)
-    best = choice.oil
-    deciding, advised = _by_rules(points, slip, oils, settings, enough)
-    _, perhaps_advised = _by_rules(points, slip, oils, settings, perhaps_enough)
-    film_unknown = (perhaps_advised != advised) | choice.lacks_film
+    oils, points, slip, torque, lambda_ratio = slip_map
+    slip_limit = selection.limits.slip_limit
+    has_film, may_have_film = enough_film(lambda_ratio, lambda_limit)
+    within_limit = has_film & reaches(slip_limit, slip)
+    best_choice = best_of(slip, torque, lambda_ratio, slip_limit, lambda_limit)
+    best_oil = best_choice.oil
+    rule_index, advised_oil = _rule_and_advised_oil(points, slip, oils, selection, has_film)
+    _, perhaps_advised_oil = _rule_and_advised_oil(points, slip, oils, selection, may_have_film)
+    film_unknown = (perhaps_advised_oil != advised_oil) | best_choice.lacks_film
     # an oil is as good as the best one: by torque where the best oil holds the cage, else by slip
-    best_slip = _of_oil(slip, best)
-    best_holds = reaches(slip_limit, best_slip)
-    ratio = np.where(best_holds, torque / _of_oil(torque, best), slip / best_slip)
-    as_good = reaches(1 + settings.indifference, ratio)
-    good = enough & (within_limit | ~best_holds) & as_good
+    best_slip = _at_chosen_oil(slip, best_oil)
+    best_holds_cage = reaches(slip_limit, best_slip)
+    ratio_to_best = np.where(
+        best_holds_cage, torque / _at_chosen_oil(torque, best_oil), slip / best_slip
+    )
+    is_nearly_best = reaches(1 + selection.indifference, ratio_to_best)
+    is_good = has_film & (within_limit | ~best_holds_cage) & is_nearly_best
     # the first condition that is met gives the judgement
     conditions = {
-        NO_EQUILIBRIUM: choice.lacks_equilibrium,
+        NO_EQUILIBRIUM: best_choice.lacks_equilibrium,
         OUTSIDE: film_unknown,
-        "no film": best < 0,
-        "rule has none": advised < 0,
-        "agree": _of_oil(good, advised) == 1,
-        "slips more": ~best_holds,
-        "heats more": _of_oil(within_limit, advised) == 1,
+        "no film": best_oil < 0,
+        "rule has none": advised_oil < 0,
+        "agree": _at_chosen_oil(is_good, advised_oil) == 1,
+        "slips more": ~best_holds_cage,
+        "heats more": _at_chosen_oil(within_limit, advised_oil) == 1,
     }
     judgement = np.select(list(conditions.values()), list(conditions), "slips")
-    names = np.array([*oils, ""])
-    rule_names = np.array([rule.name for rule in settings.rules])
+    oil_names = np.array([*oils, ""])
+    rule_names = np.array([rule.name for rule in selection.rules])
     return points.assign(
         oils_within_limit=tables.lists(_names_of(within_limit, oils), points.index),
-        selection_rule=rule_names[deciding],
-        advised_oil=names[advised],
-        best_oil=names[best],
-        good_oils=tables.lists(_names_of(good, oils), points.index),
+        selection_rule=rule_names[rule_index],
+        advised_oil=oil_names[advised_oil],
+        best_oil=oil_names[best_oil],
+        good_oils=tables.lists(_names_of(is_good, oils), points.index),
         judgement=judgement,
         true_best_oil="",
         true_judgement="",
-        **dict(zip(oils, good, strict=True)),
+        **dict(zip(oils, is_good, strict=True)),
     )
 
 
-def _names_of(chosen: BoolArray, oils: Sequence[str]) -> list[tuple[str, ...]]:
+def _names_of(is_chosen: BoolArray, oils: Sequence[str]) -> list[tuple[str, ...]]:
     """Names of the oils that are chosen at each operating point.
 
     Args:
-        chosen: Whether an oil is chosen, shape (oils, points).
+        is_chosen: Whether an oil is chosen, shape (oils, points).
         oils: Their names.
     """
-    return [tuple(itertools.compress(oils, chosen_at_point)) for chosen_at_point in chosen.T]
+    return [tuple(itertools.compress(oils, chosen_at_point)) for chosen_at_point in is_chosen.T]
 
 
-def decide(
+def first_rule_and_oil(
     points: pd.DataFrame,
     slip: FloatArray,
-    settings: SelectionSettings,
+    selection: SelectionSettings,
     oils: Sequence[str],
-    enough: BoolArray,
+    has_film: BoolArray,
 ) -> tuple[IntArray, IntArray]:
     """At each operating point the first rule that applies, and the oil it advises (-1 for none).
 
     Args:
         points: Pressure, dmN and temperature of operating points.
         slip: Their cage slip, shape (points,).
-        settings: `selection` of the study's settings.
+        selection: `selection` of the study's settings.
         oils: The oils that may be advised.
-        enough: Whether an oil has enough film, shape (oils, points).
+        has_film: Whether an oil has enough film, shape (oils, points).
 
     Raises:
         OilfilmError: No rule applies to one of the points.
     """
-    limits = settings.limits
+    limits = selection.limits
     levels = points[["max_hertz_pressure_gpa", "pitch_speed_mm_rpm", "inlet_temperature_c"]]
-    pressure, speed, temperature = levels.to_numpy(dtype=float).T
+    pressure_gpa, pitch_speed, temperature_c = levels.to_numpy(dtype=float).T
     slipping = exceeds(slip, limits.slip_limit)
     states = {
         "slipping": slipping,
         "gripping": ~slipping,
-        "light": exceeds(limits.light_below_gpa, pressure),
-        "heavy": reaches(pressure, limits.heavy_from_gpa),
-        "hot": reaches(temperature, limits.hot_from_c),
-        "fast": reaches(speed, limits.fast_from_mm_rpm),
+        "light": exceeds(limits.light_below_gpa, pressure_gpa),
+        "heavy": reaches(pressure_gpa, limits.heavy_from_gpa),
+        "hot": reaches(temperature_c, limits.hot_from_c),
+        "fast": reaches(pitch_speed, limits.fast_from_mm_rpm),
     }
-    applies = np.array(
-        [np.all([states[name] for name in rule.when], axis=0) for rule in settings.rules]
+    rule_applies = np.array(
+        [np.all([states[name] for name in rule.when], axis=0) for rule in selection.rules]
     )
-    without_rule = ~applies.any(axis=0)
+    without_rule = ~rule_applies.any(axis=0)
     if without_rule.any():
-        first = levels.assign(cage_slip=slip)[without_rule].iloc[0]
-        condition = ", ".join(f"{name} {level:.3g}" for name, level in first.items())
+        first_without_rule = levels.assign(cage_slip=slip)[without_rule].iloc[0]
+        condition = ", ".join(f"{name} {level:.3g}" for name, level in first_without_rule.items())
         raise OilfilmError(
             f"selection.rules of the study's settings: no rule applies at {condition}; end the "
             "list with rules for `slipping` and for `gripping`."
         )
-    advice = []
-    for rule in settings.rules:
-        preferred = np.array([oils.index(oil) for oil in rule.prefer])
-        first_enough = preferred[enough[preferred].argmax(axis=0)]
-        advice.append(np.where(enough[preferred].any(axis=0), first_enough, -1))
-    deciding = np.argmax(applies, axis=0)
-    return deciding, np.array(advice)[deciding, np.arange(len(slip))]
+    oil_of_rule = []
+    for rule in selection.rules:
+        preferred_oils = np.array([oils.index(oil) for oil in rule.prefer])
+        first_enough = preferred_oils[has_film[preferred_oils].argmax(axis=0)]
+        oil_of_rule.append(np.where(has_film[preferred_oils].any(axis=0), first_enough, -1))
+    rule_index = np.argmax(rule_applies, axis=0)
+    return rule_index, np.array(oil_of_rule)[rule_index, np.arange(len(slip))]
 
 
-def _by_rules(
+def _rule_and_advised_oil(
     points: pd.DataFrame,
     slip: FloatArray,
     oils: Sequence[str],
-    settings: SelectionSettings,
-    enough: BoolArray,
+    selection: SelectionSettings,
+    has_film: BoolArray,
 ) -> tuple[IntArray, IntArray]:
     """At each point the rule that decides, and the oil it advises.
 
     Args:
-        points: As for `decide`.
+        points: As for `first_rule_and_oil`.
         slip: Cage slip, shape (oils, points).
         oils: The oils that may be advised.
-        settings: `selection` of the study's settings.
-        enough: As for `decide`.
+        selection: `selection` of the study's settings.
+        has_film: As for `first_rule_and_oil`.
     """
-    slip_limit = settings.limits.slip_limit
-    numbers = np.arange(len(points))
-    _, without_slip = decide(points, np.zeros(len(points)), settings, oils, enough)
-    slip_with_it = np.where(without_slip >= 0, slip[without_slip, numbers], 0.0)
-    deciding, advised = decide(points, slip_with_it, settings, oils, enough)
+    slip_limit = selection.limits.slip_limit
+    point_indices = np.arange(len(points))
+    _, advised_without_slip = first_rule_and_oil(
+        points, np.zeros(len(points)), selection, oils, has_film
+    )
+    slip_with_advised = np.where(
+        advised_without_slip >= 0, slip[advised_without_slip, point_indices], 0.0
+    )
+    rule_index, advised_oil = first_rule_and_oil(
+        points, slip_with_advised, selection, oils, has_film
+    )
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    still_slips = (advised >= 0) & ~reaches(slip_limit, slip[advised, numbers])
-    for point in numbers[still_slips]:
-        preferred = [oils.index(oil) for oil in settings.rules[deciding[point]].prefer]
-        with_film = [oil for oil in preferred if enough[oil, point]]
-        holding = [oil for oil in with_film if reaches(slip_limit, slip[oil, point])]
-        advised[point] = holding[0] if holding else with_film[-1]
-    return deciding, advised
+    still_slips = (advised_oil >= 0) & ~reaches(slip_limit, slip[advised_oil, point_indices])
+    for point in point_indices[still_slips]:
+        preferred_oils = [oils.index(oil) for oil in selection.rules[rule_index[point]].prefer]
+        oils_with_film = [oil for oil in preferred_oils if has_film[oil, point]]
+        oils_that_hold_cage = [
+            oil for oil in oils_with_film if reaches(slip_limit, slip[oil, point])
+        ]
+        advised_oil[point] = oils_that_hold_cage[0] if oils_that_hold_cage else oils_with_film[-1]
+    return rule_index, advised_oil
 
 
-def _of_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
+def _at_chosen_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
     """Value of the chosen oil at each operating point, null where there is none."""
     return np.where(oil >= 0, values[oil, np.arange(len(oil))], np.nan)
 
@@ -369,18 +381,24 @@ def _scenarios(selection: SelectionSettings) -> Iterator[tuple[dict[str, Any], S
     rule_by_name = {rule.name: rule for rule in selection.rules}
     orders = {"as set": list(rule_by_name)}
     orders.update(selection.band.rule_orders)
-    limits = [("", 1.0)]
-    limits.extend(itertools.product(SelectionLimits.model_fields, selection.band.limit_factors))
-    for order, rule_names in orders.items():
-        for limit, factor in limits:
-            changed = {}
-            if limit:
-                changed[limit] = factor * getattr(selection.limits, limit)
+    limits_and_factors = [("", 1.0)]
+    limits_and_factors.extend(
+        itertools.product(SelectionLimits.model_fields, selection.band.limit_factors)
+    )
+    for order_name, rule_names in orders.items():
+        for limit_name, factor in limits_and_factors:
+            changed_limit = {}
+            if limit_name:
+                changed_limit[limit_name] = factor * getattr(selection.limits, limit_name)
             changed_selection = selection.model_copy(
                 update={
                     "rules": [rule_by_name[name] for name in rule_names],
-                    "limits": selection.limits.model_copy(update=changed),
+                    "limits": selection.limits.model_copy(update=changed_limit),
                 }
             )
-            scenario = {"rule_order": order, "varied_limit": limit, "limit_factor": factor}
+            scenario = {
+                "rule_order": order_name,
+                "varied_limit": limit_name,
+                "limit_factor": factor,
+            }
             yield scenario, changed_selection

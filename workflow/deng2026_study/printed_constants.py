@@ -4,7 +4,8 @@ The signs of the exponents are lost in our copy of the paper. Nearly all of sect
 figures that the authors drew from these constants. So the statements of the text can be checked
 with every set of signs. The name of a statement is a column of the table `signs`, which gives its
 meaning and its section of the paper. Arrays have the axes P, U, T, (S,) sign sets: all 512 sign
-sets of an oil are scored at once.
+sets of an oil are scored at once. P is the maximum Hertz pressure in GPa, which the paper calls
+stress, U the entrainment speed in m/s, T the inlet temperature in degC, S the slide-roll ratio.
 
 The total of a sign set is the number of statements that hold. Each statement counts by the share of
 its box where it holds. The margin of a sign is the best total of the sets that have it, less the
@@ -66,9 +67,9 @@ def judge_printed(
             "fitted_sse": quality.at[oil, "sse"],
         }
         fitted = FittedLaw.from_tables(results.coefficients, oil, law=LAW).coefficients.constants
-        for box, levels in settings.boxes.model_dump().items():
-            row[f"{box}_difference"] = largest_difference(
-                fitted, printed[oil], levels, settings.levels
+        for box_name, ends in settings.boxes.model_dump().items():
+            row[f"{box_name}_difference"] = largest_difference(
+                fitted, printed[oil], ends, settings.levels
             )
         rows.append(row)
     return tables.from_rows(rows, "printed_judged")
@@ -88,8 +89,8 @@ def largest_difference(
     lowest, highest = box["slide_roll_ratio"]
     slip = np.linspace(lowest, highest, levels)
     internal = to_internal(LAW, np.array([printed, fitted])).T
-    by_print, by_fit = np.moveaxis(Surface.over(box, levels, slip, internal).mu, -1, 0)
-    difference = by_print - by_fit
+    printed_mu, fitted_mu = np.moveaxis(Surface.over(box, levels, slip, internal).mu, -1, 0)
+    difference = printed_mu - fitted_mu
     return float(difference.flat[first_largest(np.abs(difference).ravel())])
 
 
@@ -166,21 +167,23 @@ class Surface:
             slip: Levels of the slide-roll ratio.
             internal: Constants in the law's internal form, shape (constants, sets).
         """
-        axes = [np.linspace(box[name][0], box[name][1], levels) for name in CONDITIONS]
-        conditions = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+        levels_of_axes = [np.linspace(box[name][0], box[name][1], levels) for name in CONDITIONS]
+        conditions = np.stack(np.meshgrid(*levels_of_axes, indexing="ij"), axis=-1).reshape(
+            -1, len(levels_of_axes)
+        )
         sizes = LAW.sizes(internal, LAW.design(conditions))
         shape = -1, levels, levels, levels, internal.shape[1]
-        largest = max(box["slide_roll_ratio"])
-        return cls(axes[STRESS], np.sort(slip), largest, sizes.reshape(shape))
+        largest_slip = max(box["slide_roll_ratio"])
+        return cls(levels_of_axes[STRESS], np.sort(slip), largest_slip, sizes.reshape(shape))
 
     @cached_property
     def mu(self) -> FloatArray:
         """Traction coefficient, axes P, U, T, S, sets."""
-        return np.stack([self.at(slip) for slip in self.slip], axis=SLIP)
+        return np.stack([self.mu_at(slip) for slip in self.slip], axis=SLIP)
 
-    def at(self, slip: FloatArray | float) -> FloatArray:
+    def mu_at(self, slip: FloatArray | float) -> FloatArray:
         """Traction coefficient at one slip, or at a slip of each condition; axes P, U, T, sets."""
-        return LAW.value(self.sizes, np.asarray(slip))
+        return LAW.mu_of_sizes(self.sizes, np.asarray(slip))
 
     @cached_property
     def peak_slip(self) -> FloatArray:
@@ -191,7 +194,7 @@ class Surface:
     @cached_property
     def peak(self) -> FloatArray:
         """Largest mu within the box's slips."""
-        return self.at(np.minimum(self.peak_slip, self.largest_slip))
+        return self.mu_at(np.minimum(self.peak_slip, self.largest_slip))
 
     @property
     def slope(self) -> FloatArray:
@@ -297,12 +300,16 @@ def _scores(
     surfaces: dict[str, Surface] = {}
     best_surfaces: list[Surface] = []
     for oil, internal in candidates.items():
-        tested = _surface("tested", slip_levels, internal, settings)
-        drawn = _surface("extrapolated", slip_levels, internal, settings)
-        surfaces[oil] = drawn
+        tested_surface = _surface("tested", slip_levels, internal, settings)
+        drawn_surface = _surface("extrapolated", slip_levels, internal, settings)
+        surfaces[oil] = drawn_surface
         compared_slips = settings.signs.slide_roll_ratio.figures
-        holds = where_true(tested, drawn, compared_slips, traction_max, settings.signs)
-        scores[oil] = {name: share(statement_holds) for name, statement_holds in holds.items()}
+        where_statements_hold = where_true(
+            tested_surface, drawn_surface, compared_slips, traction_max, settings.signs
+        )
+        scores[oil] = {
+            name: share(statement_holds) for name, statement_holds in where_statements_hold.items()
+        }
         best = int(np.argmax(_total(scores[oil])))
         best_surface = _surface("extrapolated", slip_levels, internal[:, [best]], settings)
         best_surfaces.append(best_surface)
@@ -342,22 +349,22 @@ def _total(shares: Shares, without: str = "") -> FloatArray:
     return evened(np.nansum(weighted, axis=0))
 
 
-def _effects(in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
+def _effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
     """Largest change of mu over the tested box if one sign is turned, over the largest mu.
 
     Args:
-        in_use: Internal constants with the signs in use, shape (constants, 1).
+        constants_in_use: Internal constants with the signs in use, shape (constants, 1).
         settings: The tested box and its levels.
 
     Returns:
         Shape (exponents,).
     """
     # first column: signs in use; one more column for each sign turned
-    turned = np.tile(in_use, (1, 1 + len(_EXPONENTS)))
+    turned = np.tile(constants_in_use, (1, 1 + len(_EXPONENTS)))
     turned[_EXPONENTS, range(1, turned.shape[1])] *= -1
     surface = _surface("tested", _SLIP_LEVELS[0], turned, settings)
-    mu = surface.mu.reshape(-1, turned.shape[1])
-    return np.abs(mu[:, 1:] - mu[:, :1]).max(axis=0) / mu[:, 0].max()
+    mu_of_turns = surface.mu.reshape(-1, turned.shape[1])
+    return np.abs(mu_of_turns[:, 1:] - mu_of_turns[:, :1]).max(axis=0) / mu_of_turns[:, 0].max()
 
 
 def _verdicts(
@@ -379,7 +386,10 @@ def _verdicts(
     has_sign = (signs_in_use == _SIGN_SETS).T
 
     def margins(total: FloatArray) -> list[float]:
-        return [total[has].max() - total[~has].max() for has in has_sign]
+        return [
+            total[has_sign_of_exponent].max() - total[~has_sign_of_exponent].max()
+            for has_sign_of_exponent in has_sign
+        ]
 
     margins_without_one = []
     for shares in shares_by_slips:
@@ -401,7 +411,7 @@ def _verdicts(
 
 
 def verdicts(
-    margin: pd.Series, weakest: pd.Series, effect: pd.Series, limits: SignSettings
+    margin: pd.Series, weakest_margin: pd.Series, effect: pd.Series, limits: SignSettings
 ) -> np.ndarray:
     """How sure the signs in use are.
 
@@ -416,7 +426,7 @@ def verdicts(
 
     Args:
         margin: In statements (see the module).
-        weakest: The smallest margin with any one statement left out, at either slips.
+        weakest_margin: The smallest margin with any one statement left out, at either slips.
         effect: Largest change of mu over its largest value.
         limits: The limits.
     """
@@ -424,7 +434,7 @@ def verdicts(
     # the first condition that is met gives the verdict
     conditions = {
         "without effect": reaches(limits.no_effect_max, effect),
-        "settled": reaches(weakest, near_best),
+        "settled": reaches(weakest_margin, near_best),
         "probable": reaches(margin, near_best),
         "against": reaches(-near_best, margin),
     }
@@ -449,40 +459,44 @@ def where_true(
         limits: What counts as linear and slight.
     """
     mu = drawn.mu
-    low = drawn.at(min(compared_slips))
-    high = drawn.at(max(compared_slips))
+    low_slip_mu = drawn.mu_at(min(compared_slips))
+    high_slip_mu = drawn.mu_at(max(compared_slips))
     # R2 of the straight line mu(P) is covariance^2/variances
     stress = drawn.stress - drawn.stress.mean()
     mu_deviation = mu - mu.mean(axis=STRESS, keepdims=True)
     covariance = np.tensordot(stress, mu_deviation, axes=1)
     variances = (stress**2).sum() * (mu_deviation**2).sum(axis=STRESS)
-    linear = reaches(covariance**2, limits.linear_r2_min * variances)
-    slight = reaches(tested.at(tested.largest_slip), (1 - limits.decline_max) * tested.peak)
+    is_linear = reaches(covariance**2, limits.linear_r2_min * variances)
+    is_slight = reaches(tested.mu_at(tested.largest_slip), (1 - limits.decline_max) * tested.peak)
     # effects of stress and of temperature at the lowest speed and at the highest one
     stress_effect = (mu[-1] - mu[0])[[0, -1]]
     temperature_effect = (mu[:, :, 0] - mu[:, :, -1])[:, [0, -1]]
     slow_temperature_effect = temperature_effect[:, 0]
     fast_temperature_effect = np.abs(temperature_effect[:, 1])
     # largest mu of each sign set: differences have the rounding of these numbers
-    largest = np.abs(mu).max(axis=tuple(range(mu.ndim - 1)))
+    largest_mu = np.abs(mu).max(axis=tuple(range(mu.ndim - 1)))
     return {
         "physical": reaches(mu.min(axis=SLIP), 0.0, drawn.peak) & reaches(traction_max, drawn.peak),
         "rises_with_stress": _falls(-mu, STRESS),
-        "linear_in_stress": linear & (covariance > 0),
+        "linear_in_stress": is_linear & (covariance > 0),
         "falls_with_speed": _falls(mu, SPEED),
         "levels_off_with_speed": _levels_off(mu, SPEED),
         "falls_with_temperature": _falls(mu, TEMPERATURE),
         "levels_off_with_temperature": _levels_off(mu, TEMPERATURE),
         "start_falls_with_temperature": _falls(tested.slope, TEMPERATURE),
-        "rises_with_slip": exceeds(high, low),
-        "declines_slightly": exceeds(tested.largest_slip, tested.peak_slip) & slight,
+        "rises_with_slip": exceeds(high_slip_mu, low_slip_mu),
+        "declines_slightly": exceeds(tested.largest_slip, tested.peak_slip) & is_slight,
         "earlier_plateau_with_stress": _falls(drawn.knee, STRESS),
         "earlier_plateau_with_speed": _falls(tested.knee, SPEED),
         "earlier_plateau_with_temperature": _falls(tested.knee, TEMPERATURE),
-        "slip_raises_stress_effect": exceeds(high[-1] - high[0], np.abs(low[-1] - low[0]), largest),
-        "speed_mutes_stress_effect": exceeds(stress_effect[0], np.abs(stress_effect[1]), largest),
+        "slip_raises_stress_effect": exceeds(
+            high_slip_mu[-1] - high_slip_mu[0], np.abs(low_slip_mu[-1] - low_slip_mu[0]), largest_mu
+        ),
+        "speed_mutes_stress_effect": exceeds(
+            stress_effect[0], np.abs(stress_effect[1]), largest_mu
+        ),
         "speed_mutes_temperature_effect": exceeds(
-            slow_temperature_effect, fast_temperature_effect, largest
+            slow_temperature_effect, fast_temperature_effect, largest_mu
         ),
     }
 
@@ -494,33 +508,33 @@ def viscosity_order(
 
     The other oils' surfaces are of one set each. NaN where there is no other oil.
     """
-    holds = []
+    where_statements_hold = []
     if more_viscous:
-        holds.append(exceeds(more_viscous[-1].mu, surface.mu))
+        where_statements_hold.append(exceeds(more_viscous[-1].mu, surface.mu))
     if less_viscous:
-        holds.append(exceeds(surface.mu, less_viscous[0].mu))
-    return _mean_share(holds, surface)
+        where_statements_hold.append(exceeds(surface.mu, less_viscous[0].mu))
+    return _mean_share(where_statements_hold, surface)
 
 
 def hot_convergence(surface: Surface, others: Sequence[Surface]) -> FloatArray:
     """Mu is nearer to that of each other oil at the highest temperature than at the lowest."""
-    nearer = []
+    is_nearer = []
     for other in others:
         gap = np.abs(surface.mu - other.mu)
-        nearer.append(exceeds(gap[:, :, 0], gap[:, :, -1], other.mu.max()))
-    return _mean_share(nearer, surface)
+        is_nearer.append(exceeds(gap[:, :, 0], gap[:, :, -1], other.mu.max()))
+    return _mean_share(is_nearer, surface)
 
 
-def share(holds: BoolArray) -> FloatArray:
+def share(where_it_holds: BoolArray) -> FloatArray:
     """Share of all conditions and slips where something holds, for each sign set."""
-    return holds.reshape(-1, holds.shape[-1]).mean(axis=0)
+    return where_it_holds.reshape(-1, where_it_holds.shape[-1]).mean(axis=0)
 
 
-def _mean_share(statements: list[BoolArray], surface: Surface) -> FloatArray:
+def _mean_share(where_statements_hold: list[BoolArray], surface: Surface) -> FloatArray:
     """Mean of the shares where statements hold; NaN for each sign set without any statement."""
-    if not statements:
+    if not where_statements_hold:
         return np.full(surface.mu.shape[-1], np.nan)
-    return np.mean([share(holds) for holds in statements], axis=0)
+    return np.mean([share(holds) for holds in where_statements_hold], axis=0)
 
 
 def _falls(values: FloatArray, axis: int) -> BoolArray:
@@ -535,7 +549,7 @@ def _levels_off(mu: FloatArray, axis: int) -> BoolArray:
     Example: from 20 to 140 degC these thirds are 20-60 and 100-140 degC.
     """
     mu_of_level = np.moveaxis(mu, axis, 0)
-    third = (len(mu_of_level) - 1) // 3
-    first_fall = mu_of_level[0] - mu_of_level[third]
-    last_change = np.abs(mu_of_level[-1 - third] - mu_of_level[-1])
+    steps_of_third = (len(mu_of_level) - 1) // 3
+    first_fall = mu_of_level[0] - mu_of_level[steps_of_third]
+    last_change = np.abs(mu_of_level[-1 - steps_of_third] - mu_of_level[-1])
     return exceeds(first_fall, last_change, np.abs(mu_of_level).max(axis=0))

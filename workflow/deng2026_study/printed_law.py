@@ -22,7 +22,7 @@ from oilfilm.traction.laws.deng2026 import DENG2026, traction_coefficient
 from simulated_lab.printed import PrintedCoefficients
 
 # Slips at which the widest range over the open signs is searched, from the rig's first step on.
-_SLIPS = (0.01, 0.05, 0.3)
+_SEARCHED_SLIPS = (0.01, 0.05, 0.3)
 
 
 @dataclass(frozen=True, repr=False)
@@ -30,11 +30,11 @@ class PrintedLaw(FittedLaw):
     """The law with printed constants: no intervals, but the range over signs that are open.
 
     Attributes:
-        signs: How sure the sign of each exponent is, by the name of the constant: certain,
+        sign_certainty: How sure the sign of each exponent is, by the name of the constant: certain,
             probable, open, or without effect.
     """
 
-    signs: Mapping[str, str] = field(default_factory=dict)
+    sign_certainty: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def why_no_interval(self) -> str:
@@ -43,7 +43,7 @@ class PrintedLaw(FittedLaw):
 
     def remarks(self, conditions: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
         """See `FittedLaw`."""
-        signs = ", ".join(f"{name} {certainty}" for name, certainty in self.signs.items())
+        signs = ", ".join(f"{name} {certainty}" for name, certainty in self.sign_certainty.items())
         (low,), (high,) = self.sign_range(conditions, slide_roll_ratio)
         return [f"restored signs: {signs}", f"over the open signs mu is {low:.5f} to {high:.5f}"]
 
@@ -53,7 +53,7 @@ class PrintedLaw(FittedLaw):
         """Lowest and highest mu over all combinations of the open signs; other signs are as in use.
 
         Args:
-            conditions: P, U and T, shape (points, 3).
+            conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
             slide_roll_ratio: S, shape (points,).
 
         Returns:
@@ -61,19 +61,23 @@ class PrintedLaw(FittedLaw):
         """
         names = [constant.name for constant in self.law.constants]
         open_signs = [names.index(name) for name in self.names_of_open_signs()]
-        pressure, speed, temperature = np.asarray(conditions, dtype=float).T
+        pressure_gpa, speed_m_s, temperature_c = np.asarray(conditions, dtype=float).T
         slip = np.abs(slide_roll_ratio)
-        mu = []
-        for signs in itertools.product((1.0, -1.0), repeat=len(open_signs)):
+        mu_of_signs = []
+        for sign_factors in itertools.product((1.0, -1.0), repeat=len(open_signs)):
             constants = self.coefficients.constants.copy()
-            constants[open_signs] *= signs
-            mu.append(traction_coefficient(constants, pressure, speed, temperature, slip))
-        ends = np.sign(slide_roll_ratio) * np.array([np.min(mu, axis=0), np.max(mu, axis=0)])
-        return ends.min(axis=0), ends.max(axis=0)
+            constants[open_signs] *= sign_factors
+            mu_of_signs.append(
+                traction_coefficient(constants, pressure_gpa, speed_m_s, temperature_c, slip)
+            )
+        signed_ends = np.sign(slide_roll_ratio) * np.array(
+            [np.min(mu_of_signs, axis=0), np.max(mu_of_signs, axis=0)]
+        )
+        return signed_ends.min(axis=0), signed_ends.max(axis=0)
 
     def names_of_open_signs(self) -> list[str]:
         """Names of the constants whose sign is open."""
-        return [name for name, certainty in self.signs.items() if certainty == "open"]
+        return [name for name, certainty in self.sign_certainty.items() if certainty == "open"]
 
 
 def printed_law(printed: PrintedCoefficients, oil: str, tested: Box) -> PrintedLaw:
@@ -88,17 +92,17 @@ def printed_law(printed: PrintedCoefficients, oil: str, tested: Box) -> PrintedL
     names = [*DENG2026.conditions, "slide_roll_ratio"]
     box = np.array([ends_by_name[name] for name in names], dtype=float)
     coefficients = replace(Coefficients.bare(DENG2026, printed.constants()[oil]), box=box)
-    law = PrintedLaw(DENG2026, coefficients, signs=printed.signs(oil))
+    law = PrintedLaw(DENG2026, coefficients, sign_certainty=printed.sign_certainties(oil))
     open_signs = law.names_of_open_signs()
     if not open_signs:
         return law
-    points = np.array(list(itertools.product(*box[:-1], _SLIPS)))
+    points = np.array(list(itertools.product(*box[:-1], _SEARCHED_SLIPS)))
     lower, upper = law.sign_range(points[:, :-1], points[:, -1])
-    widest = int(first_largest(upper / lower))
-    condition = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}".format(*points[widest])
+    widest_index = int(first_largest(upper / lower))
+    condition = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}".format(*points[widest_index])
     sentence = (
         f"the signs of {', '.join(open_signs)} were lost and are open: over them mu is "
-        f"{lower[widest]:.2g} to {upper[widest]:.2g} at {condition}"
+        f"{lower[widest_index]:.2g} to {upper[widest_index]:.2g} at {condition}"
     )
     return replace(law, warnings=(sentence,))
 
@@ -110,8 +114,8 @@ def printed(oil: str | int) -> PrintedLaw:
         oil: 4102, 4050 or 4010.
 
     Returns:
-        The law; `signs` says how sure each restored sign is, and `sign_range` gives the lowest and
-        the highest mu over those that are open.
+        The law; `sign_certainty` says how sure each restored sign is, and `sign_range` gives the
+        lowest and the highest mu over those that are open.
 
     Raises:
         OilfilmError: The paper prints no constants of it.

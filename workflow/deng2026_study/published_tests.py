@@ -47,14 +47,14 @@ def _rows_of_test(
 ) -> pd.DataFrame:
     """The rows of one published test beside the calculated values."""
     bearing = settings.bearings[test.bearing].bearing(test.bearing)
-    published = pd.DataFrame([row.model_dump() for row in test.rows], dtype=float)
+    published_rows = pd.DataFrame([row.model_dump() for row in test.rows], dtype=float)
     # the calculated columns have the plain names
-    operating_points = published.rename(
+    operating_points = published_rows.rename(
         columns={"power_w": "published_power_w", "largest_cage_slip": "published_cage_slip"}
     ).assign(inlet_temperature_c=test.inlet_temperature_c)
     speed_rad_s = operating_points["inner_speed_rpm"] * RAD_S_PER_RPM
 
-    def calculated(oil_volume_fraction: float) -> pd.DataFrame:
+    def friction_with_fraction(oil_volume_fraction: float) -> pd.DataFrame:
         """Friction at the operating points, by the law of maximum Hertz pressure."""
         bearing_settings = oil.settings.model_copy(
             update={"oil_volume_fraction": oil_volume_fraction}
@@ -63,15 +63,15 @@ def _rows_of_test(
         return Cases(bearing, [CaseGroup(changed_oil, "stress", operating_points)]).run()
 
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
-    low = calculated(lowest_fraction)
-    high = calculated(highest_fraction)
-    as_set = calculated(settings.bearing.oil_volume_fraction)
-    return as_set.assign(
-        power_w=as_set["torque_n_m"] * speed_rad_s,
-        power_low_w=low["torque_n_m"] * speed_rad_s,
-        power_high_w=high["torque_n_m"] * speed_rad_s,
-        cage_slip_low=low["cage_slip"],
-        cage_slip_high=high["cage_slip"],
+    at_lowest_fraction = friction_with_fraction(lowest_fraction)
+    at_highest_fraction = friction_with_fraction(highest_fraction)
+    at_set_fraction = friction_with_fraction(settings.bearing.oil_volume_fraction)
+    return at_set_fraction.assign(
+        power_w=at_set_fraction["torque_n_m"] * speed_rad_s,
+        power_low_w=at_lowest_fraction["torque_n_m"] * speed_rad_s,
+        power_high_w=at_highest_fraction["torque_n_m"] * speed_rad_s,
+        cage_slip_low=at_lowest_fraction["cage_slip"],
+        cage_slip_high=at_highest_fraction["cage_slip"],
         source=test.source,
         assumed=test.assumed,
     )

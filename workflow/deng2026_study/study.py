@@ -52,12 +52,14 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
-    printed = load(path, PrintedCoefficients)
-    identifier_of_oil = identifiers([f"{oil} printed" for oil in printed.falling_viscosity])
-    points = tuple(point.model_dump() for point in settings.adore_points)
+    printed_coefficients = load(path, PrintedCoefficients)
+    identifier_of_oil = identifiers(
+        [f"{oil} printed" for oil in printed_coefficients.falling_viscosity]
+    )
+    adore_points = tuple(point.model_dump() for point in settings.adore_points)
     descriptions = []
-    for oil in printed.falling_viscosity:
-        fitted = printed_law(printed, oil, tested)
+    for oil in printed_coefficients.falling_viscosity:
+        fitted = printed_law(printed_coefficients, oil, tested)
         descriptions.append(
             Description(
                 oil=oil,
@@ -67,25 +69,27 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
                 conditions=tuple(_conditions(fitted)),
                 constants=tuple(_constants(fitted)),
                 quality=None,
-                adore_points=points,
-                published=Published(_SOURCE, tuple(_what_is_not_known(fitted))),
+                adore_points=adore_points,
+                published=Published(_SOURCE, tuple(_caveats(fitted))),
             )
         )
     return descriptions
 
 
-def _what_is_not_known(fitted: PrintedLaw) -> Iterator[str]:
+def _caveats(fitted: PrintedLaw) -> Iterator[str]:
     """Sentences for a user of the printed constants."""
     constants_by_sign: dict[str, list[str]] = {}
-    for constant, how_sure in fitted.signs.items():
-        constants_by_sign.setdefault(f"sign {how_sure}", []).append(constant)
-    signs = "; ".join(f"{sign}: {', '.join(names)}" for sign, names in constants_by_sign.items())
+    for constant, certainty in fitted.sign_certainty.items():
+        constants_by_sign.setdefault(f"sign {certainty}", []).append(constant)
+    signs_text = "; ".join(
+        f"{sign}: {', '.join(names)}" for sign, names in constants_by_sign.items()
+    )
     yield (
         "They are as printed, not refitted: without errors and intervals. The tested box is that "
         "of the paper's abstract."
     )
     yield "The signs of the exponents are lost in our copy of the paper and are restored."
-    yield f"How sure they are: {signs}"
+    yield f"How sure they are: {signs_text}"
 
 
 def _conditions(fitted: PrintedLaw) -> Iterator[Condition]:
@@ -114,8 +118,8 @@ def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
     for constant, value in zip(fitted.law.constants, values, strict=True):
         name = constant.name
         verdict = "printed"
-        if name in fitted.signs:
-            verdict = f"printed, sign {fitted.signs[name]}"
+        if name in fitted.sign_certainty:
+            verdict = f"printed, sign {fitted.sign_certainty[name]}"
         yield {
             "name": name,
             "meaning": meanings[name],
@@ -194,40 +198,44 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
     numbers = results.claim_numbers
     if claims.empty:
         return Section("claims", "Claims of the paper")
-    of_paper = read_claims(reference_file("claims"))
-    text_of_claim = {claim.id: claim.claim for claim in of_paper.claims}
-    named = claims.assign(
+    paper_claims = read_claims(reference_file("claims"))
+    text_of_claim = {claim.id: claim.claim for claim in paper_claims.claims}
+    labelled = claims.assign(
         basis=claims["basis"].map(BASES), claim=claims["claim"].map(text_of_claim)
     )
-    verdicts = named.pivot(index="claim", columns="basis", values="verdict")
-    verdicts = verdicts.reindex(index=named["claim"].unique(), columns=named["basis"].unique())
+    verdicts = labelled.pivot(index="claim", columns="basis", values="verdict")
+    verdicts = verdicts.reindex(
+        index=labelled["claim"].unique(), columns=labelled["basis"].unique()
+    )
     # without doubtful oils only some of the claims are judged
-    counted = verdicts.drop(columns=BASES[UNDOUBTED], errors="ignore")
-    counts = counted.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
+    verdicts_of_all_claims = verdicts.drop(columns=BASES[UNDOUBTED], errors="ignore")
+    verdict_counts = (
+        verdicts_of_all_claims.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
+    )
     refit = claims[claims["basis"] == "refit"]
     judged_oils = set(numbers.loc[numbers["basis"] == "refit", "oil"])
     reason_codes = [code for code in refit["reason_code"].unique() if code]
     sentences = facts(
         "deng2026_study/claims.jinja",
         refit=refit["verdict"].value_counts().reindex(_CLAIM_VERDICTS).dropna().astype(int),
-        reasons=[of_paper.cannot_be_checked[code] for code in reason_codes],
+        reasons=[paper_claims.cannot_be_checked[code] for code in reason_codes],
         campaign=settings.campaign,
         left_out=[oil for oil in settings.oils if oil not in judged_oils],
         doubtful=load(reference_file("printed_coefficients"), PrintedCoefficients).doubtful,
         changed=_changed_without_doubtful(verdicts),
         audit=study_settings(settings).audit,
     )
-    shown = [
-        show_table(counts.astype(int).reset_index(), "claim-counts"),
+    shown_tables = [
+        show_table(verdict_counts.astype(int).reset_index(), "claim-counts"),
         show_table(verdicts.fillna("not judged").reset_index(), "claim-verdicts"),
     ]
     entries = []
-    for claim in of_paper.claims:
+    for claim in paper_claims.claims:
         rows_of_claim = claims[claims["claim"] == claim.id]
         numbers_of_claim = numbers[numbers["claim"] == claim.id]
         if len(rows_of_claim):
-            entries.append(_entry(claim, rows_of_claim, of_paper, numbers_of_claim, settings))
-    return Section("claims", "Claims of the paper", sentences, shown, entries, _EXPLANATIONS)
+            entries.append(_entry(claim, rows_of_claim, paper_claims, numbers_of_claim, settings))
+    return Section("claims", "Claims of the paper", sentences, shown_tables, entries, _EXPLANATIONS)
 
 
 def _changed_without_doubtful(verdicts: pd.DataFrame) -> list[tuple[str, str, str]]:
@@ -244,7 +252,11 @@ def _changed_without_doubtful(verdicts: pd.DataFrame) -> list[tuple[str, str, st
 
 
 def _entry(
-    claim: Claim, rows: pd.DataFrame, of_paper: Claims, numbers: pd.DataFrame, settings: Settings
+    claim: Claim,
+    rows: pd.DataFrame,
+    paper_claims: Claims,
+    numbers: pd.DataFrame,
+    settings: Settings,
 ) -> Entry:
     """A claim: the paper's words, the test, verdict and finding on each basis, a caveat."""
     verdicts = []
@@ -256,7 +268,7 @@ def _entry(
     for row in tables.rows(rows):
         basis = BASES[row["basis"]]
         if row["reason_code"]:
-            reason = of_paper.cannot_be_checked.get(row["reason_code"])
+            reason = paper_claims.cannot_be_checked.get(row["reason_code"])
             finding = f"cannot be checked: {reason}."
         else:
             numbers_of_basis = numbers[numbers["basis"] == row["basis"]]
@@ -278,9 +290,9 @@ def _finding(
     if row["verdict"] == "by construction":
         sentences.append("The equation makes it so for any constants that it allows.")
     condition = [row["worst_oil"]] if row["worst_oil"] else []
-    for column, form in _WORST_CONDITION.items():
+    for column, number_format in _WORST_CONDITION.items():
         if not pd.isna(row[column]):
-            condition.append(form.format(row[column]))
+            condition.append(number_format.format(row[column]))
     worst = "Worst case" if share < 1 else "Case nearest to failing"
     where = f" at {', '.join(condition)}" if condition else ""
     sentences.append(f"{worst}: {claim.quantity.format(row['worst_value'])}{where}.")
@@ -305,19 +317,19 @@ def _further_numbers(claim: Claim, numbers: pd.DataFrame, settings: Settings) ->
     for reading, text in claim.readings.items():
         labels[reading] = f'read as "{text}"'
     labels.update(claim.numbers)
-    texts = []
+    sentences = []
     for name, label in labels.items():
         # a label may end in the format of its number, as in "largest error: {:.1%}"
         meaning, _, number_format = label.partition(": {:")
-        values = [
+        numbers_of_oils = [
             _number_of_oil(row["value"], row["oil"], number_format.rstrip("}"))
             for row in tables.rows(numbers[numbers["number"] == name])
         ]
-        if values:
-            texts.append(f"{_filled(meaning, settings)}: {', '.join(values)}")
+        if numbers_of_oils:
+            sentences.append(f"{_filled(meaning, settings)}: {', '.join(numbers_of_oils)}")
         elif name in claim.readings:
-            texts.append(f"not judged on these constants: {_filled(label, settings)}")
-    return texts
+            sentences.append(f"not judged on these constants: {_filled(label, settings)}")
+    return sentences
 
 
 def _number_of_oil(value: float, oil: str, number_format: str) -> str:
@@ -353,24 +365,28 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
     same_sign = (judged["value"] < 0) == (judged["sign"] == "-")
     # the other verdicts are `sign unknown`, `no interval`, `at a bound` and so on
     is_known = judged["verdict"] == "known"
-    names = judged["oil"] + " " + judged["constant"]
+    oil_and_constant = judged["oil"] + " " + judged["constant"]
     sentences = facts(
         "deng2026_study/printed.jinja",
         confirmed=(is_known & same_sign).sum(),
         judged=len(judged),
-        turned=names[is_known & ~same_sign].tolist(),
-        unknown=names[~is_known].tolist(),
+        turned=oil_and_constant[is_known & ~same_sign].tolist(),
+        unknown=oil_and_constant[~is_known].tolist(),
         campaign=campaign,
     )
     differences = results.printed_judged.dropna(subset=["tested_difference"])
     columns = ["tested_difference", "extrapolated_difference"]
     differences[columns] = differences[columns].abs()
-    signs = results.sign_verdicts.groupby(["oil", "verdict"])["constant"].agg(" ".join)
-    named = signs.unstack(fill_value="-").reindex(columns=_SIGN_VERDICTS, fill_value="-")
+    constants_of_verdict = results.sign_verdicts.groupby(["oil", "verdict"])["constant"].agg(
+        " ".join
+    )
+    constants_by_verdict = constants_of_verdict.unstack(fill_value="-").reindex(
+        columns=_SIGN_VERDICTS, fill_value="-"
+    )
     sets_in_use = results.signs[results.signs["in_use"]].drop_duplicates("oil")
-    sets_in_use = sets_in_use.join(named, on="oil", how="inner")
-    shown = [show_table(differences, "printed_judged"), show_table(sets_in_use, "signs")]
-    return Section("printed", "Printed constants", sentences, shown)
+    sets_in_use = sets_in_use.join(constants_by_verdict, on="oil", how="inner")
+    shown_tables = [show_table(differences, "printed_judged"), show_table(sets_in_use, "signs")]
+    return Section("printed", "Printed constants", sentences, shown_tables)
 
 
 def _choice(results: CampaignTables) -> Section:
@@ -379,31 +395,31 @@ def _choice(results: CampaignTables) -> Section:
     judged = advice[~advice["judgement"].isin(NO_CHOICE)]
     if judged.empty:
         return Section("choice", "Choice of oil")
-    undecided = advice.loc[advice["judgement"].isin(NO_CHOICE), "judgement"].value_counts()
-    others = judged[judged["judgement"] != "agree"]
-    counts = others["judgement"].value_counts()
+    undecided_counts = advice.loc[advice["judgement"].isin(NO_CHOICE), "judgement"].value_counts()
+    disagreeing = judged[judged["judgement"] != "agree"]
+    disagreements = disagreeing["judgement"].value_counts()
     # one row per choice and scenario: other limits, orders of the rules and temperatures
     scenarios = results.advice_band
     # an oil occurs once for each operating point where it is the best one or nearly so
     good_oils = judged["good_oils"].explode().tolist()
-    drawn = stays_best(results.cage_slip, STAYS_BEST_SHARE)
+    stability = stays_best(results.cage_slip, STAYS_BEST_SHARE)
     sentences = facts(
         "deng2026_study/choice.jinja",
         mapped=len(advice),
         total=len(judged),
-        undecided={UNDECIDED[str(code)]: count for code, count in undecided.items()},
-        agreeing=len(judged) - len(others),
-        others={OTHER_CHOICES[str(judgement)]: count for judgement, count in counts.items()},
-        best=others["best_oil"].value_counts().to_dict(),
+        undecided={UNDECIDED[str(code)]: count for code, count in undecided_counts.items()},
+        agreeing=len(judged) - len(disagreeing),
+        others={OTHER_CHOICES[str(judgement)]: count for judgement, count in disagreements.items()},
+        best=disagreeing["best_oil"].value_counts().to_dict(),
         bands={
-            traction: _ends_of_band(of_traction)
-            for traction, of_traction in scenarios.groupby("traction", sort=False)
+            traction: _ends_of_band(scenarios_of_traction)
+            for traction, scenarios_of_traction in scenarios.groupby("traction", sort=False)
         },
         varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
         truth=choice_by_truth(advice, results.true_cage_slip),
         share=STAYS_BEST_SHARE,
-        drawn=drawn if drawn["draws_answered"].any() else None,
+        drawn=stability if stability["draws_answered"].any() else None,
     )
     return Section("choice", "Choice of oil", sentences)
 
@@ -428,19 +444,21 @@ def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, floa
     if truth.empty:
         return None
     judged = advice[~advice["true_judgement"].isin(NO_CHOICE)]
-    slips = truth[truth["cage_slip"] > _SLIPPING]
+    slipping_rows = truth[truth["cage_slip"] > _SLIPPING]
     torque_error = (truth["law_torque_n_m"] / truth["torque_n_m"] - 1).abs()
-    known_slips = slips["cage_slip_inside"].dropna()
-    known_torques = truth["torque_inside"].dropna()
+    slip_is_inside = slipping_rows["cage_slip_inside"].dropna()
+    torque_is_inside = truth["torque_inside"].dropna()
     return {
         "total": len(judged),
         "agreeing": int((judged["true_judgement"] == "agree").sum()),
         "same_best": int((judged["true_best_oil"] == judged["best_oil"]).sum()),
-        "slips": len(known_slips),
-        "slips_inside": int(known_slips.sum()),
-        "torques": len(known_torques),
-        "torques_inside": int(known_torques.sum()),
-        "slip_error": float((slips["law_cage_slip"] / slips["cage_slip"] - 1).abs().median()),
+        "slips": len(slip_is_inside),
+        "slips_inside": int(slip_is_inside.sum()),
+        "torques": len(torque_is_inside),
+        "torques_inside": int(torque_is_inside.sum()),
+        "slip_error": float(
+            (slipping_rows["law_cage_slip"] / slipping_rows["cage_slip"] - 1).abs().median()
+        ),
         "torque_error": float(torque_error.median()),
         "largest_torque_error": float(torque_error.max()),
     }
@@ -450,16 +468,16 @@ def _truth(errors: pd.DataFrame) -> Section:
     """How wrong each law is where the truth was simulated."""
     if errors.empty:
         return Section("truth", "Simulated truth")
-    form = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}"
+    condition_format = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}"
     worst_conditions = errors[list(_WORST_CONDITION)].to_numpy()
-    conditions = [form.format(*condition) for condition in worst_conditions]
+    conditions = [condition_format.format(*condition) for condition in worst_conditions]
     table = show_table(errors.assign(where=conditions), "truth-errors")
     return Section("truth", "Simulated truth", facts("deng2026_study/truth.jinja"), [table])
 
 
 # Folder of the printed constants among the exports. Those of fits are named by identifiers, which
 # have no hyphen.
-_FOLDER = "printed-constants"
+_EXPORT_FOLDER = "printed-constants"
 
 
 def _exports(
@@ -471,7 +489,7 @@ def _exports(
     descriptions = describe_printed(path, tested, settings.exports)
     chosen = [description for description in descriptions if description.oil in oils]
     files = in_folders(chosen, provenance) if chosen else {}
-    return {f"{_FOLDER}/{file}": content for file, content in files.items()}
+    return {f"{_EXPORT_FOLDER}/{file}": content for file, content in files.items()}
 
 
 def _describe_published() -> tuple[list[Description], Path]:
@@ -485,7 +503,7 @@ STUDY = Study(
     sections=sections,
     exports=_exports,
     exported="The constants that the paper prints of these oils: "
-    f"[{_FOLDER}]({_FOLDER}/README.md).",
+    f"[{_EXPORT_FOLDER}]({_EXPORT_FOLDER}/README.md).",
     read_reference=read_reference,
     published_law=printed,
     describe_published=_describe_published,

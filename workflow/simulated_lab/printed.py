@@ -42,11 +42,11 @@ class PrintedCoefficients(Group):
         """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""
         constants = {}
         for oil in self.falling_viscosity:
-            blocks = self.oils[oil]
-            constants[oil] = np.concatenate([blocks.A, blocks.B, blocks.C])
+            oil_constants = self.oils[oil]
+            constants[oil] = np.concatenate([oil_constants.A, oil_constants.B, oil_constants.C])
         return constants
 
-    def signs(self, oil: str) -> dict[str, str]:
+    def sign_certainties(self, oil: str) -> dict[str, str]:
         """How sure the sign of each exponent of an oil is, by the name of the constant."""
         certainty_of_constant: dict[str, str] = {}
         for letter, certainties in self.oils[oil].signs.items():

@@ -48,7 +48,7 @@ _DECIMALS = {
 
 
 # Signals by name.
-Columns = dict[str, FloatArray]
+Signals = dict[str, FloatArray]
 
 
 class SimulatedLog(NamedTuple):
@@ -87,7 +87,7 @@ def simulate_campaign(
     programme = slip_programme(twin)
     for run in planned_runs(settings.campaign):
         random = generator(settings.seed, "rig twin", run.name)
-        true_signals = _true_run(run, tractions[run.oil], twin, contact, programme, random)
+        true_signals = _true_signals(run, tractions[run.oil], twin, contact, programme, random)
         truth_row = {
             "run_id": run.name,
             "oil": run.oil,
@@ -96,17 +96,17 @@ def simulate_campaign(
         }
         for set_point in run.set_points:
             truth_row[set_point] = true_signals[set_point].mean()
-        logged = _logged(run, true_signals, twin, rig, random)
-        yield SimulatedLog(run, log_content("rig", run, logged), [truth_row])
+        sensor_signals = _sensor_signals(run, true_signals, twin, rig, random)
+        yield SimulatedLog(run, log_content("rig", run, sensor_signals), [truth_row])
 
 
 def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
     """Time and slide-roll ratio of a run: rolling, the steps with their overshoot, rolling."""
-    rate = twin.sampling_rate_hz
-    rolling = np.zeros(round(twin.baseline_s * rate))
+    rate_hz = twin.sampling_rate_hz
+    rolling = np.zeros(round(twin.baseline_s * rate_hz))
     steps = np.linspace(0, twin.slip_max, twin.slip_steps)
-    target = np.concatenate([rolling, np.repeat(steps, round(twin.step_s * rate)), rolling])
-    time_s = np.arange(len(target)) / rate
+    target = np.concatenate([rolling, np.repeat(steps, round(twin.step_s * rate_hz)), rolling])
+    time_s = np.arange(len(target)) / rate_hz
     # a damped second-order answer to each change of the set point
     decay = np.exp(-time_s / twin.response_s)
     response = decay * np.cos(time_s / twin.response_s)
@@ -115,23 +115,23 @@ def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
     return time_s, target - remaining_change
 
 
-def _true_run(
+def _true_signals(
     run: PlannedRun,
     traction: TrueTraction,
     twin: Twin,
     contact: Contact,
     programme: tuple[FloatArray, FloatArray],
     random: np.random.Generator,
-) -> Columns:
+) -> Signals:
     """The true signals of a run at each instant, before any sensor."""
     time_s, slip = programme
     nominal_gpa, nominal_m_s, nominal_c = run.set_points.values()
-    load_error, speed_error, temperature_error = random.standard_normal(3)
-    load_wander = _wander(time_s, twin, random)
-    load_n = contact.load_n(nominal_gpa) * (1 + twin.control_load * load_error + load_wander)
-    speed_wander = _wander(time_s, twin, random)
-    speed_m_s = nominal_m_s * (1 + twin.control_speed * speed_error + speed_wander)
-    temperature_c = np.full_like(time_s, nominal_c + twin.control_temperature_c * temperature_error)
+    load_draw, speed_draw, temperature_draw = random.standard_normal(3)
+    load_wander = _relative_wander(time_s, twin, random)
+    load_n = contact.load_n(nominal_gpa) * (1 + twin.control_load * load_draw + load_wander)
+    speed_wander = _relative_wander(time_s, twin, random)
+    speed_m_s = nominal_m_s * (1 + twin.control_speed * speed_draw + speed_wander)
+    temperature_c = np.full_like(time_s, nominal_c + twin.control_temperature_c * temperature_draw)
     pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
     pressure_gpa = pressure_pa / PA_PER_GPA
     mu = traction(pressure_gpa, speed_m_s, temperature_c, np.abs(slip))
@@ -146,18 +146,18 @@ def _true_run(
     }
 
 
-def _logged(
-    run: PlannedRun, true_signals: Columns, twin: Twin, rig: Rig, random: np.random.Generator
-) -> Columns:
+def _sensor_signals(
+    run: PlannedRun, true_signals: Signals, twin: Twin, rig: Rig, random: np.random.Generator
+) -> Signals:
     """The signals as the sensors give them, with the planted defect."""
     full_scale = present(rig.full_scale, "full_scale", "the rig")
-    load_gain, temperature_error, zero, drift = random.standard_normal(4)
+    load_gain_draw, temperature_draw, zero_draw, drift_draw = random.standard_normal(4)
     time_s = true_signals["time_s"]
 
     def noise(sensor: str) -> FloatArray:
         """Random error of a sensor at each time, in the sensor's unit."""
-        spread = twin.noise_of_full_scale * float(getattr(full_scale, sensor))
-        return spread * random.standard_normal(len(time_s))
+        standard_deviation = twin.noise_of_full_scale * float(getattr(full_scale, sensor))
+        return standard_deviation * random.standard_normal(len(time_s))
 
     def logged_rpm(speed_m_s: FloatArray, radius_key: str) -> FloatArray:
         """Logged speed of a ball or disc whose surface has this speed."""
@@ -165,18 +165,18 @@ def _logged(
         radius_m = present(getattr(rig, radius_key), radius_key, "the rig")
         return surface_speed_to_rpm(logged_m_s, radius_m)
 
-    force_n = true_signals["traction_force_n"] + twin.zero_offset_n * zero
-    force_n = force_n + twin.zero_drift_n * drift * (time_s / time_s[-1])
+    force_n = true_signals["traction_force_n"] + twin.zero_offset_n * zero_draw
+    force_n = force_n + twin.zero_drift_n * drift_draw * (time_s / time_s[-1])
     force_n = force_n + noise("traction_force_n")
     spikes = random.choice(len(force_n), twin.spikes, replace=False)
     force_n[spikes] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
-    load_n = true_signals["load_n"] * (1 + twin.systematic_load * load_gain) + noise("load_n")
+    load_n = true_signals["load_n"] * (1 + twin.systematic_load * load_gain_draw) + noise("load_n")
     speed_m_s = true_signals["entrainment_speed_m_s"]
     half_slip = true_signals["slide_roll_ratio"] / 2
     ball_rpm = logged_rpm(speed_m_s * (1 - half_slip), "ball_track_radius_m")
     disc_rpm = logged_rpm(speed_m_s * (1 + half_slip), "disc_track_radius_m")
     temperature_c = true_signals["inlet_temperature_c"] + noise("temperature_c")
-    temperature_c = temperature_c + twin.systematic_temperature_c * temperature_error
+    temperature_c = temperature_c + twin.systematic_temperature_c * temperature_draw
     if run.defect == "swapped_sign":
         force_n = -force_n
     if run.defect == "wrong_units":
@@ -194,7 +194,7 @@ def _logged(
     }
 
 
-def _wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> FloatArray:
+def _relative_wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> FloatArray:
     """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
     memory = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
     pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
@@ -207,7 +207,7 @@ def _wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> Floa
     return twin.wander * np.array(values)
 
 
-def log_content(twin_name: str, run: PlannedRun, columns: Columns) -> bytes:
+def log_content(twin_name: str, run: PlannedRun, signals: Signals) -> bytes:
     """A log as a data logger writes it: header with the set points, column names and rows.
 
     The defect `truncated` cuts it off in the middle of a row, as a full disk does.
@@ -215,20 +215,20 @@ def log_content(twin_name: str, run: PlannedRun, columns: Columns) -> bytes:
     Args:
         twin_name: Name of the rig twin that simulated it.
         run: The run.
-        columns: Signals by name; a logger writes a fixed number of decimals of each.
+        signals: Signals by name; a logger writes a fixed number of decimals of each.
     """
     header = [
         f"# simulated: yes - written by the oilfilm {twin_name} twin, not a measurement",
         f"# oil: {run.oil}",
         *(f"# {name}: {value:g}" for name, value in run.set_points.items()),
     ]
-    rounded = {name: np.round(values, _DECIMALS[name]) for name, values in columns.items()}
+    rounded = {name: np.round(values, _DECIMALS[name]) for name, values in signals.items()}
     buffer = io.BytesIO()
     arrow_csv.write_csv(arrow.table(rounded), buffer, arrow_csv.WriteOptions(quoting_style="none"))
     # column names are quoted whatever the style
-    names, line_end, rows = buffer.getvalue().partition(b"\n")
+    column_line, line_end, rows = buffer.getvalue().partition(b"\n")
     header_lines = "".join(f"{line}\n" for line in header).encode()
-    content = header_lines + names.replace(b'"', b"") + line_end + rows
+    content = header_lines + column_line.replace(b'"', b"") + line_end + rows
     if run.defect == "truncated":
         row_start = content.index(b"\n", int(0.6 * len(content))) + 1
         first_comma = content.index(b",", row_start)
@@ -238,22 +238,22 @@ def log_content(twin_name: str, run: PlannedRun, columns: Columns) -> bytes:
 
 
 def write_logs(
-    simulated: Iterable[SimulatedLog], table: str, outputs: Any, provenance: Mapping[str, Any]
+    logs: Iterable[SimulatedLog], table: str, outputs: Any, provenance: Mapping[str, Any]
 ) -> None:
     """Write simulated logs, the list of their digests, and the table of their truth.
 
     Args:
-        simulated: The logs.
+        logs: The logs.
         table: Name of that table.
         outputs: Named outputs of a Snakemake job: `logs`, `listing`, and the table.
         provenance: As `tables.write`.
     """
     paths = {Path(path).name: Path(path) for path in outputs.logs}
     truth_rows: list[dict[str, Any]] = []
-    digests = {}
-    for run, content, rows in simulated:
+    digest_of_run = {}
+    for run, content, rows in logs:
         paths[run.name].write_bytes(content)
-        digests[run.name] = sha256(content).hexdigest()
+        digest_of_run[run.name] = sha256(content).hexdigest()
         truth_rows += rows
-    write_text(listing(dict(sorted(digests.items()))), Path(outputs.listing))
+    write_text(listing(dict(sorted(digest_of_run.items()))), Path(outputs.listing))
     tables.write(tables.from_rows(truth_rows, table), table, Path(outputs[table]), provenance)

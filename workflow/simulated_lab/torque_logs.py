@@ -24,7 +24,7 @@ _QUADRATURE = (24, 6)
 # Planted defects: a tare that drifts by more than any limit, and a torque that is higher by this
 # share when a speed begins.
 _PLANTED_DRIFT_N_M = 0.2
-_WARMING = 0.3
+_PLANTED_TORQUE_RISE = 0.3
 
 
 def simulate_torque(
@@ -40,33 +40,33 @@ def simulate_torque(
         settings: The settings.
         constants: The printed constants of each oil.
     """
-    torque = present(settings.campaign.torque, "torque", "the campaign")
-    twin = present(torque.twin, "twin", "the campaign's `torque`")
+    torque_test = present(settings.campaign.torque, "torque", "the campaign")
+    twin = present(torque_test.twin, "twin", "the campaign's `torque`")
     tractions = true_tractions(settings, constants)
-    plans = planned_torque_runs(settings.campaign)
-    for oil in dict.fromkeys(plan.oil for plan in plans):
-        plans_of_oil = [plan for plan in plans if plan.oil == oil]
-        rows_of_logs = _truth_rows(plans_of_oil, twin, tractions[oil], settings)
-        for plan, truth_rows in zip(plans_of_oil, rows_of_logs, strict=True):
-            random = generator(settings.seed, "torque twin", plan.name)
-            yield SimulatedLog(plan, _log(plan, truth_rows, twin, random), truth_rows)
+    runs = planned_torque_runs(settings.campaign)
+    for oil in dict.fromkeys(run.oil for run in runs):
+        runs_of_oil = [run for run in runs if run.oil == oil]
+        rows_of_logs = _truth_rows(runs_of_oil, twin, tractions[oil], settings)
+        for run, truth_rows in zip(runs_of_oil, rows_of_logs, strict=True):
+            random = generator(settings.seed, "torque twin", run.name)
+            yield SimulatedLog(run, _log_bytes(run, truth_rows, twin, random), truth_rows)
 
 
 def _truth_rows(
-    plans: list[PlannedRun], twin: TorqueTwin, true_traction: TrueTraction, settings: Settings
+    runs: list[PlannedRun], twin: TorqueTwin, true_traction: TrueTraction, settings: Settings
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
     bearing = settings.tested_bearing()
-    torque_logs = present(settings.campaign.torque, "torque", "the campaign")
-    speeds = present(torque_logs.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
-    load_of_run, temperature_of_run = _loads_and_temperatures(plans, twin, settings.seed)
+    torque_test = present(settings.campaign.torque, "torque", "the campaign")
+    speeds = present(torque_test.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
+    load_of_run, temperature_of_run = _loads_and_temperatures(runs, twin, settings.seed)
     # operating points: the speeds of the first run, then those of the second, and so on
-    speed = np.tile(np.array(speeds, dtype=float), len(plans))
-    load = np.repeat(load_of_run, len(speeds))
-    temperature = np.repeat(temperature_of_run, len(speeds))
+    speed_rpm = np.tile(np.array(speeds, dtype=float), len(runs))
+    load_n = np.repeat(load_of_run, len(speeds))
+    temperature_c = np.repeat(temperature_of_run, len(speeds))
 
-    points = (load, speed, temperature)
-    problem = true_problem(settings, plans[0].oil, true_traction, points, _QUADRATURE)
+    operating_points = (load_n, speed_rpm, temperature_c)
+    problem = true_problem(settings, runs[0].oil, true_traction, operating_points, _QUADRATURE)
     equilibrium = friction_equilibrium(problem)
     if not equilibrium.solution.converged.all():
         raise OilfilmError(
@@ -74,62 +74,60 @@ def _truth_rows(
             "simulated bearing has no steady motion. Set more load or less speed there."
         )
     law_misfit = misfit(true_traction, settings)
-    torque = equilibrium.torque_n_m()
-    heat = bearing.ball_count * equilibrium.balance.heats_w[HEATS.index("traction")]
+    torque_n_m = equilibrium.torque_n_m()
+    traction_heat_w = bearing.ball_count * equilibrium.balance.heats_w[HEATS.index("traction")]
     rows_of_logs = []
-    for number, plan in enumerate(plans):
-        first = number * len(speeds)
+    for run_index, run in enumerate(runs):
+        first_point = run_index * len(speeds)
         rows_of_logs.append(
             [
                 {
-                    "run_id": plan.name,
-                    "oil": plan.oil,
-                    "defect": plan.defect,
-                    "inner_speed_rpm": speed[point],
-                    "axial_load_n": load[point],
-                    "oil_temperature_c": temperature[point],
-                    "torque_n_m": torque[point],
+                    "run_id": run.name,
+                    "oil": run.oil,
+                    "defect": run.defect,
+                    "inner_speed_rpm": speed_rpm[point],
+                    "axial_load_n": load_n[point],
+                    "oil_temperature_c": temperature_c[point],
+                    "torque_n_m": torque_n_m[point],
                     # the power that becomes heat is torque times speed
-                    "traction_torque_n_m": heat[point] / (speed[point] * RAD_S_PER_RPM),
+                    "traction_torque_n_m": traction_heat_w[point]
+                    / (speed_rpm[point] * RAD_S_PER_RPM),
                     "law_misfit": law_misfit,
                 }
-                for point in range(first, first + len(speeds))
+                for point in range(first_point, first_point + len(speeds))
             ]
         )
     return rows_of_logs
 
 
 def _loads_and_temperatures(
-    plans: list[PlannedRun], twin: TorqueTwin, seed: int
+    runs: list[PlannedRun], twin: TorqueTwin, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     """Load in N and temperature in degC of each run, with the errors of their control."""
-    errors = np.array(
-        [generator(seed, "torque control", plan.name).standard_normal(2) for plan in plans]
+    control_draws = np.array(
+        [generator(seed, "torque control", run.name).standard_normal(2) for run in runs]
     )
-    load, temperature = np.array([list(plan.set_points.values()) for plan in plans]).T
-    load = load * (1 + twin.control_load * errors[:, 0])
-    temperature = temperature + twin.control_temperature_c * errors[:, 1]
-    return load, temperature
+    load_n, temperature_c = np.array([list(run.set_points.values()) for run in runs]).T
+    load_n = load_n * (1 + twin.control_load * control_draws[:, 0])
+    temperature_c = temperature_c + twin.control_temperature_c * control_draws[:, 1]
+    return load_n, temperature_c
 
 
-def _log(
-    plan: PlannedRun,
-    truth_rows: list[dict[str, Any]],
-    twin: TorqueTwin,
-    random: np.random.Generator,
+def _log_bytes(
+    run: PlannedRun, truth_rows: list[dict[str, Any]], twin: TorqueTwin, random: np.random.Generator
 ) -> bytes:
     """The log of a run as the rig's logger writes it, with the planted defect.
 
     Args:
-        plan: The run.
+        run: The run.
         truth_rows: Its rows of the truth, one per speed.
         twin: Noise, errors and timing of the rig.
         random: The generator of the run.
     """
-    rate = twin.sampling_rate_hz
+    rate_hz = twin.sampling_rate_hz
     # samples of a rest and of a speed
-    rest_samples = round(twin.rest_s * rate)
-    step_samples = round(twin.step_s * rate)
+    rest_samples = round(twin.rest_s * rate_hz)
+    step_samples = round(twin.step_s * rate_hz)
 
     def set_points_over_time(name: str) -> FloatArray:
         """Set points over time: rest, the levels, rest."""
@@ -137,43 +135,47 @@ def _log(
         return np.concatenate([np.zeros(rest_samples), set_points, np.zeros(rest_samples)])
 
     # first-order response to each change of the set point
-    decay = np.exp(-np.arange(step_samples) / rate / twin.response_s)
+    unfinished_share = np.exp(-np.arange(step_samples) / rate_hz / twin.response_s)
 
-    def controlled(signal: FloatArray) -> FloatArray:
+    def controlled(set_point: FloatArray) -> FloatArray:
         """The controlled quantity, which follows its set point."""
-        remaining = np.convolve(np.diff(signal, prepend=0.0), decay)
-        return signal - remaining[: len(signal)]
+        unfinished_change = np.convolve(np.diff(set_point, prepend=0.0), unfinished_share)
+        return set_point - unfinished_change[: len(set_point)]
 
-    target = set_points_over_time("inner_speed_rpm")
-    time_s = np.arange(len(target)) / rate
-    speed = controlled(target)
-    torque = controlled(set_points_over_time("torque_n_m"))
-    resting = target == 0
-    speed[resting] = np.where(np.abs(speed[resting]) < 1, 0.0, speed[resting])
+    speed_set_point_rpm = set_points_over_time("inner_speed_rpm")
+    time_s = np.arange(len(speed_set_point_rpm)) / rate_hz
+    speed_rpm = controlled(speed_set_point_rpm)
+    torque_n_m = controlled(set_points_over_time("torque_n_m"))
+    is_resting = speed_set_point_rpm == 0
+    speed_rpm[is_resting] = np.where(np.abs(speed_rpm[is_resting]) < 1, 0.0, speed_rpm[is_resting])
     gain_draw, tare_draw, drift_draw = random.standard_normal(3)
     drift_n_m = twin.tare_drift_n_m * drift_draw
-    if plan.defect == "tare_drift":
+    if run.defect == "tare_drift":
         drift_n_m = _PLANTED_DRIFT_N_M
-    if plan.defect == "warming":
+    if run.defect == "warming":
         # the torque still falls at the end of each speed, as it does in a bearing that warms up
-        sample_in_step = (np.arange(len(torque)) - rest_samples) % step_samples
-        torque = torque * (1 + _WARMING * np.exp(-sample_in_step / (0.5 * step_samples)))
-    torque = torque * (1 + twin.systematic_torque * gain_draw)
-    torque = torque + twin.tare_n_m * tare_draw + drift_n_m * (time_s / time_s[-1])
+        sample_in_step = (np.arange(len(torque_n_m)) - rest_samples) % step_samples
+        torque_n_m = torque_n_m * (
+            1 + _PLANTED_TORQUE_RISE * np.exp(-sample_in_step / (0.5 * step_samples))
+        )
+    torque_n_m = torque_n_m * (1 + twin.systematic_torque * gain_draw)
+    torque_n_m = torque_n_m + twin.tare_n_m * tare_draw + drift_n_m * (time_s / time_s[-1])
 
     def noise(spread: float) -> FloatArray:
         """Noise of a sensor with this standard deviation."""
         return spread * random.standard_normal(len(time_s))
 
-    load, temperature = truth_rows[0]["axial_load_n"], truth_rows[0]["oil_temperature_c"]
-    turning = ~resting
-    columns = {
+    load_n, temperature_c = truth_rows[0]["axial_load_n"], truth_rows[0]["oil_temperature_c"]
+    is_turning = ~is_resting
+    signals = {
         "time_s": time_s,
-        "axial_load_n": load + noise(twin.load_noise_n),
-        "inner_speed_rpm": speed + np.where(turning, noise(twin.speed_noise_rpm), 0.0),
-        "oil_temperature_c": temperature + noise(twin.temperature_noise_c),
+        "axial_load_n": load_n + noise(twin.load_noise_n),
+        "inner_speed_rpm": speed_rpm + np.where(is_turning, noise(twin.speed_noise_rpm), 0.0),
+        "oil_temperature_c": temperature_c + noise(twin.temperature_noise_c),
         # recorded only: no model here uses it
-        "outer_ring_temperature_c": temperature + 2 * torque + noise(twin.temperature_noise_c),
-        "torque_n_m": torque + noise(twin.torque_noise_n_m),
+        "outer_ring_temperature_c": temperature_c
+        + 2 * torque_n_m
+        + noise(twin.temperature_noise_c),
+        "torque_n_m": torque_n_m + noise(twin.torque_noise_n_m),
     }
-    return log_content("torque-rig", plan, columns)
+    return log_content("torque-rig", run, signals)

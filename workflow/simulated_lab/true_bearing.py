@@ -26,7 +26,7 @@ from simulated_lab.truth import TrueTraction, true_tractions
 # Quadrature nodes of the map. A heated film is solved at each of them.
 _QUADRATURE = (8, 2)
 # Columns of the map that depend on the traction.
-_MOTION = (
+_RESULT_COLUMNS = (
     *("cage_slip", "torque_n_m", "lambda_ratio"),
     *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
 )
@@ -50,25 +50,27 @@ def true_problem(
         points: Axial load (N), inner speed (rpm) and oil temperature (degC), each (points,).
         quadrature: Quadrature nodes across and along the ellipse.
     """
-    load, speed, temperature = points
+    load_n, speed_rpm, temperature_c = points
     bearing = settings.tested_bearing()
     rule = gauss_rule(*quadrature)
     lubrication = Lubrication.flooded(
         settings.known_oil(oil),
-        temperature,
+        temperature_c,
         settings.bearing.drag_coefficient,
         settings.bearing.oil_volume_fraction,
     )
     problem = FrictionProblem(
         bearing,
-        OperatingPoints.axial(load, speed * RAD_S_PER_RPM),
+        OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM),
         lubrication,
         traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
         rule,
     )
-    inputs = Inputs.without_draws({**bearing.uncertain, **settings.bearing.uncertain()}, len(speed))
+    inputs = Inputs.without_draws(
+        {**bearing.uncertain, **settings.bearing.uncertain()}, len(speed_rpm)
+    )
     if traction.follows_ellipse:
-        inputs = replace(inputs, ellipse_factor=np.ones(len(speed)))
+        inputs = replace(inputs, ellipse_factor=np.ones(len(speed_rpm)))
     return problem.with_inputs(inputs)
 
 
@@ -89,9 +91,9 @@ def true_map(
     maps = []
     for oil, map_of_law in cage_slip.groupby("oil", sort=False):
         operating_points = map_of_law[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]]
-        load, speed, temperature = operating_points.to_numpy(dtype=float).T
+        load_n, speed_rpm, temperature_c = operating_points.to_numpy(dtype=float).T
         traction = tractions[str(oil)]
-        points = (load, speed, temperature)
+        points = (load_n, speed_rpm, temperature_c)
         equilibrium = friction_equilibrium(
             true_problem(settings, str(oil), traction, points, _QUADRATURE)
         )
@@ -104,9 +106,9 @@ def true_map(
             *pressure_gpa.T,
         )
         converged = equilibrium.solution.converged
-        true_columns = dict(zip(_MOTION, true_results, strict=True))
+        result_by_column = dict(zip(_RESULT_COLUMNS, true_results, strict=True))
         converged_columns = {
-            name: np.where(converged, value, np.nan) for name, value in true_columns.items()
+            name: np.where(converged, value, np.nan) for name, value in result_by_column.items()
         }
         maps.append(
             map_of_law.assign(

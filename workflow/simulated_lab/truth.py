@@ -62,7 +62,7 @@ class TrueTraction(Protocol):
         ...
 
 
-def _loaded(conditions: Conditions) -> Conditions:
+def _above_zero(conditions: Conditions) -> Conditions:
     """Conditions with a load, a pressure and a speed above zero."""
     return replace(
         conditions,
@@ -94,11 +94,11 @@ class LawTruth:
 
         def local_mu(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
             """mu at each node of the contact."""
-            loaded = _loaded(conditions)
+            positive_conditions = _above_zero(conditions)
             return self(
-                loaded.max_hertz_pressure_gpa,
-                loaded.entrainment_speed_m_s,
-                loaded.inlet_temperature_c,
+                positive_conditions.max_hertz_pressure_gpa,
+                positive_conditions.entrainment_speed_m_s,
+                positive_conditions.inlet_temperature_c,
                 slide_roll_ratio,
             )
 
@@ -112,26 +112,26 @@ class FilmTruth:
     Attributes:
         oil: The oil's properties.
         constants: Stresses and thermal properties of the bodies.
-        rig: The traction rig's contact. Its mu is the mean over the whole contact.
+        rig_contact: The traction rig's contact. Its mu is the mean over the whole contact.
     """
 
     follows_ellipse: ClassVar[bool] = True
     oil: Oil
     constants: ThermalEhl
-    rig: Contact
+    rig_contact: Contact
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
         """See `TrueTraction`."""
-        pressure_gpa, speed, temperature, slip = conditions
+        pressure_gpa, speed_m_s, temperature_c, slip = conditions
         return thermal_ehl_traction(
             self.oil,
             self.constants,
             np.asarray(pressure_gpa) * PA_PER_GPA,
-            speed,
-            temperature,
+            speed_m_s,
+            temperature_c,
             slip,
-            self.rig.radius_m,
-            self.rig.reduced_modulus_pa,
+            self.rig_contact.radius_m,
+            self.rig_contact.reduced_modulus_pa,
         )
 
     def local_law(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
@@ -139,22 +139,25 @@ class FilmTruth:
 
         def local_mu(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
             """mu at each node of the contact."""
-            loaded = _loaded(conditions)
+            positive_conditions = _above_zero(conditions)
             contact = elliptical_contact(
-                loaded.load_n, loaded.radius_x_m, radius_y_m, loaded.reduced_modulus_pa
+                positive_conditions.load_n,
+                positive_conditions.radius_x_m,
+                radius_y_m,
+                positive_conditions.reduced_modulus_pa,
             )
-            max_pressure = loaded.max_hertz_pressure_gpa * PA_PER_GPA
+            max_pressure_pa = positive_conditions.max_hertz_pressure_gpa * PA_PER_GPA
             # Hertz's pressure at each node
-            pressure = max_pressure * np.sqrt(1 - rule.along**2 - rule.across**2)
+            pressure_pa = max_pressure_pa * np.sqrt(1 - rule.along**2 - rule.across**2)
             film = sliding_film(
                 self.oil,
                 self.constants,
-                replace(loaded, ellipticity=contact.ellipticity),
-                pressure,
+                replace(positive_conditions, ellipticity=contact.ellipticity),
+                pressure_pa,
                 slide_roll_ratio,
                 contact.semi_axis_x_m,
             )
-            return film.shear_stress_pa / pressure
+            return film.shear_stress_pa / pressure_pa
 
         return local_mu
 
@@ -175,9 +178,9 @@ def true_tractions(
     thermal_ehl = present(campaign.twin, "twin", "the campaign").thermal_ehl
     if thermal_ehl is not None:
         film_constants = ThermalEhl(**thermal_ehl.model_dump())
-        contact = known_contact(settings)
+        rig_contact = known_contact(settings)
         return {
-            oil: FilmTruth(settings.known_oil(oil), film_constants, contact)
+            oil: FilmTruth(settings.known_oil(oil), film_constants, rig_contact)
             for oil in campaign.oils
         }
     for oil in campaign.oils:
@@ -219,7 +222,7 @@ def misfit(true_traction: TrueTraction, settings: Settings) -> float:
         root-mean-square mu of the traction rig.
     """
     campaign = settings.campaign
-    rig = known_contact(settings)
+    rig_contact = known_contact(settings)
     matrix = present(campaign.matrix, "matrix", "the campaign")
     slip_max = present(campaign.twin, "twin", "the campaign").slip_max
     grid = np.meshgrid(
@@ -229,20 +232,20 @@ def misfit(true_traction: TrueTraction, settings: Settings) -> float:
         indexing="ij",
     )
     # axes: conditions of the matrix, slips, quadrature nodes
-    pressure, speed, temperature = (axis_values.reshape(-1, 1, 1) for axis_values in grid)
+    pressure_gpa, speed_m_s, temperature_c = (axis_values.reshape(-1, 1, 1) for axis_values in grid)
     slip = np.linspace(0, slip_max, _COMPARED_SLIPS).reshape(1, -1, 1)
-    shape = np.broadcast_shapes(pressure.shape, slip.shape)
+    shape = np.broadcast_shapes(pressure_gpa.shape, slip.shape)
     conditions = Conditions(
-        load_n=np.broadcast_to(rig.load_n(pressure), shape),
-        max_hertz_pressure_gpa=np.broadcast_to(pressure, shape),
-        entrainment_speed_m_s=np.broadcast_to(speed, shape),
-        inlet_temperature_c=np.broadcast_to(temperature, shape),
-        radius_x_m=np.full(shape, rig.radius_m),
-        reduced_modulus_pa=rig.reduced_modulus_pa,
+        load_n=np.broadcast_to(rig_contact.load_n(pressure_gpa), shape),
+        max_hertz_pressure_gpa=np.broadcast_to(pressure_gpa, shape),
+        entrainment_speed_m_s=np.broadcast_to(speed_m_s, shape),
+        inlet_temperature_c=np.broadcast_to(temperature_c, shape),
+        radius_x_m=np.full(shape, rig_contact.radius_m),
+        reduced_modulus_pa=rig_contact.reduced_modulus_pa,
     )
     rule = gauss_rule(*_COMPARED_NODES)
-    local_law = true_traction.local_law(rule, np.asarray(rig.radius_m))
+    local_law = true_traction.local_law(rule, np.asarray(rig_contact.radius_m))
     mean_mu = (local_law(conditions, slip) * rule.share).sum(axis=-1)
-    rig_mu = true_traction(pressure, speed, temperature, slip)[..., 0]
+    rig_mu = true_traction(pressure_gpa, speed_m_s, temperature_c, slip)[..., 0]
     relative_rms = float(np.sqrt(np.mean((mean_mu - rig_mu) ** 2) / np.mean(rig_mu**2)))
     return round(relative_rms, _MISFIT_DECIMALS)

@@ -31,7 +31,7 @@ UNDOUBTED = "undoubted"
 
 
 def audit_campaign(
-    results: CampaignTables, printed: Path, claims: Path, settings: Settings
+    results: CampaignTables, printed_file: Path, claims_file: Path, settings: Settings
 ) -> dict[str, pd.DataFrame]:
     """Tables `claims` and `claim_numbers`, by the refit and by the printed constants.
 
@@ -40,25 +40,26 @@ def audit_campaign(
     Args:
         results: Tables `coefficients`, `points`, `runs`, `fit_quality`, `torque` and
             `torque_control`.
-        printed: File of the printed constants.
-        claims: File of the paper's claims.
+        printed_file: File of the printed constants.
+        claims_file: File of the paper's claims.
         settings: `film`, `gates`, `oils`, `rigs`, `same_set_point`, `studies` and the campaign's
             `matrix` and `twin`.
 
     Raises:
         OilfilmError: A reference file has a mistake.
     """
-    of_print, of_paper = load(printed, PrintedCoefficients), read_claims(claims).claims
-    constants = of_print.constants()
+    printed_coefficients = load(printed_file, PrintedCoefficients)
+    paper_claims = read_claims(claims_file).claims
+    constants = printed_coefficients.constants()
     if not set(constants) & set(settings.oils):
-        return audit(of_paper, [])
-    evidence = [
+        return audit(paper_claims, [])
+    views = [
         refit_evidence(results, list(constants), settings),
         printed_evidence(constants, settings),
     ]
-    if of_print.doubtful:
-        evidence.append(undoubted_evidence(constants, of_print.doubtful, settings))
-    return audit(of_paper, evidence)
+    if printed_coefficients.doubtful:
+        views.append(undoubted_evidence(constants, printed_coefficients.doubtful, settings))
+    return audit(paper_claims, views)
 
 
 def refit_evidence(
@@ -69,47 +70,54 @@ def refit_evidence(
     points = results.points
     oils = [oil for oil in fits["oil"].unique() if oil in viscosity_order]
     laws = {oil: FittedLaw.from_tables(fits, oil) for oil in oils}
-    planned = points["run_id"].isin(runs_of_matrix(results.runs, settings)["run_id"])
-    measured = {"points": points[planned & failed_gates.failed_none_but(points, "thin_film")]}
+    is_planned = points["run_id"].isin(runs_of_matrix(results.runs, settings)["run_id"])
+    measured_rows = {
+        "points": points[is_planned & failed_gates.failed_none_but(points, "thin_film")]
+    }
     for name in ("fit_quality", "torque", "torque_control"):
-        measured[name] = results.table(name)
-    of_paper = {name: rows[rows["oil"].isin(viscosity_order)] for name, rows in measured.items()}
+        measured_rows[name] = results.table(name)
+    rows_of_paper_oils = {
+        name: rows[rows["oil"].isin(viscosity_order)] for name, rows in measured_rows.items()
+    }
     return View(
         "refit",
         viscosity_order,
         {oil: law for oil, law in laws.items() if not obstacle(law)},
         settings,
-        box(settings, "tested"),
-        results.replace(**of_paper),
+        grid_of_box(settings, "tested"),
+        results.replace(**rows_of_paper_oils),
         settings.campaign.truth_is_law,
     )
 
 
-def printed_evidence(printed: dict[str, FloatArray], settings: Settings) -> View:
+def printed_evidence(printed_constants: dict[str, FloatArray], settings: Settings) -> View:
     """The constants that the paper prints, signs restored; the most viscous oil first."""
     laws = {
-        oil: FittedLaw(DENG2026, Coefficients.bare(DENG2026, row)) for oil, row in printed.items()
+        oil: FittedLaw(DENG2026, Coefficients.bare(DENG2026, constants))
+        for oil, constants in printed_constants.items()
     }
-    return View("printed", list(laws), laws, settings, box(settings, "tested"))
+    return View("printed", list(laws), laws, settings, grid_of_box(settings, "tested"))
 
 
 def undoubted_evidence(
-    printed: dict[str, FloatArray], doubtful: Collection[str], settings: Settings
+    printed_constants: dict[str, FloatArray], doubtful: Collection[str], settings: Settings
 ) -> View:
     """The constants that the paper prints, without the oils whose constants may be damaged."""
-    kept = {oil: constants for oil, constants in printed.items() if oil not in doubtful}
-    return replace(printed_evidence(kept, settings), basis=UNDOUBTED)
+    undoubted_constants = {
+        oil: constants for oil, constants in printed_constants.items() if oil not in doubtful
+    }
+    return replace(printed_evidence(undoubted_constants, settings), basis=UNDOUBTED)
 
 
-def box(settings: Settings, name: str) -> Grid:
+def grid_of_box(settings: Settings, box_name: str) -> Grid:
     """A box in which trends are judged, `tested` or `extrapolated`, as a grid."""
     study = study_settings(settings)
-    ends = study.printed.boxes.model_dump()[name]
+    ends = study.printed.boxes.model_dump()[box_name]
     slips = study.printed.signs.slide_roll_ratio.figures
     return Grid.spanning(ends, study.audit.levels, slips)
 
 
-def audit(claims: Sequence[Claim], evidence: Sequence[View]) -> dict[str, pd.DataFrame]:
+def audit(claims: Sequence[Claim], views: Sequence[View]) -> dict[str, pd.DataFrame]:
     """Tables `claims`, one row per claim and basis in the paper's order, and `claim_numbers`.
 
     Claims on speeds alone need no fit: they are judged once, with what the paper prints. Without
@@ -117,23 +125,23 @@ def audit(claims: Sequence[Claim], evidence: Sequence[View]) -> dict[str, pd.Dat
 
     Args:
         claims: The paper's claims.
-        evidence: The bases.
+        views: What a verdict is based on, one view per basis.
     """
     rows: list[dict[str, Any]] = []
     numbers: list[dict[str, Any]] = []
-    for claim, basis in itertools.product(claims, evidence):
-        if claim.judged_on == "formula" and basis.basis != "printed":
+    for claim, view in itertools.product(claims, views):
+        if claim.judged_on == "formula" and view.basis != "printed":
             continue
         rests_on_constants = (
             claim.judged_on in ("tested", "extrapolated") and claim.without_doubtful
         )
-        if basis.basis == UNDOUBTED and not rests_on_constants:
+        if view.basis == UNDOUBTED and not rests_on_constants:
             continue
-        key = {"claim": claim.id, "basis": basis.basis}
-        row, further_numbers = _judge(claim, basis)
-        rows.append(key | {"judged_on": claim.judged_on} | row)
-        for number in _rows_of_numbers(further_numbers):
-            numbers.append(key | number)
+        key_columns = {"claim": claim.id, "basis": view.basis}
+        row, further_numbers = _judge(claim, view)
+        rows.append(key_columns | {"judged_on": claim.judged_on} | row)
+        for number_columns in _rows_of_numbers(further_numbers):
+            numbers.append(key_columns | number_columns)
     judged = pd.DataFrame(rows, columns=tables.columns("claims"))
     return {
         "claims": tables.conform(judged, "claims", "claims"),
@@ -150,27 +158,27 @@ def _rows_of_numbers(numbers: Numbers) -> Iterator[dict[str, Any]]:
                 yield {"number": name, "oil": oil, "value": value}
 
 
-def check(claim: str, view: View) -> Outcome:
+def check(claim_id: str, view: View) -> Outcome:
     """The outcome of the check of a claim.
 
     Raises:
         NotCheckableError: The evidence lacks what the claim is about.
     """
-    outcome: Outcome = getattr(checks, claim.replace("-", "_"))(view)
+    outcome: Outcome = getattr(checks, claim_id.replace("-", "_"))(view)
     return outcome
 
 
-def _judge(claim: Claim, basis: View) -> tuple[dict[str, Any], Numbers]:
+def _judge(claim: Claim, view: View) -> tuple[dict[str, Any], Numbers]:
     """The columns of the table of claims for one claim, and the numbers that explain it.
 
     A claim holds if every fair reading of it holds. It fails if no reading holds in a fair share.
     """
-    audit = basis.study.audit
-    grid = basis.grid
+    limits = view.study.audit
+    grid = view.grid
     if claim.judged_on == "extrapolated":
-        grid = box(basis.settings, claim.judged_on)
+        grid = grid_of_box(view.settings, claim.judged_on)
     try:
-        outcome = check(claim.id, replace(basis, grid=grid))
+        outcome = check(claim.id, replace(view, grid=grid))
     except NotCheckableError as error:
         row = {
             "verdict": "cannot be checked",
@@ -184,9 +192,9 @@ def _judge(claim: Claim, basis: View) -> tuple[dict[str, Any], Numbers]:
         share = outcome.numbers.get(reading, np.nan)
         if isinstance(share, float) and not np.isnan(share):
             shares.append(share)
-    if reaches(min(shares), audit.holds_share) and outcome.complete:
+    if reaches(min(shares), limits.holds_share) and outcome.complete:
         verdict = "by construction" if outcome.by_construction else "holds"
-    elif exceeds(audit.fails_share, max(shares)):
+    elif exceeds(limits.fails_share, max(shares)):
         verdict = "fails"
     else:
         verdict = "holds in part"
@@ -197,17 +205,19 @@ def _judge(claim: Claim, basis: View) -> tuple[dict[str, Any], Numbers]:
         "share": outcome.share,
     }
     row.update(outcome.worst_case(claim.worst).add_prefix("worst_"))
-    by_oil = outcome.cases.groupby("oil", sort=False)["holds"].mean().drop("", errors="ignore")
-    numbers: Numbers = {"share": {str(oil): share for oil, share in by_oil.items()}}
+    share_by_oil = (
+        outcome.cases.groupby("oil", sort=False)["holds"].mean().drop("", errors="ignore")
+    )
+    numbers: Numbers = {"share": {str(oil): share for oil, share in share_by_oil.items()}}
     if claim.judged_on == "extrapolated":
-        numbers.update(_where_tested(claim, basis))
+        numbers.update(_share_where_tested(claim, view))
     numbers.update(outcome.numbers)
     return row, numbers
 
 
-def _where_tested(claim: Claim, basis: View) -> Numbers:
+def _share_where_tested(claim: Claim, view: View) -> Numbers:
     """Share of the cases of the box tested by the paper in which a claim holds, read strictly."""
     try:
-        return {"share_tested": check(claim.id, basis).share}
+        return {"share_tested": check(claim.id, view).share}
     except NotCheckableError:  # the claim is about no condition of that box
         return {}

@@ -2,7 +2,9 @@
 
 A check takes the evidence over a box of operating conditions and returns the verdict in every case,
 with numbers that explain it; reference/claims.yaml says in words what is checked and what the
-numbers are. Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis.
+numbers are. Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis: maximum
+Hertz pressure (GPa), entrainment speed (m/s), inlet temperature (degC) and slide-roll ratio. The
+paper says stress for P.
 
 Decides: when a claim of the paper holds.
 """
@@ -57,50 +59,58 @@ _UNDETERMINED = 1e3
 
 def zero_slip(view: View) -> Outcome:
     """Without slip there is no traction."""
-    still = view.at(slide_roll_ratio=[0.0])
-    mu = np.abs(still.mu())
-    always = of_equation(view, lambda law: _any_constants(law, np.zeros(1)) == 0)
-    judged = still.outcome(mu <= view.study.audit.zero_traction_max, mu)
-    return replace(judged, by_construction=always)
+    without_slip = view.with_levels(slide_roll_ratio=[0.0])
+    mu = np.abs(without_slip.mu())
+    for_any_constants = _true_of_every_law(view, lambda law: _any_constants(law, np.zeros(1)) == 0)
+    outcome_on_grid = without_slip.outcome(mu <= view.study.audit.zero_traction_max, mu)
+    return replace(outcome_on_grid, by_construction=for_any_constants)
 
 
 def non_negative(view: View) -> Outcome:
     """Mu is never negative."""
-    curves = view.mu(slide_roll_ratio=view.curve[1:])
-    mu = curves.min(axis=_S, keepdims=True)
-    size = np.abs(curves).max(axis=_S, keepdims=True)
-    always = of_equation(view, lambda law: _any_constants(law, view.curve) >= 0)
-    return replace(view.outcome(reaches(mu, 0.0, size), mu), by_construction=always)
+    mu = view.mu(slide_roll_ratio=view.curve[1:])
+    lowest_mu = mu.min(axis=_S, keepdims=True)
+    largest_size = np.abs(mu).max(axis=_S, keepdims=True)
+    for_any_constants = _true_of_every_law(view, lambda law: _any_constants(law, view.curve) >= 0)
+    return replace(
+        view.outcome(reaches(lowest_mu, 0.0, largest_size), lowest_mu),
+        by_construction=for_any_constants,
+    )
 
 
 def linear_start(view: View) -> Outcome:
     """Mu begins as a straight line."""
-    end = _linear_range(view)
-    to_slip = view.study.audit.linear_to_slip
-    start = np.linspace(0.0, to_slip, view.study.audit.levels)
-    straight, _ = _straight(view, start, view.mu(slide_roll_ratio=start), _S)
-    return view.outcome(straight, end, within=reaches(end, to_slip), longest=np.nanmax(end))
+    linear_end = _linear_range(view)
+    required_end = view.study.audit.linear_to_slip
+    start_slips = np.linspace(0.0, required_end, view.study.audit.levels)
+    straight, _ = _straight(view, start_slips, view.mu(slide_roll_ratio=start_slips), _S)
+    return view.outcome(
+        straight,
+        linear_end,
+        within=reaches(linear_end, required_end),
+        longest=np.nanmax(linear_end),
+    )
 
 
 def peak_decline(view: View) -> Outcome:
     """Mu peaks, then declines slightly."""
     mu = view.mu(slide_roll_ratio=view.curve)
     peak = mu.max(axis=_S, keepdims=True)
-    last = mu[..., -1:]
+    mu_at_largest_slip = mu[..., -1:]
     # a law that comes to a constant level reaches it within rounding, and has no peak
-    peaks = exceeds(peak, last)
-    decline = 1 - last / peak
+    peaks = exceeds(peak, mu_at_largest_slip)
+    decline = 1 - mu_at_largest_slip / peak
     slight = reaches(view.study.printed.signs.decline_max, decline, size=1.0)
     is_shown_oil = [oil == view.falling_viscosity[0] for oil in view.laws]
-    coldest = decline[:, :, :, 0]
+    decline_coldest = decline[:, :, :, 0]
     return view.outcome(
         peaks & slight,
         decline,
         shown_oil=(peaks & slight)[is_shown_oil],
         peaks=peaks,
         slight=slight,
-        coldest_least=view.by_oil(np.nanmin, coldest),
-        coldest_most=view.by_oil(np.nanmax, coldest),
+        coldest_least=view.by_oil(np.nanmin, decline_coldest),
+        coldest_most=view.by_oil(np.nanmax, decline_coldest),
     )
 
 
@@ -116,44 +126,52 @@ def falls_with_temperature(view: View) -> Outcome:
     largest_slope = np.abs(mu).max() / min(np.diff(cold_band)[0], np.diff(hot_band)[0])
     steeper = exceeds(cold_slope, hot_slope, size=largest_slope)
     always = _falls(mu, _T)
-    return view.outcome(always & steeper, _ratio(mu, _T), always=always, steeper=steeper)
+    return view.outcome(always & steeper, _last_over_first(mu, _T), always=always, steeper=steeper)
 
 
 def falls_with_speed(view: View) -> Outcome:
     """Mu falls with U and levels off."""
     mu = view.mu()
-    thirds = np.linspace(*_ends(view.grid.entrainment_speed_m_s), 4)
-    fall = -np.diff(view.mu(entrainment_speed_m_s=thirds), axis=_U)
+    ends_of_thirds = np.linspace(*_ends(view.grid.entrainment_speed_m_s), 4)
+    fall = -np.diff(view.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U)
     levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), size=np.abs(mu).max())
     always = _falls(mu, _U)
-    return view.outcome(always & levels_off, _ratio(mu, _U), always=always, levels_off=levels_off)
+    return view.outcome(
+        always & levels_off, _last_over_first(mu, _U), always=always, levels_off=levels_off
+    )
 
 
 def rises_with_stress(view: View) -> Outcome:
     """Mu rises with P, about linearly."""
-    pressure = view.grid.max_hertz_pressure_gpa
-    even = np.linspace(*_ends(pressure), len(pressure))
-    mu = view.mu(max_hertz_pressure_gpa=even)
+    pressures = view.grid.max_hertz_pressure_gpa
+    even_pressures = np.linspace(*_ends(pressures), len(pressures))
+    mu = view.mu(max_hertz_pressure_gpa=even_pressures)
     always = _falls(-mu, _P)
-    straight, r2 = _straight(view, even, mu, _P)
-    median = view.by_oil(np.nanmedian, r2)
-    return view.outcome(always & straight, r2, always=always, straight=straight, median_r2=median)
+    straight, r2 = _straight(view, even_pressures, mu, _P)
+    median_r2 = view.by_oil(np.nanmedian, r2)
+    return view.outcome(
+        always & straight, r2, always=always, straight=straight, median_r2=median_r2
+    )
 
 
 def rises_with_slip(view: View) -> Outcome:
     """The level of mu rises with S."""
-    tested = view.study.printed.boxes.tested.max_hertz_pressure_gpa
-    shown = view.at(max_hertz_pressure_gpa=tested[1:])
-    mu = shown.mu()
-    level = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
-    ends = exceeds(mu[..., -1], mu[..., 0])
-    return shown.outcome(_falls(-mu, _S), _ratio(mu, _S), level=level, ends=ends)
+    tested_ends = view.study.printed.boxes.tested.max_hertz_pressure_gpa
+    at_highest_pressure = view.with_levels(max_hertz_pressure_gpa=tested_ends[1:])
+    mu = at_highest_pressure.mu()
+    level_rises = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
+    ends_rise = exceeds(mu[..., -1], mu[..., 0])
+    return at_highest_pressure.outcome(
+        _falls(-mu, _S), _last_over_first(mu, _S), level=level_rises, ends=ends_rise
+    )
 
 
 def similar_limit(view: View) -> Outcome:
     """Mu approaches a plateau, alike for all oils."""
-    end = view.curve[-1]
-    mu = view.mu_by_viscosity(slide_roll_ratio=[view.grid.slide_roll_ratio[0], end * 2 / 3, end])
+    largest_slip = view.curve[-1]
+    mu = view.mu_by_viscosity(
+        slide_roll_ratio=[view.grid.slide_roll_ratio[0], largest_slip * 2 / 3, largest_slip]
+    )
     change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
     relative_spread = np.ptp(mu, axis=0) / mu.mean(axis=0)
     return view.outcome(
@@ -167,16 +185,16 @@ def similar_limit(view: View) -> Outcome:
 
 def earlier_plateau(view: View) -> Outcome:
     """A higher P leaves the linear range earlier."""
-    end = _linear_range(view)
+    linear_end = _linear_range(view)
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(inlet_temperature_c=ends_c, slide_roll_ratio=view.curve)
-    reached = reaches(mu, view.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
-    begin = view.curve[np.argmax(reached, axis=_S)]
+    on_plateau = reaches(mu, view.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
+    plateau_begin = view.curve[np.argmax(on_plateau, axis=_S)]
     return view.outcome(
-        _falls(end, _P),
-        _ratio(end, _P),
-        plateau_coldest=view.by_oil(np.median, begin[..., 0]),
-        plateau_hottest=view.by_oil(np.median, begin[..., 1]),
+        _falls(linear_end, _P),
+        _last_over_first(linear_end, _P),
+        plateau_coldest=view.by_oil(np.median, plateau_begin[..., 0]),
+        plateau_hottest=view.by_oil(np.median, plateau_begin[..., 1]),
     )
 
 
@@ -185,25 +203,30 @@ def viscosity_order(view: View) -> Outcome:
     oils = view.falling_viscosity
     mu = view.mu_by_viscosity()
     ratios = mu[:-1] / mu[1:]
-    smallest = ratios.min(axis=0, keepdims=True)
+    smallest_ratio = ratios.min(axis=0, keepdims=True)
     ranks = _ranks(mu.reshape(len(oils), -1)).T
     orders, counts = np.unique(ranks, axis=0, return_counts=True)
     rank_of_oil = dict(zip(oils, orders[counts.argmax()], strict=True))
     oils_by_rank = sorted(oils, key=rank_of_oil.__getitem__)
     # one number for all conditions at one pressure: the geometric mean, because these are ratios
-    lightest, heaviest = np.exp(np.log(mu[-1] / mu[0]).mean(axis=(1, 2, 3)))[[0, -1]]
+    thin_over_thick_lightest, thin_over_thick_heaviest = np.exp(
+        np.log(mu[-1] / mu[0]).mean(axis=(1, 2, 3))
+    )[[0, -1]]
     numbers: dict[str, Any] = {}
-    first = exceeds(ratios[0], 1.0).mean(axis=(1, 2, 3))
-    if first[0] < 0.5 < first[-1] and (np.diff(first) >= 0).all():
-        numbers["turn_gpa"] = np.interp(0.5, first, view.grid.max_hertz_pressure_gpa)
+    share_above_next = exceeds(ratios[0], 1.0).mean(axis=(1, 2, 3))
+    if share_above_next[0] < 0.5 < share_above_next[-1] and (np.diff(share_above_next) >= 0).all():
+        numbers["turn_gpa"] = np.interp(0.5, share_above_next, view.grid.max_hertz_pressure_gpa)
     return view.outcome(
-        exceeds(smallest, 1.0),
-        smallest,
-        above_next={oil: exceeds(pair, 1.0) for oil, pair in zip(oils[:-1], ratios, strict=True)},
+        exceeds(smallest_ratio, 1.0),
+        smallest_ratio,
+        above_next={
+            oil: exceeds(ratio_to_next, 1.0)
+            for oil, ratio_to_next in zip(oils[:-1], ratios, strict=True)
+        },
         commonest_share=counts.max() / len(ranks),
         commonest_rank={oil: rank_of_oil[oil] for oil in oils_by_rank},
-        thin_over_thick_lightest=lightest,
-        thin_over_thick_heaviest=heaviest,
+        thin_over_thick_lightest=thin_over_thick_lightest,
+        thin_over_thick_heaviest=thin_over_thick_heaviest,
         **numbers,
     )
 
@@ -212,14 +235,14 @@ def hot_convergence(view: View) -> Outcome:
     """The oils come nearer to one another as they warm."""
     mu = view.mu_by_viscosity(inlet_temperature_c=_ends(view.grid.inlet_temperature_c))
     spread = np.ptp(mu, axis=0, keepdims=True)
-    relative = spread / mu.mean(axis=0, keepdims=True)
-    coldest, hottest = relative.mean(axis=(0, 1, 2, 4))
+    relative_spread = spread / mu.mean(axis=0, keepdims=True)
+    spread_coldest, spread_hottest = relative_spread.mean(axis=(0, 1, 2, 4))
     return view.outcome(
         _falls(spread, _T),
-        _ratio(spread, _T),
-        relative=_falls(relative, _T),
-        spread_coldest=coldest,
-        spread_hottest=hottest,
+        _last_over_first(spread, _T),
+        relative=_falls(relative_spread, _T),
+        spread_coldest=spread_coldest,
+        spread_hottest=spread_hottest,
     )
 
 
@@ -229,9 +252,9 @@ def speed_mutes_temperature(view: View) -> Outcome:
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
     drop = -np.diff(mu, axis=_T)
-    ratio = _ratio(drop, _U)
-    relative = _falls(drop / mu[:, :, :, :1], _U)
-    return view.outcome(exceeds(1.0, ratio), ratio, relative=relative)
+    drop_ratio = _last_over_first(drop, _U)
+    relative_drop_falls = _falls(drop / mu[:, :, :, :1], _U)
+    return view.outcome(exceeds(1.0, drop_ratio), drop_ratio, relative=relative_drop_falls)
 
 
 def full_film(view: View) -> Outcome:
@@ -239,14 +262,14 @@ def full_film(view: View) -> Outcome:
     oils = view.falling_viscosity
     film_min_um = view.study.audit.film_min_um
     limits = np.array([film_min_um, view.settings.gates.lambda_limit])
-    figures = view.study.printed.signs.slide_roll_ratio.figures
-    curve = view.at(slide_roll_ratio=[0.0, *figures, view.curve[-1]])
+    figure_slips = view.study.printed.signs.slide_roll_ratio.figures
+    at_curve_slips = view.with_levels(slide_roll_ratio=[0.0, *figure_slips, view.curve[-1]])
     points = view.measured.points.dropna(subset=["lambda_ratio"])
     if view.basis == "printed" or view.measured.points.empty:
-        films = curve.films(*oils)
+        films = at_curve_slips.films(*oils)
         margins = films / limits.reshape(2, 1, 1, 1, 1, 1)
-        smaller = margins.min(axis=0)
-        judged = curve.cases(oils, exceeds(smaller, 1.0), smaller)
+        smaller_margin = margins.min(axis=0)
+        judged = at_curve_slips.cases(oils, exceeds(smaller_margin, 1.0), smaller_margin)
     elif points.empty:
         raise NotCheckableError("no lambda")
     else:
@@ -254,7 +277,7 @@ def full_film(view: View) -> Outcome:
         margins = films / limits.reshape(2, 1)
         judged = points.assign(value=margins.min(axis=0))
         judged["holds"] = exceeds(judged["value"], 1.0)
-    central_um, _ = curve.films(thickness="central")
+    central_um, _ = at_curve_slips.films(thickness="central")
     count_unknown = judged["value"].isna().sum()
     return outcome(
         # where the formula gives no film the claim is neither true nor false
@@ -281,9 +304,9 @@ def air_spindle(view: View) -> Outcome:
 def wang_deng_zero(view: View) -> Outcome:
     """The Wang-Deng law has traction without slip."""
     fits = _wang_deng(view)
-    mu = fits["zero_slip_traction"].abs()
-    holds = mu > view.study.audit.zero_traction_max
-    return outcome(fits.assign(holds=holds, value=mu), largest=mu.max())
+    mu_at_zero_slip = fits["zero_slip_traction"].abs()
+    holds = mu_at_zero_slip > view.study.audit.zero_traction_max
+    return outcome(fits.assign(holds=holds, value=mu_at_zero_slip), largest=mu_at_zero_slip.max())
 
 
 def wang_deng_overfit(view: View) -> Outcome:
@@ -296,8 +319,10 @@ def wang_deng_overfit(view: View) -> Outcome:
         raise NotCheckableError("no fit by the paper's law")
     growth = fits["left_out_rmse"] / fits["rmse"]
     growth_of_paper_law = by_paper_law["left_out_rmse"] / by_paper_law["rmse"]
-    relative = growth / fits["oil"].map(growth_of_paper_law)
-    return outcome(fits.assign(holds=exceeds(relative, audit.overfit_min), value=relative))
+    relative_growth = growth / fits["oil"].map(growth_of_paper_law)
+    return outcome(
+        fits.assign(holds=exceeds(relative_growth, audit.overfit_min), value=relative_growth)
+    )
 
 
 def properties_not_needed(view: View) -> Outcome:
@@ -308,44 +333,51 @@ def properties_not_needed(view: View) -> Outcome:
         raise NotCheckableError("own law")
     all_fits = view.measured.fit_quality
     fits = all_fits[all_fits["law"].isin(view.study.audit.property_laws)]
-    end, left_out = "temperature_end_out_relative_rms", "left_out_rmse"
-    fits = fits[fits["oil"].isin(by_paper_law.index)].dropna(subset=[end, left_out])
+    end_column, left_out_column = "temperature_end_out_relative_rms", "left_out_rmse"
+    fits = fits[fits["oil"].isin(by_paper_law.index)].dropna(subset=[end_column, left_out_column])
     if fits.empty:
         raise NotCheckableError("no comparison")
-    own = by_paper_law.loc[fits["oil"]].set_axis(fits.index)
-    ratio = own[left_out] / fits[left_out]
+    paper_law_fits = by_paper_law.loc[fits["oil"]].set_axis(fits.index)
+    error_ratio = paper_law_fits[left_out_column] / fits[left_out_column]
     return outcome(
-        fits.assign(holds=reaches(1.0, ratio), value=ratio),
-        ends=reaches(fits[end].to_numpy(), own[end].to_numpy()),
+        fits.assign(holds=reaches(1.0, error_ratio), value=error_ratio),
+        ends=reaches(fits[end_column].to_numpy(), paper_law_fits[end_column].to_numpy()),
         enough=reaches(limit, _relative_left_out(by_paper_law).to_numpy()),
-        own_error=own.groupby(fits["oil"], sort=False)[end].first().to_dict(),
-        least_error=fits.groupby("oil", sort=False)[end].min().to_dict(),
+        own_error=paper_law_fits.groupby(fits["oil"], sort=False)[end_column].first().to_dict(),
+        least_error=fits.groupby("oil", sort=False)[end_column].min().to_dict(),
     )
 
 
 def torque_stress(view: View) -> Outcome:
     """The law of pressure gives the torque of a bearing."""
-    rows, further = _torque(view)
-    rows = rows.dropna(subset="stress")
-    holds = reaches(view.study.audit.torque_stress_error, rows["stress"])
-    judged = rows.assign(holds=holds, value=rows["stress"])
-    return outcome(judged, largest=rows["stress"].max(), **further)
+    errors, counts = _torque_errors(view)
+    errors = errors.dropna(subset="stress")
+    holds = reaches(view.study.audit.torque_stress_error, errors["stress"])
+    judged = errors.assign(holds=holds, value=errors["stress"])
+    return outcome(judged, largest=errors["stress"].max(), **counts)
 
 
 def torque_load(view: View) -> Outcome:
     """The law of load does not."""
-    rows, further = _torque(view)
-    both = rows.dropna()
-    if both.empty:
+    errors, counts = _torque_errors(view)
+    errors_of_both = errors.dropna()
+    if errors_of_both.empty:
         raise NotCheckableError("no torque by the law")
-    excess = both["load"] - both["stress"]
-    largest = both["load"].max()
-    farther = exceeds(both["load"], both["stress"], size=1.0)
-    systematic = exceeds(both["load"].median(), both["stress"].median(), size=1.0)
-    judged = outcome(
-        both.assign(holds=farther, value=excess), systematic=systematic, largest=largest, **further
+    excess = errors_of_both["load"] - errors_of_both["stress"]
+    largest = errors_of_both["load"].max()
+    load_is_worse = exceeds(errors_of_both["load"], errors_of_both["stress"], size=1.0)
+    load_is_worse_on_median = exceeds(
+        errors_of_both["load"].median(), errors_of_both["stress"].median(), size=1.0
     )
-    return replace(judged, complete=bool(reaches(largest, view.study.audit.torque_load_error)))
+    torque_outcome = outcome(
+        errors_of_both.assign(holds=load_is_worse, value=excess),
+        systematic=load_is_worse_on_median,
+        largest=largest,
+        **counts,
+    )
+    return replace(
+        torque_outcome, complete=bool(reaches(largest, view.study.audit.torque_load_error))
+    )
 
 
 def uniquely_determined(view: View) -> Outcome:
@@ -355,15 +387,15 @@ def uniquely_determined(view: View) -> Outcome:
     if fits.empty or errors.empty:
         raise NotCheckableError("no fit by the paper's law")
     constants = view.measured.coefficients
-    of_law = constants["law"] == view.study.audit.stress_law
-    known = constants[of_law & constants["oil"].isin(fits["oil"])]["verdict"].eq("known")
+    of_paper_law = constants["law"] == view.study.audit.stress_law
+    is_known = constants[of_paper_law & constants["oil"].isin(fits["oil"])]["verdict"].eq("known")
     # digits below a millionth of a standard error are rounding
     spread = fits["constant_spread"].round(6)
     judged = errors.rename("value").reset_index()
     return outcome(
         judged.assign(holds=reaches(view.study.audit.curve_error_max, judged["value"])),
         constants=fits["certified"].to_numpy(),
-        known=known.to_numpy(),
+        known=is_known.to_numpy(),
         spread=spread.max(),
         curve_error=errors.groupby(level="oil", sort=False).median().to_dict(),
     )
@@ -380,20 +412,20 @@ def extrapolates(view: View) -> Outcome:
     fits = _by_paper_law(view)
     if view.truth_is_law:
         raise NotCheckableError("own law")
-    ends = fits.filter(regex="^oil$|_end_out_relative_rms$").melt("oil").dropna()
-    if ends.empty:
+    errors_at_ends = fits.filter(regex="^oil$|_end_out_relative_rms$").melt("oil").dropna()
+    if errors_at_ends.empty:
         raise NotCheckableError("no fit by the paper's law")
-    left_out = _relative_left_out(fits)
+    left_out_error = _relative_left_out(fits)
     truth = view.measured.extrapolation
-    by_paper_law = truth["law"] == view.study.audit.stress_law
-    of_fitted_oil = truth["oil"].isin(fits["oil"])
-    truth = truth[by_paper_law & of_fitted_oil & (truth["beyond"].map(len) > 0)]
+    of_paper_law = truth["law"] == view.study.audit.stress_law
+    has_fitted_oil = truth["oil"].isin(fits["oil"])
+    truth = truth[of_paper_law & has_fitted_oil & (truth["beyond"].map(len) > 0)]
     error = (truth["traction_coefficient"] / truth["true_traction_coefficient"] - 1).abs()
     return outcome(
-        ends.assign(holds=reaches(limit, ends["value"])),
+        errors_at_ends.assign(holds=reaches(limit, errors_at_ends["value"])),
         truth=reaches(limit, error),
-        accuracy=reaches(limit, left_out),
-        left_out=left_out.max(),
+        accuracy=reaches(limit, left_out_error),
+        left_out=left_out_error.max(),
     )
 
 
@@ -409,81 +441,89 @@ def rolling_speed(view: View) -> Outcome:
     stated = view.study.selection.stated
     tolerance = view.study.audit.kinematic_tolerance
     pitch_speed = stated.pitch_speed_mm_rpm
-    speed = stated.entrainment_speed_m_s
-    rolling = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
-    surface = surface_speed_m_s(pitch_speed)
-    near = _near_one(rolling / speed, tolerance)
+    stated_m_s = stated.entrainment_speed_m_s
+    rolling_speed_m_s = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
+    surface_m_s = surface_speed_m_s(pitch_speed)
+    is_near = _near_one(rolling_speed_m_s / stated_m_s, tolerance)
     return outcome(
-        pd.DataFrame({"oil": "", "holds": near, "value": rolling}),
-        as_surface=_near_one(surface / speed, tolerance),
-        highest=rolling.max(),
-        surface_speed=surface,
-        pitch_speed=pitch_speed_mm_rpm(speed),
+        pd.DataFrame({"oil": "", "holds": is_near, "value": rolling_speed_m_s}),
+        as_surface=_near_one(surface_m_s / stated_m_s, tolerance),
+        highest=rolling_speed_m_s.max(),
+        surface_speed=surface_m_s,
+        pitch_speed=pitch_speed_mm_rpm(stated_m_s),
     )
 
 
 def slip_is_cage_slip(view: View) -> Outcome:
     """The slide-roll ratio of a bearing is its cage slip."""
-    choice = view.study.selection
-    slip = np.linspace(0.05, 0.4, 8)
-    ratio = np.concatenate([inner_slide_roll_ratio(slip, gamma) / slip for gamma in _GAMMAS])
+    selection = view.study.selection
+    cage_slips = np.linspace(0.05, 0.4, 8)
+    ratio = np.concatenate(
+        [inner_slide_roll_ratio(cage_slips, gamma) / cage_slips for gamma in _GAMMAS]
+    )
     tolerance = view.study.audit.kinematic_tolerance
-    limit = choice.limits.slip_limit
-    near = _near_one(ratio, tolerance)
+    slip_limit = selection.limits.slip_limit
+    is_near = _near_one(ratio, tolerance)
     return outcome(
-        pd.DataFrame({"oil": "", "holds": near, "value": ratio}),
+        pd.DataFrame({"oil": "", "holds": is_near, "value": ratio}),
         both_races=_near_one(ratio / 2, tolerance),
         smallest=ratio.min(),
-        at_limit=inner_slide_roll_ratio(limit, choice.gamma),
-        cage_slip=cage_slip(limit, choice.gamma),
+        at_limit=inner_slide_roll_ratio(slip_limit, selection.gamma),
+        cage_slip=cage_slip(slip_limit, selection.gamma),
     )
 
 
 def load_suppresses_slip(view: View) -> Outcome:
     """The cage slips less under a higher load."""
-    slips = _cage_slips(view)
-    slip = slips.pivot(
+    slip_rows = _cage_slips(view)
+    slip_by_load = slip_rows.pivot(
         index="axial_load_n", columns=["oil", "inlet_temperature_c", "pitch_speed_mm_rpm"]
     )["cage_slip"]
-    lighter = slip.shift()
-    steps = pd.DataFrame({"lighter": lighter.stack([0, 1, 2]), "heavier": slip.stack([0, 1, 2])})
+    lighter = slip_by_load.shift()
+    steps = pd.DataFrame(
+        {"lighter": lighter.stack([0, 1, 2]), "heavier": slip_by_load.stack([0, 1, 2])}
+    )
     steps = steps[exceeds(steps["lighter"], _SLIPPING)].dropna()
     if steps.empty:
         raise NotCheckableError("no bearing")
     change = steps["heavier"] - steps["lighter"]
-    falls = exceeds(0.0, change, size=1.0)
-    slipping = exceeds(steps["lighter"], view.study.selection.limits.slip_limit)
-    judged = steps.reset_index().assign(holds=falls, value=change.to_numpy())
-    return outcome(judged, where_it_slips=falls[slipping])
+    slip_falls = exceeds(0.0, change, size=1.0)
+    is_slipping = exceeds(steps["lighter"], view.study.selection.limits.slip_limit)
+    judged = steps.reset_index().assign(holds=slip_falls, value=change.to_numpy())
+    return outcome(judged, where_it_slips=slip_falls[is_slipping])
 
 
 def heavy_load_grips(view: View) -> Outcome:
     """Where the contact pressure is high the cage hardly slips."""
     limits = view.study.selection.limits
-    slips = _cage_slips(view)
-    pressure = slips[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(axis=1)
-    slips = slips.assign(
-        holds=reaches(limits.slip_limit, slips["cage_slip"]), value=slips["cage_slip"]
+    slip_rows = _cage_slips(view)
+    larger_pressure_gpa = slip_rows[
+        ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
+    ].max(axis=1)
+    slip_rows = slip_rows.assign(
+        holds=reaches(limits.slip_limit, slip_rows["cage_slip"]), value=slip_rows["cage_slip"]
     )
-    heavy = reaches(pressure, limits.heavy_from_gpa)
-    light = exceeds(limits.light_below_gpa, pressure)
-    if not heavy.any():
+    is_heavy = reaches(larger_pressure_gpa, limits.heavy_from_gpa)
+    is_light = exceeds(limits.light_below_gpa, larger_pressure_gpa)
+    if not is_heavy.any():
         raise NotCheckableError("no bearing")
-    return outcome(slips[heavy], light=slips.loc[light, "holds"].to_numpy())
+    return outcome(slip_rows[is_heavy], light=slip_rows.loc[is_light, "holds"].to_numpy())
 
 
 def light_load_4102(view: View) -> Outcome:
     """Under light load 4102 has the most traction."""
-    choice = view.study.selection
-    light = _within(_with_largest_slip(view), above=-np.inf, below=choice.limits.light_below_gpa)
-    mu = light.mu_by_viscosity()
-    grid = light.grid
+    selection = view.study.selection
+    light_view = _at_pressures_within(
+        _with_largest_slip(view), above=-np.inf, below=selection.limits.light_below_gpa
+    )
+    mu = light_view.mu_by_viscosity()
+    grid = light_view.grid
     ratio = mu[:1] / mu[1:].max(axis=0, keepdims=True)
-    hot = reaches(grid.inlet_temperature_c, choice.limits.hot_from_c)
-    fast = reaches(grid.entrainment_speed_m_s, choice.fast_from_m_s)
-    slipping = exceeds(grid.slide_roll_ratio, choice.slide_roll_ratio_limit)
-    hot_and_fast_ratio = ratio[:, :, fast][:, :, :, hot][..., slipping]
-    return light.outcome(
+    is_hot = reaches(grid.inlet_temperature_c, selection.limits.hot_from_c)
+    is_fast = reaches(grid.entrainment_speed_m_s, selection.fast_from_m_s)
+    is_slipping = exceeds(grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
+    hot_and_fast_ratio = ratio[:, :, is_fast][:, :, :, is_hot][..., is_slipping]
+    return light_view.outcome(
         exceeds(ratio, 1.0),
         ratio,
         higher_viscosity=exceeds(mu[:-1].min(axis=0), mu[-1]),
@@ -493,44 +533,49 @@ def light_load_4102(view: View) -> Outcome:
 
 def slip_15(view: View) -> Outcome:
     """Up to 15 % cage slip the thinnest oil has the least traction, beyond it the thickest most."""
-    choice = view.study.selection
+    selection = view.study.selection
     view = _with_largest_slip(view)
     mu = view.mu_by_viscosity()
-    adequate = _thinnest_is_adequate(view)
-    slipping = exceeds(view.grid.slide_roll_ratio, choice.slide_roll_ratio_limit)
+    film_adequate = _thinnest_is_adequate(view)
+    is_slipping = exceeds(view.grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
     # S taken for the cage slip, as section 4.3 does
-    as_slip = exceeds(view.grid.slide_roll_ratio, choice.limits.slip_limit)
-    least = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    ordered = mu[1:] / mu[:-1]
-    largest_ordered = ordered.max(axis=0, keepdims=True)
-    value = np.where(slipping, largest_ordered, least)
-    by_slip = np.where(as_slip, largest_ordered, least)
-    judged = view.outcome(
+    slipping_by_ratio = exceeds(view.grid.slide_roll_ratio, selection.limits.slip_limit)
+    ratio_of_thinnest = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
+    ratios_to_thicker = mu[1:] / mu[:-1]
+    largest_ratio_to_thicker = ratios_to_thicker.max(axis=0, keepdims=True)
+    value = np.where(is_slipping, largest_ratio_to_thicker, ratio_of_thinnest)
+    value_by_ratio = np.where(slipping_by_ratio, largest_ratio_to_thicker, ratio_of_thinnest)
+    outcome_on_grid = view.outcome(
         exceeds(1.0, value),
         value,
-        as_cage_slip=exceeds(1.0, by_slip[as_slip | adequate]),
-        more_than_thinnest=exceeds(1.0, ordered[1][..., slipping]),
-        below=exceeds(1.0, value[..., ~slipping][adequate[..., ~slipping]]),
-        beyond=exceeds(1.0, value[..., slipping]),
-        adequate=adequate,
+        as_cage_slip=exceeds(1.0, value_by_ratio[slipping_by_ratio | film_adequate]),
+        more_than_thinnest=exceeds(1.0, ratios_to_thicker[1][..., is_slipping]),
+        below=exceeds(1.0, value[..., ~is_slipping][film_adequate[..., ~is_slipping]]),
+        beyond=exceeds(1.0, value[..., is_slipping]),
+        adequate=film_adequate,
     )
-    return _only_cases(judged, slipping | adequate, "no condition")
+    return _only_cases(outcome_on_grid, is_slipping | film_adequate, "no condition")
 
 
 def heavy_load_4010(view: View) -> Outcome:
     """Under heavy load with enough film 4010 has the least traction."""
-    heavy = _within(view, above=view.study.selection.limits.heavy_from_gpa, below=np.inf)
-    mu = heavy.mu_by_viscosity()
-    adequate = _thinnest_is_adequate(heavy)
+    heavy_view = _at_pressures_within(
+        view, above=view.study.selection.limits.heavy_from_gpa, below=np.inf
+    )
+    mu = heavy_view.mu_by_viscosity()
+    film_adequate = _thinnest_is_adequate(heavy_view)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    all_cases = heavy.outcome(exceeds(1.0, ratio), ratio, adequate=adequate)
-    judged = _only_cases(all_cases, adequate, "no film")
-    in_bearing = _least_torque_of_thinnest(view)
-    bearing = {"bearing": in_bearing.mean(), "bearing_points": float(len(in_bearing))}
-    return replace(judged, numbers=judged.numbers | bearing)
+    all_cases = heavy_view.outcome(exceeds(1.0, ratio), ratio, adequate=film_adequate)
+    outcome_with_film = _only_cases(all_cases, film_adequate, "no film")
+    thinnest_has_least_torque = _least_torque_of_thinnest(view)
+    bearing_numbers = {
+        "bearing": thinnest_has_least_torque.mean(),
+        "bearing_points": float(len(thinnest_has_least_torque)),
+    }
+    return replace(outcome_with_film, numbers=outcome_with_film.numbers | bearing_numbers)
 
 
-def of_equation(view: View, holds: Callable[[Law], BoolArray]) -> bool:
+def _true_of_every_law(view: View, holds: Callable[[Law], BoolArray]) -> bool:
     """Whether something is true of every law, whatever its constants."""
     laws = {fitted.law.name: fitted.law for fitted in view.laws.values()}
     return all(holds(law).all() for law in laws.values())
@@ -544,7 +589,7 @@ def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
     ]
     sizes = np.stack([size.ravel() for size in np.meshgrid(*levels)])[..., np.newaxis]
     with np.errstate(over="ignore", invalid="ignore"):
-        mu = law.value(sizes, slip)
+        mu = law.mu_of_sizes(sizes, slip)
     return np.where(np.abs(mu) <= _ROUNDING_SHARE * sizes.max(axis=0), 0.0, mu)
 
 
@@ -560,17 +605,19 @@ def _linear_range(view: View) -> FloatArray:
     chord = view.mu(slide_roll_ratio=slip) / slip
     deviation = np.abs(chord / chord[..., :1] - 1)
     outside = deviation > tolerance
-    ends = outside.any(axis=_S, keepdims=True)
+    leaves = outside.any(axis=_S, keepdims=True)
     first_outside = np.argmax(outside, axis=_S)[..., np.newaxis]
-    after = np.where(ends, first_outside, len(slip) - 1)
-    before = after - 1
+    index_after = np.where(leaves, first_outside, len(slip) - 1)
+    index_before = index_after - 1
     # linear interpolation between the last slip inside and the first one outside
-    deviation_before = np.take_along_axis(deviation, before, axis=_S)
-    deviation_after = np.take_along_axis(deviation, after, axis=_S)
+    deviation_before = np.take_along_axis(deviation, index_before, axis=_S)
+    deviation_after = np.take_along_axis(deviation, index_after, axis=_S)
     rises = deviation_after > deviation_before
     rise = np.where(rises, deviation_after - deviation_before, 1.0)
     fraction = np.where(rises, (tolerance - deviation_before) / rise, 1.0)
-    return np.where(ends, slip[before] + fraction * (slip[after] - slip[before]), slip[-1])
+    return np.where(
+        leaves, slip[index_before] + fraction * (slip[index_after] - slip[index_before]), slip[-1]
+    )
 
 
 def _ends(levels: FloatArray) -> tuple[float, float]:
@@ -587,10 +634,10 @@ def _falls(values: FloatArray, axis: int) -> BoolArray:
 
 def _ranks(values: FloatArray) -> IndexArray:
     """Rank of each row among the rows, 1 for the largest, shape (rows, n); of equals by the row."""
-    above = exceeds(values[:, np.newaxis], values)
-    before = np.triu(np.ones((len(values), len(values)), dtype=bool), k=1)[..., np.newaxis]
-    ahead = above | (before & ~above.swapaxes(0, 1))
-    return np.asarray(1 + ahead.sum(axis=0))
+    is_larger = exceeds(values[:, np.newaxis], values)
+    is_earlier_row = np.triu(np.ones((len(values), len(values)), dtype=bool), k=1)[..., np.newaxis]
+    ranks_ahead = is_larger | (is_earlier_row & ~is_larger.swapaxes(0, 1))
+    return np.asarray(1 + ranks_ahead.sum(axis=0))
 
 
 def _near_one(ratio: FloatArray | float, tolerance: float) -> BoolArray:
@@ -598,7 +645,7 @@ def _near_one(ratio: FloatArray | float, tolerance: float) -> BoolArray:
     return reaches(tolerance, np.abs(np.asarray(ratio) - 1), size=1.0)
 
 
-def _ratio(values: FloatArray, axis: int) -> FloatArray:
+def _last_over_first(values: FloatArray, axis: int) -> FloatArray:
     """The last value along an axis over the first one."""
     return np.take(values, [-1], axis=axis) / np.take(values, [0], axis=axis)
 
@@ -608,30 +655,30 @@ def _straight(
 ) -> tuple[BoolArray, FloatArray]:
     """Whether values along one axis are on a straight line, and the line's R2."""
     other_axes = [number for number in range(values.ndim) if number != axis]
-    x = np.expand_dims(abscissa - abscissa.mean(), other_axes)
-    y = values - values.mean(axis=axis, keepdims=True)
-    joint = (x * y).sum(axis=axis, keepdims=True)
-    r2 = joint**2 / ((x**2).sum() * (y**2).sum(axis=axis, keepdims=True))
+    x_deviation = np.expand_dims(abscissa - abscissa.mean(), other_axes)
+    deviation = values - values.mean(axis=axis, keepdims=True)
+    covariance = (x_deviation * deviation).sum(axis=axis, keepdims=True)
+    r2 = covariance**2 / ((x_deviation**2).sum() * (deviation**2).sum(axis=axis, keepdims=True))
     return r2 >= view.study.printed.signs.linear_r2_min, r2
 
 
 def _with_largest_slip(view: View) -> View:
     """The grid with the largest tested slip added, because the limit of cage slip is near it."""
-    return view.at(slide_roll_ratio=np.union1d(view.grid.slide_roll_ratio, view.curve[-1]))
+    return view.with_levels(slide_roll_ratio=np.union1d(view.grid.slide_roll_ratio, view.curve[-1]))
 
 
-def _within(view: View, *, above: float, below: float) -> View:
+def _at_pressures_within(view: View, *, above: float, below: float) -> View:
     """The grid with as many levels of pressure in [above, below) only.
 
     Raises:
         NotCheckableError: There are none.
     """
-    pressure = view.grid.max_hertz_pressure_gpa
-    low, high = max(above, pressure[0]), min(below, pressure[-1])
-    if low >= high:
+    pressures = view.grid.max_hertz_pressure_gpa
+    lowest, highest = max(above, pressures[0]), min(below, pressures[-1])
+    if lowest >= highest:
         raise NotCheckableError("no condition")
-    inside = np.geomspace(low, high, len(pressure))
-    return view.at(max_hertz_pressure_gpa=inside[exceeds(below, inside)])
+    inside = np.geomspace(lowest, highest, len(pressures))
+    return view.with_levels(max_hertz_pressure_gpa=inside[exceeds(below, inside)])
 
 
 def _thinnest_is_adequate(view: View) -> BoolArray:
@@ -650,16 +697,20 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
         NotCheckableError: There is no such point.
     """
     oils = list(view.falling_viscosity)
-    slips = view.measured.cage_slip
-    slips = slips[slips["oil"].isin(oils)]
-    film_known = slips["lambda_ratio"].notna()
-    known_by_point = film_known.groupby([slips[name] for name in OPERATING_POINT])
-    slips = slips[known_by_point.transform("all")]
-    pressure = slips[["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]].max(axis=1)
-    heavy = reaches(pressure, view.study.printed.boxes.tested.max_hertz_pressure_gpa[1])
-    full = exceeds(slips["lambda_ratio"], view.settings.gates.lambda_limit)
-    slips = slips[full & heavy]
-    torque = slips.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
+    slip_rows = view.measured.cage_slip
+    slip_rows = slip_rows[slip_rows["oil"].isin(oils)]
+    film_known = slip_rows["lambda_ratio"].notna()
+    film_known_by_point = film_known.groupby([slip_rows[name] for name in OPERATING_POINT])
+    slip_rows = slip_rows[film_known_by_point.transform("all")]
+    larger_pressure_gpa = slip_rows[
+        ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
+    ].max(axis=1)
+    is_heavy = reaches(
+        larger_pressure_gpa, view.study.printed.boxes.tested.max_hertz_pressure_gpa[1]
+    )
+    has_full_film = exceeds(slip_rows["lambda_ratio"], view.settings.gates.lambda_limit)
+    slip_rows = slip_rows[has_full_film & is_heavy]
+    torque = slip_rows.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
     torque = torque.reindex(columns=oils).dropna(subset=[oils[-1]])
     if torque.empty:
         raise NotCheckableError("no bearing")
@@ -672,11 +723,11 @@ def _cage_slips(view: View) -> pd.DataFrame:
     Raises:
         NotCheckableError: There are none.
     """
-    slips = view.measured.cage_slip
-    slips = slips[slips["oil"].isin(view.falling_viscosity)].dropna(subset="cage_slip")
-    if slips.empty:
+    slip_rows = view.measured.cage_slip
+    slip_rows = slip_rows[slip_rows["oil"].isin(view.falling_viscosity)].dropna(subset="cage_slip")
+    if slip_rows.empty:
         raise NotCheckableError("no bearing")
-    return slips
+    return slip_rows
 
 
 def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
@@ -694,8 +745,8 @@ def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
             slip, mu = curve[["slide_roll_ratio", "traction_coefficient"]].abs().to_numpy().T
             rows.append((oil, run, _error_of_curve(slip, mu)))
     errors = pd.DataFrame(rows, columns=["oil", "run_id", "error"])
-    of_curve = errors.set_index(["oil", "run_id"])["error"].astype(float)
-    return of_curve.clip(upper=_UNDETERMINED)
+    error_by_curve = errors.set_index(["oil", "run_id"])["error"].astype(float)
+    return error_by_curve.clip(upper=_UNDETERMINED)
 
 
 def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
@@ -705,29 +756,30 @@ def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
     traction and from several shares of the slope at the first clear slip. From some starts it ends
     where a constant has no effect, far above the optimum.
     """
-    level = mu.max()
+    largest_mu = mu.max()
     # at almost no slip mu is its own error, and the slope would be any number
     is_clear = slip >= _CLEAR_SLIP * slip.max()
     slope = (mu[is_clear] / slip[is_clear]).max()
 
     def residual(logarithms: FloatArray) -> FloatArray:
         with np.errstate(over="ignore", invalid="ignore"):
-            return DENG2026.value(np.exp(logarithms)[:, np.newaxis], slip) - mu
+            return DENG2026.mu_of_sizes(np.exp(logarithms)[:, np.newaxis], slip) - mu
 
     starts = [
-        np.log([level, share * slope, (1 - share) * slope / level]) for share in _SHARES_OF_SLOPE
+        np.log([largest_mu, share * slope, (1 - share) * slope / largest_mu])
+        for share in _SHARES_OF_SLOPE
     ]
     fits = [
         least_squares(residual, start, method="lm", ftol=_EXACT, xtol=_EXACT, gtol=_EXACT)
         for start in starts
     ]
-    fit = min(fits, key=lambda each: float(each.cost))
+    fit = min(fits, key=lambda candidate: float(candidate.cost))
     # the inverse of J'J by singular values; a direction without effect has an infinite error
-    _, singular, directions = np.linalg.svd(np.asarray(fit.jac), full_matrices=False)
+    _, singular_values, directions = np.linalg.svd(np.asarray(fit.jac), full_matrices=False)
     variance = 2 * fit.cost / (len(slip) - _COEFFICIENTS_OF_CURVE)
     with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = ((directions / singular[:, np.newaxis]) ** 2).sum(axis=0)
-    return float(np.sqrt(variance * np.nan_to_num(inverse, nan=np.inf).max()))
+        inverse_diagonal = ((directions / singular_values[:, np.newaxis]) ** 2).sum(axis=0)
+    return float(np.sqrt(variance * np.nan_to_num(inverse_diagonal, nan=np.inf).max()))
 
 
 def _only_cases(judged: Outcome, selected: BoolArray, reason: str) -> Outcome:
@@ -776,21 +828,21 @@ def _wang_deng(view: View) -> pd.DataFrame:
     return fits
 
 
-def _torque(view: View) -> tuple[pd.DataFrame, dict[str, float]]:
+def _torque_errors(view: View) -> tuple[pd.DataFrame, dict[str, float]]:
     """Relative errors by load variable, and how many points are left out as bistable.
 
     The cage may roll or skid there. Points at which that is not known are counted, too.
     """
-    rows = view.rows("torque", reason="no torque")
-    for verdict in ("two truths", "positive control"):
-        if (view.measured.torque_control["verdict"] == verdict).any():
-            raise NotCheckableError(verdict)
-    point = ["run_id", "first_row", "oil"]
-    certain = without_bistable(rows).set_index([*point, "load_variable"])
-    errors = certain["relative_error"].abs().unstack(sort=False)
+    torque_rows = view.rows("torque", reason="no torque")
+    for control_verdict in ("two truths", "positive control"):
+        if (view.measured.torque_control["verdict"] == control_verdict).any():
+            raise NotCheckableError(control_verdict)
+    plateau_and_oil = ["run_id", "first_row", "oil"]
+    certain_rows = without_bistable(torque_rows).set_index([*plateau_and_oil, "load_variable"])
+    errors = certain_rows["relative_error"].abs().unstack(sort=False)
     errors = errors.reindex(columns=["stress", "load"]).reset_index()
     if errors["stress"].isna().all():
         raise NotCheckableError("no torque by the law")
-    left_out = len(rows[is_bistable(rows)].drop_duplicates(point[:2]))
-    counts = {"bistable": left_out, "undecided": undecided_plateaus(rows)}
+    left_out = len(torque_rows[is_bistable(torque_rows)].drop_duplicates(plateau_and_oil[:2]))
+    counts = {"bistable": left_out, "undecided": undecided_plateaus(torque_rows)}
     return errors, {name: float(count) for name, count in counts.items() if count}

@@ -84,7 +84,8 @@ def _as_float(content: Any) -> float:
 class View:
     """One basis of the verdicts over a grid of operating conditions, as a check sees it.
 
-    Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis.
+    Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis: maximum Hertz
+    pressure (GPa), entrainment speed (m/s), inlet temperature (degC) and slide-roll ratio.
 
     Attributes:
         basis: Name of it: `refit`, `printed` or `undoubted`.
@@ -104,7 +105,7 @@ class View:
     measured: CampaignTables = field(default_factory=CampaignTables.in_memory)
     truth_is_law: bool = False
 
-    def at(self, **levels: Sequence[float] | FloatArray) -> "View":
+    def with_levels(self, **levels: Sequence[float] | FloatArray) -> "View":
         """The same with other levels on some axes of the grid."""
         return replace(self, grid=self.grid.with_levels(**levels))
 
@@ -164,16 +165,18 @@ class View:
             oils = tuple(oil for oil in self.falling_viscosity if oil in film_of_oil)
         if not oils or not set(oils) <= set(film_of_oil):
             raise NotCheckableError("no film")
-        chosen = thickness or self.settings.film.thickness
-        over_grid = [replace(film_of_oil[oil], thickness=chosen).over(self.grid) for oil in oils]
-        return np.stack(over_grid, axis=1)
+        film_kind = thickness or self.settings.film.thickness
+        films_of_oils = [
+            replace(film_of_oil[oil], thickness=film_kind).over(self.grid) for oil in oils
+        ]
+        return np.stack(films_of_oils, axis=1)
 
     def by_oil(
         self, summary: Callable[[FloatArray], float], values: FloatArray
     ) -> dict[str, float]:
         """One number per oil from an array whose first axis is that of the oils with a law."""
         values_of_oil = zip(self.laws, values, strict=True)
-        return {oil: float(summary(of_oil)) for oil, of_oil in values_of_oil}
+        return {oil: float(summary(values_of_one)) for oil, values_of_one in values_of_oil}
 
     def outcome(self, holds: BoolArray, value: FloatArray, **numbers: Any) -> Outcome:
         """The outcome of a check over the grid.
@@ -196,8 +199,8 @@ class View:
         """
         axes = [np.asarray(oils, dtype=object)]
         for levels, length in zip(self.grid.levels, holds.shape[1:], strict=True):
-            spanned = length == 1 and len(levels) > 1
-            axes.append(np.array([np.nan]) if spanned else levels)
+            spans_axis = length == 1 and len(levels) > 1
+            axes.append(np.array([np.nan]) if spans_axis else levels)
         mesh = np.meshgrid(*axes, indexing="ij")
         columns = {name: levels.ravel() for name, levels in zip(("oil", *AXES), mesh, strict=True)}
         columns["holds"] = holds.ravel()

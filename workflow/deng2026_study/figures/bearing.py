@@ -65,36 +65,45 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     if table.empty:
         panel.say("The published test's oil is not fitted,\nor its bearing not described.")
         return sheet
-    bearing, oil, load, temperature = table.iloc[0][
+    bearing, oil, load_n, temperature_c = table.iloc[0][
         ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
     ]
-    turning = table["inner_speed_rpm"] * RAD_S_PER_RPM
+    speed_rad_s = table["inner_speed_rpm"] * RAD_S_PER_RPM
     # feed oil of unknown flow adds nothing
-    watts = [table[f"{term}_torque_n_m"].fillna(0.0) * turning for term in HEATS]
-    speed = table["inner_speed_rpm"] / 1e3
-    shades = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
+    power_of_terms = [table[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEATS]
+    speed_1000_rpm = table["inner_speed_rpm"] / 1e3
+    colour_of_terms = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
     areas = panel.axis.stackplot(
-        speed, watts, labels=HEATS, colors=shades, edgecolor="white", linewidth=0.3
+        speed_1000_rpm,
+        power_of_terms,
+        labels=HEATS,
+        colors=colour_of_terms,
+        edgecolor="white",
+        linewidth=0.3,
     )
-    low, high = settings.bearing.oil_volume_fraction_range
+    lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
     dashed: style.Look = {"linestyle": "--", "color": "black"}
-    for end in ("power_low_w", "power_high_w"):
-        panel.axis.plot(speed, table[end], **dashed)
+    for column in ("power_low_w", "power_high_w"):
+        panel.axis.plot(speed_1000_rpm, table[column], **dashed)
     # not in the colour of an oil; the rim shows it on dark areas
-    dots: style.Look = {"marker": "o", "color": "black", "markeredgecolor": "white"}
-    dots["markersize"] = 4
-    for term, power in zip(HEATS, watts, strict=True):
-        panel.keep(term, speed, power, oil=oil)
-    ends = {"lower": table["power_low_w"], "upper": table["power_high_w"]}
-    panel.keep("sum", speed, table["power_w"], oil=oil, **ends)
-    panel.dots("published", speed, table["published_power_w"], dots)
+    dot_look: style.Look = {"marker": "o", "color": "black", "markeredgecolor": "white"}
+    dot_look["markersize"] = 4
+    for term, power in zip(HEATS, power_of_terms, strict=True):
+        panel.keep(term, speed_1000_rpm, power, oil=oil)
+    power_interval = {"lower": table["power_low_w"], "upper": table["power_high_w"]}
+    panel.keep("sum", speed_1000_rpm, table["power_w"], oil=oil, **power_interval)
+    panel.dots("published", speed_1000_rpm, table["published_power_w"], dot_look)
     panel.axis.set_axisbelow(True)
-    panel.axis.set_title(f"{bearing}, {oil}, {load:g} N, {temperature:.0f} \N{DEGREE SIGN}C")
-    published = style.line_handle("published", **dots | {"linestyle": ""})
-    handles = [*areas, style.line_handle(f"oil {low:.2%} and {high:.2%}", **dashed), published]
-    logs = SIMULATED if settings.campaign.data == "simulated" else "this campaign's"
-    share = f"{settings.bearing.oil_volume_fraction:.2%} of the volume"
-    sheet.legend(handles, f"oil {share}; traction law from {logs} logs")
+    panel.axis.set_title(f"{bearing}, {oil}, {load_n:g} N, {temperature_c:.0f} \N{DEGREE SIGN}C")
+    published_handle = style.line_handle("published", **dot_look | {"linestyle": ""})
+    handles = [
+        *areas,
+        style.line_handle(f"oil {lowest_fraction:.2%} and {highest_fraction:.2%}", **dashed),
+        published_handle,
+    ]
+    origin_of_logs = SIMULATED if settings.campaign.data == "simulated" else "this campaign's"
+    fraction_text = f"{settings.bearing.oil_volume_fraction:.2%} of the volume"
+    sheet.legend(handles, f"oil {fraction_text}; traction law from {origin_of_logs} logs")
     return sheet
 
 
@@ -122,29 +131,30 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     sheet = Sheet(2, 2, height=2.2, across=0.3, sharex=True, sharey=True)
     sheet.axes[0].set_yscale("log")
     sheet.axes[0].yaxis.set_major_formatter("{x:g}")
-    best, advised = sheet.panel(0, "best oil"), sheet.panel(1, "oil that the paper advises")
+    best_panel = sheet.panel(0, "best oil")
+    advised_panel = sheet.panel(1, "oil that the paper advises")
     judgement = advice["judgement"]
-    decided = ~judgement.isin(NO_CHOICE)
-    _draw_oils(best, advice, "best_oil", decided, oils)
-    _draw_oils(advised, advice, "advised_oil", decided, oils)
+    is_decided = ~judgement.isin(NO_CHOICE)
+    _draw_oils(best_panel, advice, "best_oil", is_decided, oils)
+    _draw_oils(advised_panel, advice, "advised_oil", is_decided, oils)
     handles: list[Any] = [
         Patch(facecolor=style.tint(style.oil_colour(oil, oils), _FIELD_TINT), label=oil)
         for oil in oils
     ]
-    handles += _draw_sure(best, advice, results.cage_slip)
-    handles += _draw_wrong_by_truth(best, advice)
-    handles += _draw_judgements(advised, advice)
-    for panel in (best, advised):
+    handles += _draw_sure(best_panel, advice, results.cage_slip)
+    handles += _draw_wrong_by_truth(best_panel, advice)
+    handles += _draw_judgements(advised_panel, advice)
+    for panel in (best_panel, advised_panel):
         handles += _draw_undecided(panel, advice)
     sheet.label(style.DMN_LABEL, style.AXIAL_LOAD_LABEL)
     labels = judgement + ", best " + advice["best_oil"].replace("", "none")
-    advised.keep(
+    advised_panel.keep(
         "advised oil", advice["speed"], advice["load_kn"], oil=advice["advised_oil"], label=labels
     )
-    temperature = settings.bearing.cage_slip.inlet_temperature_c
-    title = f"{advice['bearing'].iloc[0]}, oil at {temperature:g} \N{DEGREE SIGN}C"
-    unique = {handle.get_label(): handle for handle in handles}
-    sheet.legend(list(unique.values()), f"{title}; {style.DMN_AS_SPEED}")
+    temperature_c = settings.bearing.cage_slip.inlet_temperature_c
+    title = f"{advice['bearing'].iloc[0]}, oil at {temperature_c:g} \N{DEGREE SIGN}C"
+    handle_by_label = {handle.get_label(): handle for handle in handles}
+    sheet.legend(list(handle_by_label.values()), f"{title}; {style.DMN_AS_SPEED}")
     return sheet
 
 
@@ -162,19 +172,19 @@ def is_wrong_by_truth(advice: pd.DataFrame) -> "pd.Series[bool]":
 
 
 def _draw_oils(
-    panel: Panel, advice: pd.DataFrame, column: str, decided: "pd.Series[bool]", oils: list[str]
+    panel: Panel, advice: pd.DataFrame, column: str, is_decided: "pd.Series[bool]", oils: list[str]
 ) -> None:
     """Draw each cell in the colour of the oil in a column; white where nothing is decided."""
-    chosen = advice[column].where(decided, "")
-    numbers = advice.assign(number=chosen.map(["", *oils].index))
-    field = numbers.pivot(index="load_kn", columns="speed", values="number")
+    chosen = advice[column].where(is_decided, "")
+    with_number = advice.assign(number=chosen.map(["", *oils].index))
+    number_by_cell = with_number.pivot(index="load_kn", columns="speed", values="number")
     axis = panel.axis
-    fields = [style.tint(style.oil_colour(oil, oils), _FIELD_TINT) for oil in oils]
+    tints = [style.tint(style.oil_colour(oil, oils), _FIELD_TINT) for oil in oils]
     axis.pcolormesh(
-        style.cell_edges(field.columns.to_numpy(), axis.get_xscale()),
-        style.cell_edges(field.index.to_numpy(), axis.get_yscale()),
-        field.to_numpy(),
-        cmap=ListedColormap([(1.0, 1.0, 1.0), *fields]),
+        style.cell_edges(number_by_cell.columns.to_numpy(), axis.get_xscale()),
+        style.cell_edges(number_by_cell.index.to_numpy(), axis.get_yscale()),
+        number_by_cell.to_numpy(),
+        cmap=ListedColormap([(1.0, 1.0, 1.0), *tints]),
         vmin=-0.5,
         vmax=len(oils) + 0.5,
         rasterized=True,
@@ -184,23 +194,25 @@ def _draw_oils(
 
 def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
     """Dots where one oil stays the best one in nearly all draws; entries of the legend."""
-    stays = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
-    sure = advice.merge(stays, on=OPERATING_POINT).query("surely and best_oil != ''")
+    surely_best = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    sure_rows = advice.merge(surely_best, on=OPERATING_POINT).query("surely and best_oil != ''")
     look: style.Look = {"marker": "o", "markersize": 2.5, "color": "black"}
-    oils = sure["best_oil"]
-    panel.dots("stays best", sure["speed"], sure["load_kn"], look, oil=oils, label="stays best")
+    oils = sure_rows["best_oil"]
+    panel.dots(
+        "stays best", sure_rows["speed"], sure_rows["load_kn"], look, oil=oils, label="stays best"
+    )
     label = f"best in {100 * STAYS_BEST_SHARE:.0f} % of the draws"
-    return [style.line_handle(label, linestyle="", **look)] if len(sure) else []
+    return [style.line_handle(label, linestyle="", **look)] if len(sure_rows) else []
 
 
 def _draw_wrong_by_truth(panel: Panel, advice: pd.DataFrame) -> list[Any]:
     """Rings where the true traction has another best oil; entries of the legend."""
-    wrong = advice[is_wrong_by_truth(advice)]
-    panel.keep("wrong by truth", wrong["speed"], wrong["load_kn"])
-    if wrong.empty:
+    wrong_rows = advice[is_wrong_by_truth(advice)]
+    panel.keep("wrong by truth", wrong_rows["speed"], wrong_rows["load_kn"])
+    if wrong_rows.empty:
         return []
     ring: style.Look = {"color": "black", "markerfacecolor": "none", "markeredgewidth": 0.8}
-    panel.axis.plot(wrong["speed"], wrong["load_kn"], "o", markersize=6.5, **ring)
+    panel.axis.plot(wrong_rows["speed"], wrong_rows["load_kn"], "o", markersize=6.5, **ring)
     return [style.symbol_handle("another best oil by the truth", "o", markersize=5, **ring)]
 
 

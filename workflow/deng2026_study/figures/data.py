@@ -52,30 +52,32 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     the 95 % interval of their random error. Lines: fitted law.
     """
     runs = with_levels(results.runs, settings)
-    choice = study_settings(settings).figures.fig02
-    oil = choice.oil
-    temperatures = choice.inlet_temperature_c
+    shown_conditions = study_settings(settings).figures.fig02
+    oil = shown_conditions.oil
+    temperatures = shown_conditions.inlet_temperature_c
     law = FittedLaw.from_tables(results.configured.coefficients, oil)
     oil_colour = style.oil_colour(oil, list(settings.oils))
     sheet = Sheet(2 * len(temperatures), 2, height=1.7, sharex=True, sharey=True)
     # left: pressures at one speed; right: speeds at one pressure
     varied_and_fixed = ((_PRESSURE, _SPEED), (_SPEED, _PRESSURE))
     panels = itertools.product(temperatures, varied_and_fixed)
-    for number, (temperature, (varied, fixed)) in enumerate(panels):
-        levels_of_panel = {_TEMPERATURE: temperature, fixed: getattr(choice, fixed)}
+    for panel_number, (temperature, (varied, fixed)) in enumerate(panels):
+        levels_of_panel = {_TEMPERATURE: temperature, fixed: getattr(shown_conditions, fixed)}
         levels = _levels_of(runs, settings.campaign, varied)
         shades = style.shades(oil_colour, len(levels))
         markers = itertools.cycle(style.MARKERS)
         series = []
         for level, shade, marker in zip(levels, shades, markers, strict=False):
-            points = _select(results.points, runs, oil, {**levels_of_panel, varied: level})
+            points = _points_at_levels(
+                results.points, runs, oil, {**levels_of_panel, varied: level}
+            )
             label = style.level_phrases({varied: level})
             series.append(Series(label, oil, points, law, shade, marker))
         title = style.level_phrases(levels_of_panel) + _count_of_curves(series)
-        draw_series(sheet.panel(number, title), series)
+        draw_series(sheet.panel(panel_number, title), series)
     left_panels = sheet.axes[::2]
     right_panels = sheet.axes[1::2]
-    _finish(sheet, [left_panels, right_panels])
+    _label_axes_and_legend(sheet, [left_panels, right_panels])
     return sheet
 
 
@@ -92,28 +94,30 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     Symbols: plateau means with the 95 % interval of their random error. Lines: fitted law.
     """
     runs = with_levels(results.runs, settings)
-    choice = study_settings(settings).figures.fig03
+    shown_conditions = study_settings(settings).figures.fig03
     oils = list(settings.oils)
     levels_of_sheet = {
-        _SPEED: choice.entrainment_speed_m_s,
-        _TEMPERATURE: choice.inlet_temperature_c,
+        _SPEED: shown_conditions.entrainment_speed_m_s,
+        _TEMPERATURE: shown_conditions.inlet_temperature_c,
     }
     pressures = _levels_of(runs, settings.campaign, _PRESSURE)
     # all panels side by side; without any level one panel says so
     columns = max(len(pressures), 1)
     sheet = Sheet(columns, columns, width=style.DOUBLE_COLUMN_IN, sharex=True, sharey=True)
-    for number, pressure in enumerate(pressures):
+    for panel_number, pressure in enumerate(pressures):
         series = []
         for oil in oils:
-            points = _select(results.points, runs, oil, {_PRESSURE: pressure, **levels_of_sheet})
+            points = _points_at_levels(
+                results.points, runs, oil, {_PRESSURE: pressure, **levels_of_sheet}
+            )
             law = FittedLaw.from_tables(results.configured.coefficients, oil)
             look = style.oil_look(oil, oils)
             series.append(Series(oil, oil, points, law, look["color"], look["marker"]))
-        draw_series(sheet.panel(number, style.level_phrases({_PRESSURE: pressure})), series)
+        draw_series(sheet.panel(panel_number, style.level_phrases({_PRESSURE: pressure})), series)
     drawn_oils = set(sheet.drawn()["oil"])
     oils_without_points = [oil for oil in oils if oil not in drawn_oils]
     notes = style.lost_handles(oils_without_points, "no accepted point here")
-    _finish(sheet, [sheet.axes], notes, style.level_phrases(levels_of_sheet))
+    _label_axes_and_legend(sheet, [sheet.axes], notes, style.level_phrases(levels_of_sheet))
     return sheet
 
 
@@ -132,7 +136,7 @@ def _levels_of(runs: pd.DataFrame, campaign: Campaign, name: str) -> list[float]
     return sorted(runs[f"nominal_{name}"].dropna().unique())
 
 
-def _select(
+def _points_at_levels(
     points: pd.DataFrame, runs: pd.DataFrame, oil: str, levels: Mapping[str, float]
 ) -> pd.DataFrame:
     """Accepted points of the runs of an oil at given levels."""
@@ -142,7 +146,7 @@ def _select(
     return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
 
 
-def _finish(
+def _label_axes_and_legend(
     sheet: Sheet, groups: Sequence[Sequence[Axes]], notes: Sequence[Any] = (), title: str = ""
 ) -> None:
     """Label the axes, and list below each group of panels the series that any of them shows.
@@ -182,7 +186,7 @@ def _finish(
 
 
 # Head of the column that quotes the paper.
-_PAPER = "in the paper's text"
+_PAPER_COLUMN = "in the paper's text"
 _NO_VALUE = "\N{EN DASH}"
 # Height of a line of text, and space between rows.
 _LINE_IN = 0.125
@@ -244,9 +248,9 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
         notes.append(f"{name}: {source}")
         for quantity, unit, value_of_oil in _OIL_PROPERTIES:
             value = np.nan if oil is None else float(value_of_oil(oil))
-            rows.append(_row(name, quantity, unit, value, source))
+            rows.append(_cell(name, quantity, unit, value, source))
     title = f"Properties at {_PROPERTIES_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
-    return _table(title, rows, notes, paper_tables.tab01)
+    return _table_sheet(title, rows, notes, paper_tables.tab01)
 
 
 @register(
@@ -265,29 +269,29 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     """
     matrix = settings.campaign.matrix
     runs = with_levels(results.runs, settings)
-    logged = "set points of the logs"
-    source = "campaign file, matrix" if matrix is not None else logged
+    source_of_logs = "set points of the logs"
+    source = "campaign file, matrix" if matrix is not None else source_of_logs
     accepted = results.points[results.points["accepted"]]
     rows = []
     column = "this campaign"
     for name, (quantity, unit) in _MATRIX_QUANTITIES.items():
         levels = _levels_of(runs, settings.campaign, name)
-        rows.append(_row(column, quantity, unit, _listed(levels), source))
+        rows.append(_cell(column, quantity, unit, _levels_text(levels), source))
     # set points of a rig whose contact is not known
     loads = sorted(runs["nominal_load_n"].dropna().unique())
     if loads:
-        rows.append(_row(column, "load", "N", _listed(loads), logged))
+        rows.append(_cell(column, "load", "N", _levels_text(loads), source_of_logs))
     slips = accepted["slide_roll_ratio"].abs()
     slip_range = _NO_VALUE
     if len(slips):
         slip_range = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}"
-    rows.append(_row(column, "slide-roll ratio", "", slip_range, "accepted points"))
+    rows.append(_cell(column, "slide-roll ratio", "", slip_range, "accepted points"))
     for oil in settings.oils:
         runs_of_oil = runs.loc[runs["oil"] == oil, "run_id"]
         count_accepted = runs_of_oil.isin(accepted["run_id"]).sum()
         curves = f"{count_accepted} accepted of {len(runs_of_oil)} runs"
-        rows.append(_row(column, f"curves of {oil}", "", curves, "tables runs and points"))
-    return _table("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
+        rows.append(_cell(column, f"curves of {oil}", "", curves, "tables runs and points"))
+    return _table_sheet("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
 
 
 @register(
@@ -309,12 +313,12 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     rows = []
     # column `of`: the quantity is one of the bearing's file, or of the test in the campaign file
     quantities = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
-    for described, quantity, unit, dotted_key, factor in quantities.itertuples(index=False):
-        if described == "test":
+    for subject, quantity, unit, dotted_key, factor in quantities.itertuples(index=False):
+        if subject == "test":
             if torque.matrix is not None:
                 levels = [factor * level for level in getattr(torque.matrix, dotted_key)]
                 source = "campaign file, `torque`"
-                rows.append(_row(torque.bearing, quantity, unit, _listed(levels), source))
+                rows.append(_cell(torque.bearing, quantity, unit, _levels_text(levels), source))
             continue
         keys = dotted_key.split(".")
         value: Any = bearing
@@ -325,12 +329,12 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
             source = "assumed" if keys[0] in bearing.assumed else bearing.source
             content = value if isinstance(value, str) else factor * value
             # all digits of the drawing and no others
-            rows.append(_row(torque.bearing, quantity, unit, content, source, "{:.7g}".format))
+            rows.append(_cell(torque.bearing, quantity, unit, content, source, "{:.7g}".format))
     notes = [f"{torque.bearing}: {bearing.source}. *: assumed."]
-    return _table("Bearing and test of its torque", rows, notes, paper_tables.tab03)
+    return _table_sheet("Bearing and test of its torque", rows, notes, paper_tables.tab03)
 
 
-def _listed(levels: Iterable[float]) -> str:
+def _levels_text(levels: Iterable[float]) -> str:
     return ", ".join(f"{level:g}" for level in levels) or _NO_VALUE
 
 
@@ -340,7 +344,7 @@ def _number(value: float) -> str:
     return f"{value:.{decimals}f}"
 
 
-def _row(
+def _cell(
     column: str,
     quantity: str,
     unit: str,
@@ -376,27 +380,34 @@ def _row(
     }
 
 
-def _table(
-    title: str, rows: list[dict[str, Any]], notes: list[str], of_paper: Mapping[str, PaperStatement]
+def _table_sheet(
+    title: str,
+    cells_of_table: list[dict[str, Any]],
+    notes: list[str],
+    paper_statements: Mapping[str, PaperStatement],
 ) -> Sheet:
     """A table with one row per quantity; its last column quotes the paper.
 
     Args:
         title: Head of the names of the quantities.
-        rows: Cells, as `_row` returns them.
+        cells_of_table: Cells, as `_cell` returns them.
         notes: Notes below the table.
-        of_paper: What the paper's text says, by quantity. It is added to the cells.
+        paper_statements: What the paper's text says, by quantity. It is added to the cells.
     """
-    units = {row["quantity"]: row["unit"] for row in rows}
-    for quantity, statement in of_paper.items():
+    units = {row["quantity"]: row["unit"] for row in cells_of_table}
+    for quantity, statement in paper_statements.items():
         where_in_paper = f" ({statement.where})" if statement.where else ""
         unit = units.get(quantity, "")
         source = statement.where or "lost"
-        rows.append(_row(_PAPER, quantity, unit, f"{statement.says}{where_in_paper}", source))
-    drawn = pd.DataFrame(rows)
-    columns = list(drawn.loc[drawn["column"] != _PAPER, "column"].unique())
-    cells = drawn.pivot(index="quantity", columns="column", values="text")
-    cells = cells.reindex(index=drawn["quantity"].unique(), columns=[*columns, _PAPER]).fillna("")
+        cells_of_table.append(
+            _cell(_PAPER_COLUMN, quantity, unit, f"{statement.says}{where_in_paper}", source)
+        )
+    drawn_cells = pd.DataFrame(cells_of_table)
+    columns = list(drawn_cells.loc[drawn_cells["column"] != _PAPER_COLUMN, "column"].unique())
+    text_by_quantity = drawn_cells.pivot(index="quantity", columns="column", values="text")
+    text_by_quantity = text_by_quantity.reindex(
+        index=drawn_cells["quantity"].unique(), columns=[*columns, _PAPER_COLUMN]
+    ).fillna("")
     # start of the quotations, from 0 to 1 of the width, and letters per line behind it
     if len(columns) <= 1:
         paper_x = 0.64
@@ -404,24 +415,36 @@ def _table(
     else:
         paper_x = 0.72
         letters_per_line = 26
-    cells[_PAPER] = ["\n".join(textwrap.wrap(text, letters_per_line)) for text in cells[_PAPER]]
+    text_by_quantity[_PAPER_COLUMN] = [
+        "\n".join(textwrap.wrap(text, letters_per_line)) for text in text_by_quantity[_PAPER_COLUMN]
+    ]
     right_ends = np.linspace(_END_OF_NAMES, paper_x - 0.02, len(columns) + 1)[1:]
-    names = [_with_unit(quantity, units.get(quantity, "")) for quantity in cells.index]
-    lines_of_row = cells[_PAPER].str.count("\n").to_numpy() + 1
+    quantity_names = [
+        _with_unit(quantity, units.get(quantity, "")) for quantity in text_by_quantity.index
+    ]
+    lines_of_row = text_by_quantity[_PAPER_COLUMN].str.count("\n").to_numpy() + 1
     row_in = _LINE_IN * lines_of_row + _ROW_SPACE_IN
     head_in = _LINE_IN + _ROW_SPACE_IN
-    sheet, panel, write = table_page(style.DOUBLE_COLUMN_IN, len(cells), row_in, head_in, notes)
+    sheet, panel, write_column = table_page(
+        style.DOUBLE_COLUMN_IN, len(text_by_quantity), row_in, head_in, notes
+    )
     bold: style.Look = {"fontweight": "bold"}
-    write(0, title, names, {"color": style.GREY})
+    write_column(0, title, quantity_names, {"color": style.GREY})
     for column, right_end in zip(columns, right_ends, strict=True):
-        write(right_end, column, cells[column], bold, ha="right")
-    write(paper_x, _PAPER, cells[_PAPER], {**bold, "color": "black"}, color=style.GREY)
+        write_column(right_end, column, text_by_quantity[column], bold, ha="right")
+    write_column(
+        paper_x,
+        _PAPER_COLUMN,
+        text_by_quantity[_PAPER_COLUMN],
+        {**bold, "color": "black"},
+        color=style.GREY,
+    )
     series = [
         _with_unit(quantity, unit)
-        for quantity, unit in zip(drawn["quantity"], drawn["unit"], strict=True)
+        for quantity, unit in zip(drawn_cells["quantity"], drawn_cells["unit"], strict=True)
     ]
-    label = drawn["text"] + " [" + drawn["source"] + "]"
-    panel.keep(series, np.nan, value=drawn["value"], label=label, panel=drawn["column"])
+    label = drawn_cells["text"] + " [" + drawn_cells["source"] + "]"
+    panel.keep(series, np.nan, value=drawn_cells["value"], label=label, panel=drawn_cells["column"])
     return sheet
 
 
@@ -448,7 +471,7 @@ def eqs11_13(
 
 
 # Kind of a part of a rig -> its colour and its label in the legend.
-_KINDS: dict[str, tuple[Any, str]] = {
+_COLOUR_AND_LABEL_OF_KIND: dict[str, tuple[Any, str]] = {
     "fixed": (style.tint("#555555", 0.30), "fixed or guided"),
     "turning": ("#ffffff", "turning"),
     "sensor": (style.tint("#E69F00", 0.65), "sensor"),
@@ -480,7 +503,7 @@ def fig01(results: CampaignTables, settings: Settings) -> Sheet:
         for name, radius in radii.items()
     }
     titles = ("Rig from the side", "Cradle from above", "Contact, along the ball's axis")
-    return _draw(sheet, "fig01", titles, sizes)
+    return _draw_schematic(sheet, "fig01", titles, sizes)
 
 
 @register(counterpart="Fig. 5", family="data", shows_data=False)
@@ -492,10 +515,12 @@ def fig05(results: CampaignTables, settings: Settings) -> Sheet:
     paper, not to scale.
     """
     sheet = Sheet(width=style.DOUBLE_COLUMN_IN, left=0.05, top=0.05, bottom=0.05, height=2.3)
-    return _draw(sheet, "fig05", [None], {})
+    return _draw_schematic(sheet, "fig05", [None], {})
 
 
-def _draw(sheet: Sheet, name: str, titles: Sequence[str | None], sizes: Mapping[str, str]) -> Sheet:
+def _draw_schematic(
+    sheet: Sheet, name: str, titles: Sequence[str | None], sizes: Mapping[str, str]
+) -> Sheet:
     """Draw the parts of a rig that a file lists, later ones over earlier ones, and the legend.
 
     A circle has its radius as `to_x`. Words are at (x, y), with a line to the part at (to_x, to_y)
@@ -509,16 +534,19 @@ def _draw(sheet: Sheet, name: str, titles: Sequence[str | None], sizes: Mapping[
     """
     parts = pd.read_csv(Path(__file__).with_name(f"{name}.csv"), keep_default_na=False)
     labels = [label.format_map(sizes).replace("\\n", "\n") for label in parts["words"]]
-    panels = [sheet.panel(number, title) for number, title in enumerate(titles)]
+    panels = [sheet.panel(panel_number, title) for panel_number, title in enumerate(titles)]
     for part in tables.rows(parts.assign(words=labels)):
-        number = string.ascii_lowercase.index(part["panel"])
-        _draw_mark(sheet.axes[number], part)
+        panel_number = string.ascii_lowercase.index(part["panel"])
+        _draw_mark(sheet.axes[panel_number], part)
     for axis in sheet.axes:
         axis.set_aspect("equal")
         axis.set_axis_off()
         axis.set_anchor("N")
     sheet.legend(
-        [Patch(facecolor=colour, label=label, **_EDGE) for colour, label in _KINDS.values()]
+        [
+            Patch(facecolor=colour, label=label, **_EDGE)
+            for colour, label in _COLOUR_AND_LABEL_OF_KIND.values()
+        ]
     )
     series = (parts["mark"] + " " + parts["kind"]).str.strip().repeat(2)
     x = parts[["x", "to_x"]].to_numpy().ravel()
@@ -533,7 +561,7 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
     end = (part["to_x"], part["to_y"])
     width = end[0] - start[0]
     height = end[1] - start[1]
-    colour, _ = _KINDS.get(part["kind"], ("black", ""))
+    colour, _ = _COLOUR_AND_LABEL_OF_KIND.get(part["kind"], ("black", ""))
     is_oil = part["kind"] == "oil"
     match part["mark"]:
         case "box":

@@ -33,13 +33,13 @@ from oilfilm.traction.laws.deng2026 import DENG2026
 from simulated_lab.printed import PrintedCoefficients
 
 # Points of a curve along the abscissa.
-_STEPS = 121
+_POINTS_PER_CURVE = 121
 # Symbols along a curve.
-_SYMBOLS = 4
+_SYMBOLS_PER_CURVE = 4
 # Upper end of a panel's scale, relative to the largest mu of its lines.
 _HEADROOM = 1.3
 # A band over the slip holds the whole curve of the next run; another one holds its points.
-_BAND_WORDS = {True: "95 %, whole next run", False: "95 %, next run"}
+_BAND_LABELS = {True: "95 %, whole next run", False: "95 %, next run"}
 _SPEED, _TEMPERATURE, _SLIP = "entrainment_speed_m_s", "inlet_temperature_c", "slide_roll_ratio"
 # Of each figure: condition along the abscissa, and condition that tells the curves of one panel
 # apart. The others tell panels apart.
@@ -51,7 +51,7 @@ CUTS = {
 }
 _BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 # What the dashed lines are, by the name of their series.
-_DASHED = {"truth": "truth of the simulation", "printed": "printed constants"}
+_LABEL_OF_DASHED_SERIES = {"truth": "truth of the simulation", "printed": "printed constants"}
 
 
 @register(
@@ -116,58 +116,70 @@ def _draw_cuts(
     printed_coefficients: PrintedCoefficients,
 ) -> Sheet:
     """Each oil along the cuts of one figure; the levels are those of `extrapolation` of config."""
-    abscissa, by = CUTS[figure]
+    abscissa, line_condition = CUTS[figure]
     levels = study_settings(settings).extrapolation[figure]
-    fixed_names = [name for name in style.LEVEL_PHRASES if name not in (abscissa, by)]
-    cuts = [
-        dict(zip(fixed_names, cut, strict=True))
-        for cut in itertools.product(*(getattr(levels, name) for name in fixed_names))
+    fixed_names = [name for name in style.LEVEL_PHRASES if name not in (abscissa, line_condition)]
+    fixed_levels_of_rows = [
+        dict(zip(fixed_names, fixed_levels, strict=True))
+        for fixed_levels in itertools.product(*(getattr(levels, name) for name in fixed_names))
     ]
     printed = with_printed(results.configured.coefficients, printed_coefficients)
     laws = {}
     for oil in settings.oils:
-        laws_of_oil = _laws(results, printed, oil)
+        laws_of_oil = _laws_of_series(results, printed, oil)
         if laws_of_oil:
             laws[oil] = laws_of_oil
     truth = results.extrapolation[results.extrapolation["figure"] == figure]
     sheet, panels = oil_grid(
         list(laws),
         "no oil has a fitted law\nof pressure, speed and temperature",
-        cuts,
-        lambda cut, _: style.level_phrases(cut),
+        fixed_levels_of_rows,
+        lambda fixed_levels, _: style.level_phrases(fixed_levels),
         height=1.15,
         across=0.25,
         sharey="row",
         width=style.DOUBLE_COLUMN_IN,
     )
-    highest = dict.fromkeys(range(len(cuts)), 0.0)
-    for panel, cut, oil in panels:
-        row = cuts.index(cut)
-        top = _draw(panel, oil, laws[oil], levels, cut, (abscissa, by), settings)
-        top = max(top, _draw_truth(panel, truth[truth["oil"] == oil], cut, (abscissa, by)))
-        highest[row] = max(highest[row], top)
+    highest_of_rows = dict.fromkeys(range(len(fixed_levels_of_rows)), 0.0)
+    for panel, fixed_levels, oil in panels:
+        row_index = fixed_levels_of_rows.index(fixed_levels)
+        largest_mu = _draw_refit(
+            panel, oil, laws[oil], levels, fixed_levels, (abscissa, line_condition), settings
+        )
+        largest_mu = max(
+            largest_mu,
+            _draw_truth(
+                panel, truth[truth["oil"] == oil], fixed_levels, (abscissa, line_condition)
+            ),
+        )
+        highest_of_rows[row_index] = max(highest_of_rows[row_index], largest_mu)
         # a very wide interval leaves the panel; otherwise the lines would be flat
-        panel.axis.set_ylim(0, _HEADROOM * highest[row])
+        panel.axis.set_ylim(0, _HEADROOM * highest_of_rows[row_index])
         colour = style.oil_colour(oil, list(settings.oils))
         corner: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
         panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner)
     sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL, fontsize=7)
     sheet.legend(
-        _handles(sheet.drawn(), getattr(levels, by), (abscissa, by)), _speeds_of_bearings(cuts)
+        _legend_entries(sheet.drawn(), getattr(levels, line_condition), (abscissa, line_condition)),
+        _speeds_of_bearings(fixed_levels_of_rows),
     )
     return sheet
 
 
-def _speeds_of_bearings(cuts: Sequence[Mapping[str, float]]) -> str:
+def _speeds_of_bearings(fixed_levels_of_rows: Sequence[Mapping[str, float]]) -> str:
     """The dmN (mm rpm) of a bearing with the speed of each row; empty where speed is no level."""
     texts = []
-    for speed in dict.fromkeys(cut[_SPEED] for cut in cuts if _SPEED in cut):
+    for speed in dict.fromkeys(
+        fixed_levels[_SPEED] for fixed_levels in fixed_levels_of_rows if _SPEED in fixed_levels
+    ):
         mantissa, exponent = f"{pitch_speed_mm_rpm(speed):.1e}".split("e")
         texts.append(f"{style.level_phrases({_SPEED: speed})}: dmN {mantissa}e{int(exponent)}")
     return "; ".join(texts)
 
 
-def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict[str, FittedLaw]:
+def _laws_of_series(
+    results: CampaignTables, coefficients: pd.DataFrame, oil: str
+) -> dict[str, FittedLaw]:
     """The refit and, where the paper has them, the printed constants, by the name of the series.
 
     Empty for an oil whose law does not depend on all three conditions, or has unknown constants.
@@ -179,11 +191,11 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
     refit = FittedLaw.from_tables(constants, oil, quality=configured.fit_quality)
     refit = replace(refit, read_surface=partial(read_surface, results, oil))
     law = refit.law
-    fitted = refit.coefficients
+    refit_constants = refit.coefficients
     if (
         law.conditions != CONDITIONS
-        or not fitted.followed.all()
-        or np.isnan(fitted.constants).any()
+        or not refit_constants.followed.all()
+        or np.isnan(refit_constants.constants).any()
     ):
         return {}
     names = [constant.name for constant in law.constants]
@@ -194,12 +206,12 @@ def _laws(results: CampaignTables, coefficients: pd.DataFrame, oil: str) -> dict
     return {"refit": refit}
 
 
-def _draw(
+def _draw_refit(
     panel: Panel,
     oil: str,
     laws: Mapping[str, FittedLaw],
     levels: MatrixWithSlip,
-    fixed: Mapping[str, float],
+    fixed_levels: Mapping[str, float],
     cut: tuple[str, str],
     settings: Settings,
 ) -> float:
@@ -208,122 +220,149 @@ def _draw(
     Returns:
         The largest mu of a line.
     """
-    abscissa, by = cut
-    curve_levels = getattr(levels, by)
-    ends = getattr(levels, abscissa)
-    x = np.linspace(min(ends), max(ends), _STEPS)
+    abscissa, line_condition = cut
+    curve_levels = getattr(levels, line_condition)
+    abscissa_levels = getattr(levels, abscissa)
+    x = np.linspace(min(abscissa_levels), max(abscissa_levels), _POINTS_PER_CURVE)
     if abscissa == _SLIP:
         # a curve begins without slip, where nothing can be measured, and bends most near it
-        x = max(ends) * np.linspace(0, 1, _STEPS) ** 2
-    middles = x[0] + np.ptp(x) * (np.arange(_SYMBOLS) + 0.5) / _SYMBOLS
-    symbols = reaches(x, middles[:, np.newaxis]).argmax(axis=1).tolist()
-    highest = 0.0
-    beyond = np.zeros(_STEPS, dtype=bool)
+        x = max(abscissa_levels) * np.linspace(0, 1, _POINTS_PER_CURVE) ** 2
+    symbol_positions = x[0] + np.ptp(x) * (np.arange(_SYMBOLS_PER_CURVE) + 0.5) / _SYMBOLS_PER_CURVE
+    symbol_indices = reaches(x, symbol_positions[:, np.newaxis]).argmax(axis=1).tolist()
+    largest_mu = 0.0
+    is_beyond_tests = np.zeros(_POINTS_PER_CURVE, dtype=bool)
     law = laws["refit"]
-    for number, level in enumerate(curve_levels):
-        along_curve = pd.DataFrame({**fixed, by: level, abscissa: x})
+    for index, level in enumerate(curve_levels):
+        along_curve = pd.DataFrame({**fixed_levels, line_condition: level, abscissa: x})
         points = along_curve[[*CONDITIONS, _SLIP]].to_numpy()
         conditions = np.ascontiguousarray(points[:, :-1])
         slip = points[:, -1]
         # a level counts as tested only where every curve is tested
         box = law.coefficients.box
-        beyond |= is_beyond(points, box, settings.same_set_point.relative).any(axis=1)
-        refit = law.without_interval().predict(conditions, slip).traction_coefficient
+        is_beyond_tests |= is_beyond(points, box, settings.same_set_point.relative).any(axis=1)
+        refit_mu = law.without_interval().predict(conditions, slip).traction_coefficient
         # a run measures one curve over the slip, but not one over another condition
         prediction = law.predict(conditions, slip, whole_curve=abscissa == _SLIP)
-        interval = {"lower": prediction.obs_ci_lower, "upper": prediction.obs_ci_upper}
+        interval_of_next_run = {"lower": prediction.obs_ci_lower, "upper": prediction.obs_ci_upper}
         look: style.Look = {
             "color": style.oil_colour(oil, list(settings.oils)),
             "markerfacecolor": "white",
             "markeredgewidth": 0.7,
             "markersize": 3,
             "linewidth": 0.9,
-            "marker": style.MARKERS[number % len(style.MARKERS)],
+            "marker": style.MARKERS[index % len(style.MARKERS)],
             "linestyle": style.LINES["fit"],
-            "markevery": symbols,
+            "markevery": symbol_indices,
         }
-        about: style.Look = {"oil": oil, "label": style.level_phrases({by: level})}
-        is_middle = number == len(curve_levels) // 2
-        panel.line("refit", x, refit, look, **about, **(interval if is_middle else {}))
-        highest = max(highest, refit.max())
+        oil_and_label: style.Look = {
+            "oil": oil,
+            "label": style.level_phrases({line_condition: level}),
+        }
+        is_middle = index == len(curve_levels) // 2
+        panel.line(
+            "refit",
+            x,
+            refit_mu,
+            look,
+            **oil_and_label,
+            **(interval_of_next_run if is_middle else {}),
+        )
+        largest_mu = max(largest_mu, refit_mu.max())
         if "printed" in laws:
-            mu = laws["printed"].predict(conditions, slip).traction_coefficient
-            panel.line("printed", x, mu, _dashed(), **about)
-            highest = max(highest, mu.max())
-    for start, end in _stretches(x, beyond):
+            printed_mu = laws["printed"].predict(conditions, slip).traction_coefficient
+            panel.line("printed", x, printed_mu, _comparison_look(), **oil_and_label)
+            largest_mu = max(largest_mu, printed_mu.max())
+    for start, end in _intervals_where(x, is_beyond_tests):
         panel.axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
     panel.axis.set_xlim(x.min(), x.max())
     # numbers of neighbouring panels must not meet
     panel.axis.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
-    return float(highest)
+    return float(largest_mu)
 
 
 def _draw_truth(
-    panel: Panel, truth: pd.DataFrame, fixed: Mapping[str, float], cut: tuple[str, str]
+    panel: Panel, truth: pd.DataFrame, fixed_levels: Mapping[str, float], cut: tuple[str, str]
 ) -> float:
     """Draw the true traction at the levels of the cut, one line per level.
 
     Args:
         panel: The panel.
         truth: Rows of the table `extrapolation` of one oil and figure.
-        fixed: Levels of the panel.
+        fixed_levels: Levels of the panel.
         cut: Condition along the abscissa, and condition that tells the lines apart.
 
     Returns:
         The largest mu; 0 without a truth.
     """
-    abscissa, by = cut
-    levels_of_rows = truth[list(fixed)].to_numpy(dtype=float)
-    at_levels: BoolArray = np.asarray(np.isclose(levels_of_rows, list(fixed.values())).all(axis=1))
-    of_panel = truth.loc[at_levels]
+    abscissa, line_condition = cut
+    levels_of_rows = truth[list(fixed_levels)].to_numpy(dtype=float)
+    has_levels: BoolArray = np.asarray(
+        np.isclose(levels_of_rows, list(fixed_levels.values())).all(axis=1)
+    )
+    truth_of_panel = truth.loc[has_levels]
     # every law has the same truth
-    of_panel = of_panel.drop_duplicates([abscissa, by]).sort_values([by, abscissa])
-    for level in of_panel[by].unique().tolist():
-        line = of_panel[of_panel[by] == level]
-        about: style.Look = {"oil": line["oil"], "label": style.level_phrases({by: level})}
-        panel.line("truth", line[abscissa], line["true_traction_coefficient"], _dashed(), **about)
-    return float(of_panel["true_traction_coefficient"].max()) if len(of_panel) else 0.0
+    truth_of_panel = truth_of_panel.drop_duplicates([abscissa, line_condition]).sort_values(
+        [line_condition, abscissa]
+    )
+    for level in truth_of_panel[line_condition].unique().tolist():
+        line = truth_of_panel[truth_of_panel[line_condition] == level]
+        oil_and_label: style.Look = {
+            "oil": line["oil"],
+            "label": style.level_phrases({line_condition: level}),
+        }
+        panel.line(
+            "truth",
+            line[abscissa],
+            line["true_traction_coefficient"],
+            _comparison_look(),
+            **oil_and_label,
+        )
+    return float(truth_of_panel["true_traction_coefficient"].max()) if len(truth_of_panel) else 0.0
 
 
-def _dashed() -> style.Look:
+def _comparison_look() -> style.Look:
     """Look of what the refit is compared with."""
     return {"color": "black", "linestyle": style.LINES["printed"], "linewidth": 0.7}
 
 
-def _stretches(along: FloatArray, flags: Any) -> Iterator[tuple[float, float]]:
+def _intervals_where(x: FloatArray, is_true: Any) -> Iterator[tuple[float, float]]:
     """Where flags along an axis are true, from half way before to half way behind."""
-    middles: FloatArray = np.concatenate([along[:1], (along[1:] + along[:-1]) / 2, along[-1:]])
-    changes = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
+    borders: FloatArray = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
+    changes = np.flatnonzero(np.diff(np.concatenate([[False], is_true, [False]])))
     for start, end in changes.reshape(-1, 2):
-        yield middles[start], middles[end]
+        yield borders[start], borders[end]
 
 
-def _handles(drawn: pd.DataFrame, levels: Sequence[float], cut: tuple[str, str]) -> list[Any]:
+def _legend_entries(
+    drawn: pd.DataFrame, levels: Sequence[float], cut: tuple[str, str]
+) -> list[Any]:
     """Entries of the legend for symbols, lines and bands."""
-    abscissa, by = cut
+    abscissa, line_condition = cut
     grey: style.Look = {"color": style.GREY, "linewidth": 0.9, "markerfacecolor": "white"}
     handles: list[Any] = [
-        style.line_handle(f"fitted law, {style.level_phrases({by: level})}", marker=marker, **grey)
+        style.line_handle(
+            f"fitted law, {style.level_phrases({line_condition: level})}", marker=marker, **grey
+        )
         for level, marker in zip(levels, itertools.cycle(style.MARKERS), strict=False)
     ]
     handles += [
-        style.line_handle(label, **_dashed())
-        for series, label in _DASHED.items()
+        style.line_handle(label, **_comparison_look())
+        for series, label in _LABEL_OF_DASHED_SERIES.items()
         if (drawn["series"] == series).any()
     ]
     if drawn["y_lower"].notna().any():
-        middle = style.level_phrases({by: levels[len(levels) // 2]})
-        label = f"{_BAND_WORDS[abscissa == _SLIP]}, {middle}"
+        middle = style.level_phrases({line_condition: levels[len(levels) // 2]})
+        label = f"{_BAND_LABELS[abscissa == _SLIP]}, {middle}"
         handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label=label))
     return [*handles, _BEYOND]
 
 
 Fit = Mapping[str, Any]  # a row of a table
 _MU, _LEFT_OUT_MU = "traction_coefficient", "left_out_traction_coefficient"
-_TIMES = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
+_UNIT_OF_TEXTS = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _WANG_DENG = "wang-deng"
 _NO_WANG_DENG = "no Wang-Deng law could be fitted"
-_DASHES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
+_LINESTYLE_OF_SERIES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
 
 
 @register(
@@ -347,33 +386,36 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     """
     fits = results.fit_quality.dropna(subset="rmse")
     sheet = Sheet(4, 2, height=(1.7, 1.5), across=0.55, down=0.45)
-    whole = sheet.panel(0, f"Curve with the largest |{style.MU}(0)|")
-    unseen = sheet.panel(1, "Curve with the largest growth of error")
-    near, errors = sheet.axes[2:]
-    near.set_title("    near S = 0")
-    near.xaxis.set_major_locator(MaxNLocator(4))  # numbers of many decimals: few of them fit
-    errors.set_title("    fitted minus measured")
-    of_oils: list[Any] = []
+    zero_slip_panel = sheet.panel(0, f"Curve with the largest |{style.MU}(0)|")
+    left_out_panel = sheet.panel(1, "Curve with the largest growth of error")
+    near_zero_axis, error_axis = sheet.axes[2:]
+    near_zero_axis.set_title("    near S = 0")
+    # numbers of many decimals: few of them fit
+    near_zero_axis.xaxis.set_major_locator(MaxNLocator(4))
+    error_axis.set_title("    fitted minus measured")
+    oil_handles: list[Any] = []
     for oil in settings.oils:
         fit_by_law = {fit["law"]: fit for fit in tables.rows(fits[fits["oil"] == oil])}
-        at_zero = _draw_zero_slip(whole, near, fit_by_law, results, settings)
-        left_out = _draw_left_out(unseen, errors, fit_by_law, results, settings)
-        described = [oil]
-        described += [f"(a) {at_zero}"] if at_zero else []
-        described += [f"(b) {left_out}"] if left_out else []
-        if at_zero or left_out:
+        text_at_zero = _draw_zero_slip(
+            zero_slip_panel, near_zero_axis, fit_by_law, results, settings
+        )
+        text_left_out = _draw_left_out(left_out_panel, error_axis, fit_by_law, results, settings)
+        label_lines = [oil]
+        label_lines += [f"(a) {text_at_zero}"] if text_at_zero else []
+        label_lines += [f"(b) {text_left_out}"] if text_left_out else []
+        if text_at_zero or text_left_out:
             look = style.oil_look(oil, list(settings.oils)) | {"linewidth": 0.9}
-            of_oils.append(style.line_handle("\n".join(described), **look))
-    for panel in (whole, unseen):
+            oil_handles.append(style.line_handle("\n".join(label_lines), **look))
+    for panel in (zero_slip_panel, left_out_panel):
         if not panel.axis.lines:
             panel.say(_NO_WANG_DENG)
-    for axis in (near, errors):
+    for axis in (near_zero_axis, error_axis):
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(style.CONDITION_LABELS["slide_roll_ratio"])
-    _zoom(near, sheet.drawn())
-    whole.axis.set_ylabel(style.TRACTION_LABEL)
-    near.set_ylabel(f"{style.MU} ({style.THOUSANDTHS})")
-    errors.set_ylabel(f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})")
+    _zoom(near_zero_axis, sheet.drawn())
+    zero_slip_panel.axis.set_ylabel(style.TRACTION_LABEL)
+    near_zero_axis.set_ylabel(f"{style.MU} ({style.THOUSANDTHS})")
+    error_axis.set_ylabel(f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})")
     black: style.Look = {"color": "black", "linewidth": 0.9}
     plateau = style.symbol_handle("plateau, 95 % (random part)", ".", color="black", markersize=4)
     labels = {
@@ -381,95 +423,118 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
         "left out": "fit to all other curves",
         "Eq. 7": f"{law_name(DENG2026.name)}, fit to all other curves",
     }
-    lines = [
-        style.line_handle(label, linestyle=_DASHES[series], **black)
+    line_handles = [
+        style.line_handle(label, linestyle=_LINESTYLE_OF_SERIES[series], **black)
         for series, label in labels.items()
     ]
-    sheet.legend([*of_oils, plateau, *lines], columns=1)
+    sheet.legend([*oil_handles, plateau, *line_handles], columns=1)
     return sheet
 
 
 def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
     """Show what is near zero slip: a few times the largest mu(0), as far as the slowest rise."""
-    of_a = drawn[drawn["panel"] == "a"]
-    mu = of_a.loc[of_a["series"] == "zero slip", "y"]
-    if len(mu):
-        top = 4 * mu.abs().max()
-        lines = of_a[of_a["series"] == "fit"]
-        farthest = lines.loc[lines.groupby("oil")["y"].cummax() < top, "x"].max()
-        axis.set_ylim(1e3 * (min(mu.min(), 0) - 0.1 * top), 1e3 * top)
+    panel_a = drawn[drawn["panel"] == "a"]
+    mu_at_zero = panel_a.loc[panel_a["series"] == "zero slip", "y"]
+    if len(mu_at_zero):
+        top = 4 * mu_at_zero.abs().max()
+        fit_lines = panel_a[panel_a["series"] == "fit"]
+        farthest = fit_lines.loc[fit_lines.groupby("oil")["y"].cummax() < top, "x"].max()
+        axis.set_ylim(1e3 * (min(mu_at_zero.min(), 0) - 0.1 * top), 1e3 * top)
         axis.set_xlim(-0.04 * farthest, farthest)
 
 
 def _draw_zero_slip(
-    whole: Panel, near: Axes, fits: Mapping[str, Fit], results: CampaignTables, settings: Settings
+    panel: Panel,
+    near_zero_axis: Axes,
+    fit_by_law: Mapping[str, Fit],
+    results: CampaignTables,
+    settings: Settings,
 ) -> str:
     """Of one oil: the curve at which a fit has the most traction without slip.
 
     Returns:
         The law, the conditions and mu without slip; empty if nothing was drawn.
     """
-    starts = [
+    mu_at_zero_of_laws = [
         mu_at_zero_slip(results, fit["oil"], law, settings).assign(law=law)
-        for law, fit in fits.items()
+        for law, fit in fit_by_law.items()
         if law.startswith(_WANG_DENG)
     ]
-    if not sum(map(len, starts)):
+    if not sum(map(len, mu_at_zero_of_laws)):
         return ""
-    among = pd.concat(starts, ignore_index=True)
-    name, run = among[["law", "run_id"]].to_numpy()[first_largest(among["y"].abs())]
-    curve, look, colour, about, label = _begin(whole, fits[name], run, results, settings)
-    slip, mu = _finely(fits[name], curve, results, settings)
-    near.plot(curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **colour)
-    whole.line("fit", slip, mu, colour, **about)
-    near.plot(slip, 1e3 * mu, **colour)
+    candidates = pd.concat(mu_at_zero_of_laws, ignore_index=True)
+    chosen_law, run_id = candidates[["law", "run_id"]].to_numpy()[
+        first_largest(candidates["y"].abs())
+    ]
+    curve, symbol_look, line_look, oil_and_label, label = _draw_measured(
+        panel, fit_by_law[chosen_law], run_id, results, settings
+    )
+    slip, mu = _fitted_curve(fit_by_law[chosen_law], curve, results, settings)
+    near_zero_axis.plot(
+        curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **line_look
+    )
+    panel.line("fit", slip, mu, line_look, **oil_and_label)
+    near_zero_axis.plot(slip, 1e3 * mu, **line_look)
     # an open symbol hides no other
-    near.plot(0, 1e3 * mu[0], **look | {"markersize": 5}, zorder=4 + (not fits[name]["certified"]))
-    whole.keep("zero slip", 0.0, mu[0], **about)
-    return f"{label}; {style.MU}(0) = {_thousandths(mu[0])} {_TIMES}"
+    near_zero_axis.plot(
+        0,
+        1e3 * mu[0],
+        **symbol_look | {"markersize": 5},
+        zorder=4 + (not fit_by_law[chosen_law]["certified"]),
+    )
+    panel.keep("zero slip", 0.0, mu[0], **oil_and_label)
+    return f"{label}; {style.MU}(0) = {_in_thousandths(mu[0])} {_UNIT_OF_TEXTS}"
 
 
 def _draw_left_out(
-    whole: Panel, errors: Axes, fits: Mapping[str, Fit], results: CampaignTables, settings: Settings
+    panel: Panel,
+    error_axis: Axes,
+    fit_by_law: Mapping[str, Fit],
+    results: CampaignTables,
+    settings: Settings,
 ) -> str:
     """Of one oil: the curve whose error by a Wang-Deng law grows most when left out.
 
     Returns:
         The law, the conditions and the errors; empty if nothing was drawn.
     """
-    oil = [fit["oil"] for fit in fits.values()][:1]
-    beside = results.law_points[results.law_points["oil"].isin(oil)]
-    rms = _rms_errors(beside, results.points)
+    oils = [fit["oil"] for fit in fit_by_law.values()][:1]
+    fitted_points = results.law_points[results.law_points["oil"].isin(oils)]
+    rms = _rms_errors(fitted_points, results.points)
     growth = {
-        law_and_run: unseen - seen
-        for law_and_run, (seen, unseen) in rms.items()
-        if law_and_run[0].startswith(_WANG_DENG) and not np.isnan(unseen)
+        law_and_run: left_out_rms - fit_rms
+        for law_and_run, (fit_rms, left_out_rms) in rms.items()
+        if law_and_run[0].startswith(_WANG_DENG) and not np.isnan(left_out_rms)
     }
     if not growth:
         return ""
     # a law that comes to its special case grows as that does: the first of both
-    name, run = list(growth)[first_largest(list(growth.values()))]
-    curve, _, colour, _, label = _begin(whole, fits[name], run, results, settings)
-    for law, series in ((name, "fit"), (name, "left out"), (DENG2026.name, "left out")):
+    chosen_law, run_id = list(growth)[first_largest(list(growth.values()))]
+    curve, _, line_look, _, label = _draw_measured(
+        panel, fit_by_law[chosen_law], run_id, results, settings
+    )
+    for law, series in ((chosen_law, "fit"), (chosen_law, "left out"), (DENG2026.name, "left out")):
         column = _LEFT_OUT_MU if series == "left out" else _MU
-        plateaus = _one_side(beside[(beside["law"] == law) & (beside["run_id"] == run)])
-        if law not in fits or plateaus[column].isna().any():
+        plateaus = _with_positive_slip(
+            fitted_points[(fitted_points["law"] == law) & (fitted_points["run_id"] == run_id)]
+        )
+        if law not in fit_by_law or plateaus[column].isna().any():
             continue
         slip_of_plateaus = plateaus["slide_roll_ratio"].to_numpy()
         mu_of_plateaus = plateaus[column].to_numpy()
         # a fit without the curve is known at its plateaus alone
         drawn_slip, drawn_mu = slip_of_plateaus, mu_of_plateaus
         if series == "fit":
-            drawn_slip, drawn_mu = _finely(fits[law], curve, results, settings)
-        dashes = {"linestyle": _DASHES["Eq. 7" if law == DENG2026.name else series]}
-        about: style.Look = {"oil": fits[law]["oil"], "label": f"{law}, run {run}"}
-        whole.line(series, drawn_slip, drawn_mu, colour | dashes, **about)
-        dots: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
+            drawn_slip, drawn_mu = _fitted_curve(fit_by_law[law], curve, results, settings)
+        dashes = {"linestyle": _LINESTYLE_OF_SERIES["Eq. 7" if law == DENG2026.name else series]}
+        oil_and_label: style.Look = {"oil": fit_by_law[law]["oil"], "label": f"{law}, run {run_id}"}
+        panel.line(series, drawn_slip, drawn_mu, line_look | dashes, **oil_and_label)
+        dot_look: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
         difference = mu_of_plateaus - curve[_MU].to_numpy()
-        errors.plot(slip_of_plateaus, 1e3 * difference, **colour | dashes | dots)
-    label += f"; rms error {_growth(*rms[name, run])}"
-    if (DENG2026.name, run) in rms:
-        label += f"; Eq. 7: {_growth(*rms[DENG2026.name, run])}"
+        error_axis.plot(slip_of_plateaus, 1e3 * difference, **line_look | dashes | dot_look)
+    label += f"; rms error {_growth_text(*rms[chosen_law, run_id])}"
+    if (DENG2026.name, run_id) in rms:
+        label += f"; Eq. 7: {_growth_text(*rms[DENG2026.name, run_id])}"
     return label
 
 
@@ -485,34 +550,56 @@ def _rms_errors(
     Returns:
         Both errors by law and run.
     """
-    point = ["run_id", "first_row"]
-    measured = points.set_index(point)[_MU].rename("measured")
-    compared = law_points.join(measured, on=point)
+    point_key = ["run_id", "first_row"]
+    measured = points.set_index(point_key)[_MU].rename("measured")
+    compared = law_points.join(measured, on=point_key)
     errors = compared[[_MU, _LEFT_OUT_MU]].sub(compared["measured"], axis=0)
-    of_curves = errors.pow(2).groupby([compared["law"], compared["run_id"]], sort=False)
-    rms = (of_curves.mean() ** 0.5).reset_index().to_numpy().tolist()
-    return {(str(law), str(run)): (seen, unseen) for law, run, seen, unseen in rms}
+    squares_by_curve = errors.pow(2).groupby([compared["law"], compared["run_id"]], sort=False)
+    rms_rows = (squares_by_curve.mean() ** 0.5).reset_index().to_numpy().tolist()
+    return {
+        (str(law), str(run_id)): (fit_rms, left_out_rms)
+        for law, run_id, fit_rms, left_out_rms in rms_rows
+    }
 
 
-def _begin(
-    panel: Panel, fit: Fit, run: str, results: CampaignTables, settings: Settings
+def _draw_measured(
+    panel: Panel, fit: Fit, run_id: str, results: CampaignTables, settings: Settings
 ) -> tuple[pd.DataFrame, style.Look, style.Look, style.Look, str]:
     """Draw a curve as measured; give it with the looks of symbol and lines, and what it is."""
-    curve = _one_side(results.points.query("accepted and run_id == @run"))
-    look = symbol_of(fit, list(settings.oils))
+    curve = _with_positive_slip(results.points.query("accepted and run_id == @run_id"))
+    symbol_look = symbol_of(fit, list(settings.oils))
     x, y = curve["slide_roll_ratio"], curve["traction_coefficient"]
-    bar = style.SE_DRAWN * curve["traction_coefficient_se"]
-    dots: style.Look = {"color": look["color"], "marker": ".", "markersize": 3, "elinewidth": 0.7}
-    about: style.Look = {"oil": fit["oil"], "label": f"{fit['law']}, run {run}"}
-    panel.dots("measured", x, y, dots, lower=y - bar, upper=y + bar, **about)
+    half_interval = style.SE_DRAWN * curve["traction_coefficient_se"]
+    dot_look: style.Look = {
+        "color": symbol_look["color"],
+        "marker": ".",
+        "markersize": 3,
+        "elinewidth": 0.7,
+    }
+    oil_and_label: style.Look = {"oil": fit["oil"], "label": f"{fit['law']}, run {run_id}"}
+    panel.dots(
+        "measured",
+        x,
+        y,
+        dot_look,
+        lower=y - half_interval,
+        upper=y + half_interval,
+        **oil_and_label,
+    )
     levels = [f"{curve[name].mean():.3g} {CONDITION_NAMES[name][2]}" for name in CONDITIONS]
     label = f"{law_name(fit['law'])}; {', '.join(levels)}"
     if not fit["certified"]:
         label += ", not certified"
-    return curve, look, {"color": look["color"], "linewidth": 0.9}, about, label
+    return (
+        curve,
+        symbol_look,
+        {"color": symbol_look["color"], "linewidth": 0.9},
+        oil_and_label,
+        label,
+    )
 
 
-def _finely(
+def _fitted_curve(
     fit: Fit, curve: pd.DataFrame, results: CampaignTables, settings: Settings
 ) -> tuple[FloatArray, FloatArray]:
     """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well."""
@@ -523,17 +610,17 @@ def _finely(
     return slip, fitted.traction(curve[list(law.conditions)].mean().to_numpy(dtype=float), slip)
 
 
-def _one_side(points: pd.DataFrame) -> pd.DataFrame:
+def _with_positive_slip(points: pd.DataFrame) -> pd.DataFrame:
     """Points by slip, as if slipping in the positive direction."""
     side = np.where(points["slide_roll_ratio"] < 0, -1.0, 1.0)
     turned = points.filter(regex="slide_roll_ratio$|traction_coefficient$").mul(side, axis="index")
     return points.assign(**turned).sort_values("slide_roll_ratio", kind="stable")
 
 
-def _growth(seen: float, unseen: float) -> str:
+def _growth_text(fit_rms: float, left_out_rms: float) -> str:
     arrow = "\N{RIGHTWARDS ARROW}"
-    return f"{_thousandths(seen)} {arrow} {_thousandths(unseen)} {_TIMES}"
+    return f"{_in_thousandths(fit_rms)} {arrow} {_in_thousandths(left_out_rms)} {_UNIT_OF_TEXTS}"
 
 
-def _thousandths(number: float) -> str:
+def _in_thousandths(number: float) -> str:
     return f"{1e3 * number:.2g}".replace("-", "\N{MINUS SIGN}")

@@ -13,16 +13,16 @@ from oilfilm.tables import empty
 from simulated_lab.printed import printed_constants
 
 with run.job(snakemake) as job:
-    printed, claims = Path(snakemake.input.printed), Path(snakemake.input.claims)
-    constants, oils = printed_constants(printed), list(job.settings.oils)
+    printed_file, claims_file = Path(snakemake.input.printed), Path(snakemake.input.claims)
+    constants, oils = printed_constants(printed_file), list(job.settings.oils)
     study = study_settings(job.settings)
     judged = judge_printed(job.tables.configured, constants, oils, study.printed)
-    limit = job.settings.gates.traction_max
-    signs, verdicts = study_signs(constants, oils, study.printed, limit)
-    frames = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}
+    traction_max = job.settings.gates.traction_max
+    signs, verdicts = study_signs(constants, oils, study.printed, traction_max)
+    table_by_name = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}
     if job.settings.campaign.twin:
         truth = truth_grid(job.settings, constants)
-        compared = extrapolate(
+        extrapolated = extrapolate(
             truth,
             job.tables.coefficients,
             job.tables.refits,
@@ -31,9 +31,9 @@ with run.job(snakemake) as job:
             {oil: laws_of(oil, job.settings) for oil in oils},
             {oil: read_surface(job.tables, oil) for oil in oils},
         )
-        frames |= {"truth_grid": truth, "extrapolation": compared}
-        frames["extrapolation_errors"] = extrapolation_errors(compared)
-    extrapolation = frames.get("extrapolation", empty("extrapolation"))
+        table_by_name |= {"truth_grid": truth, "extrapolation": extrapolated}
+        table_by_name["extrapolation_errors"] = extrapolation_errors(extrapolated)
+    extrapolation = table_by_name.get("extrapolation", empty("extrapolation"))
     with_truth = job.tables.replace(extrapolation=extrapolation)
-    frames |= audit_campaign(with_truth, printed, claims, job.settings)
-    job.write(frames)
+    table_by_name |= audit_campaign(with_truth, printed_file, claims_file, job.settings)
+    job.write(table_by_name)

@@ -11,11 +11,11 @@ from oilfilm.torque.bearing_torque import oils_in_bearings
 from simulated_lab.printed import printed_constants
 
 with run.job(snakemake) as job:
-    published = load(Path(snakemake.input.published), PublishedBearingTests)
+    published_tests = load(Path(snakemake.input.published), PublishedBearingTests)
     oils = oils_in_bearings(job.tables.coefficients, job.tables.fit_quality, job.settings)
-    frames = advice_in_band(oils, job.tables, job.settings)
+    table_by_name = advice_in_band(oils, job.tables, job.settings)
     constants = printed_constants(Path(snakemake.input.printed))
-    advice, band = frames["slip_advice"], frames["advice_band"]
-    frames |= advice_by_truth(advice, band, job.tables, job.settings, constants)
-    frames["published_tests"] = published_tests_table(published, oils, job.settings)
-    job.write(frames)
+    advice, band = table_by_name["slip_advice"], table_by_name["advice_band"]
+    table_by_name |= advice_by_truth(advice, band, job.tables, job.settings, constants)
+    table_by_name["published_tests"] = published_tests_table(published_tests, oils, job.settings)
+    job.write(table_by_name)

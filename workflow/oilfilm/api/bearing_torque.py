@@ -284,7 +284,9 @@ def bearing_torque(
     geometry = bearing_file.bearing(bearing)
     points = operating_points(geometry, load_n, speed_rpm, temperature_c).drop_duplicates()
     about = f"law {oils[0].laws['stress'].fitted.law.name} {source.origin}"
-    stand_ins = [oil_in_bearing.name for oil_in_bearing in oils if oil_in_bearing.oil.stand_in]
+    stand_ins = [
+        oil_in_bearing.name for oil_in_bearing in oils if oil_in_bearing.properties.stand_in
+    ]
     if stand_ins:
         about += f"; properties of {', '.join(stand_ins)} are those of similar oils"
     if bearing_file.assumed:

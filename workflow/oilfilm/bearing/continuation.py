@@ -132,31 +132,31 @@ def trace(
             step turns by the same angle, however short it is.
         tolerance: Largest residual of a state on its curve. Crossings are only interpolated.
     """
-    count, unknown_count = start.shape
+    curve_count, unknown_count = start.shape
     # a state: the scaled unknowns, then the parameter
-    state_scale = np.column_stack([scale, np.ones(count)])
+    state_scale = np.column_stack([scale, np.ones(curve_count)])
     end_state = np.column_stack([start / scale, parameter])
 
-    def residuals(crossing_state: FloatArray, which: IndexArray) -> FloatArray:
+    def residuals(states: FloatArray, which: IndexArray) -> FloatArray:
         """The equations at states: the scaled unknowns, then the parameter."""
-        return equations(crossing_state[..., :-1] * scale[which], crossing_state[..., -1], which)
+        return equations(states[..., :-1] * scale[which], states[..., -1], which)
 
     rising_parameter = np.zeros_like(end_state)
     rising_parameter[:, -1] = 1.0
-    slopes = _slopes(residuals, end_state, np.arange(count))
+    slopes = _slopes(residuals, end_state, np.arange(curve_count))
     curves = _Curves(
-        point=np.arange(count),
+        point=np.arange(curve_count),
         state=end_state.copy(),
         slopes=slopes,
         tangent=_tangent(slopes, rising_parameter),
         curvature=np.zeros_like(end_state),
-        step=np.full(count, _FIRST_STEP),
-        refused=np.zeros(count, dtype=bool),
+        step=np.full(curve_count, _FIRST_STEP),
+        refused=np.zeros(curve_count, dtype=bool),
     )
     crossing_points = [np.arange(0)]
     crossing_states = [np.empty((0, unknown_count + 1))]
-    ended = np.zeros(count, dtype=bool)
-    returned = np.zeros(count, dtype=bool)
+    ended = np.zeros(curve_count, dtype=bool)
+    returned = np.zeros(curve_count, dtype=bool)
     for _ in range(_MAX_STEPS):
         if len(curves.point) == 0:
             break
@@ -171,19 +171,19 @@ def trace(
         crossing_points.append(curves.point[crossing_row[is_accepted]])
         crossing_states.append(crossing_state[is_accepted])
         new_parameter = curves.state[:, -1]
-        ends = accepted & (new_parameter >= last)
-        returns = accepted & (new_parameter < first)
-        ended[curves.point[ends]] = True
-        returned[curves.point[returns]] = True
+        reaches_last = accepted & (new_parameter >= last)
+        returns_to_first = accepted & (new_parameter < first)
+        ended[curves.point[reaches_last]] = True
+        returned[curves.point[returns_to_first]] = True
         end_state[curves.point] = curves.state
-        stalls = curves.step < _SHORTEST_STEP
-        curves = curves.select(~(ends | returns | stalls))
+        has_stalled = curves.step < _SHORTEST_STEP
+        curves = curves.select(~(reaches_last | returns_to_first | has_stalled))
     point = np.concatenate(crossing_points)
     unknowns = (np.concatenate(crossing_states) * state_scale[point])[:, :-1]
-    order = np.argsort(point, kind="stable")
+    order_by_point = np.argsort(point, kind="stable")
     return Crossings(
-        point=point[order],
-        unknowns=unknowns[order],
+        point=point[order_by_point],
+        unknowns=unknowns[order_by_point],
         ended=ended,
         returned=returned,
         end=(end_state * state_scale)[:, :-1],
@@ -199,30 +199,38 @@ def _advance(
 ) -> BoolArray:
     """One step of each curve, in place; True where the step was accepted."""
     step = curves.step[:, np.newaxis]
-    predicted = curves.state + step * curves.tangent + step**2 / 2 * curves.curvature
+    predicted_state = curves.state + step * curves.tangent + step**2 / 2 * curves.curvature
     # after a refused step the slopes at the old state are replaced by those at the predicted state
-    refused = np.flatnonzero(curves.refused)
-    if len(refused):
-        curves.slopes[refused] = _slopes(residuals, predicted[refused], curves.point[refused])
-    corrected, corrections = _corrected(residuals, curves, predicted, tolerance)
-    reached = np.flatnonzero(corrections <= _MAX_CORRECTIONS)
-    slopes = _slopes(residuals, corrected[reached], curves.point[reached])
-    tangent = _tangent(slopes, curves.tangent[reached])
-    cosine = np.einsum("pi,pi->p", tangent, curves.tangent[reached])
-    smallest_cosine = np.where(curves.step[reached] < kink, 0.0, _SMALLEST_COSINE)
+    refused_rows = np.flatnonzero(curves.refused)
+    if len(refused_rows):
+        curves.slopes[refused_rows] = _slopes(
+            residuals, predicted_state[refused_rows], curves.point[refused_rows]
+        )
+    corrected_state, corrections = _corrected(residuals, curves, predicted_state, tolerance)
+    reached_rows = np.flatnonzero(corrections <= _MAX_CORRECTIONS)
+    slopes = _slopes(residuals, corrected_state[reached_rows], curves.point[reached_rows])
+    tangent = _tangent(slopes, curves.tangent[reached_rows])
+    cosine = np.einsum("pi,pi->p", tangent, curves.tangent[reached_rows])
+    smallest_cosine = np.where(curves.step[reached_rows] < kink, 0.0, _SMALLEST_COSINE)
     turns_little = cosine > smallest_cosine
-    forward = reached[turns_little]
+    accepted_rows = reached_rows[turns_little]
     accepted = np.zeros(len(curves.point), dtype=bool)
-    accepted[forward] = True
-    longer = np.zeros(len(curves.point), dtype=bool)
-    longer[reached] = (cosine > _STRAIGHT_COSINE) & (corrections[reached] < _MANY_CORRECTIONS)
-    length = np.linalg.norm(corrected[forward] - curves.state[forward], axis=1)[:, np.newaxis]
-    curves.curvature[forward] = (tangent[turns_little] - curves.tangent[forward]) / length
-    curves.state[forward] = corrected[forward]
-    curves.slopes[forward] = slopes[turns_little]
-    curves.tangent[forward] = tangent[turns_little]
+    accepted[accepted_rows] = True
+    may_be_longer = np.zeros(len(curves.point), dtype=bool)
+    may_be_longer[reached_rows] = (cosine > _STRAIGHT_COSINE) & (
+        corrections[reached_rows] < _MANY_CORRECTIONS
+    )
+    length = np.linalg.norm(corrected_state[accepted_rows] - curves.state[accepted_rows], axis=1)[
+        :, np.newaxis
+    ]
+    curves.curvature[accepted_rows] = (
+        tangent[turns_little] - curves.tangent[accepted_rows]
+    ) / length
+    curves.state[accepted_rows] = corrected_state[accepted_rows]
+    curves.slopes[accepted_rows] = slopes[turns_little]
+    curves.tangent[accepted_rows] = tangent[turns_little]
     curves.refused[:] = ~accepted
-    factor = np.where(accepted, np.where(longer, _LONGER, 1.0), _SHORTER)
+    factor = np.where(accepted, np.where(may_be_longer, _LONGER, 1.0), _SHORTER)
     curves.step[:] = np.minimum(curves.step * factor, _LONGEST_STEP)
     return accepted
 
@@ -230,7 +238,7 @@ def _advance(
 def _corrected(
     residuals: Callable[[FloatArray, IndexArray], FloatArray],
     curves: _Curves,
-    predicted: FloatArray,
+    predicted_state: FloatArray,
     tolerance: float,
 ) -> tuple[FloatArray, IndexArray]:
     """Predicted states moved onto their curves by Broyden's method, normal to the tangent.
@@ -239,20 +247,20 @@ def _corrected(
         The corrected states, and the number of corrections: more than `_MAX_CORRECTIONS` where the
         curve was not reached.
     """
-    state = predicted.copy()
+    state = predicted_state.copy()
     corrections = np.full(len(state), _MAX_CORRECTIONS + 1)
     inverse = np.linalg.inv(_bordered(curves.slopes, curves.tangent))
     unfinished = np.arange(len(state))
     residual = _with_zero(residuals(state, curves.point))
-    for number in range(_MAX_CORRECTIONS + 1):
+    for correction in range(_MAX_CORRECTIONS + 1):
         largest_residual = np.abs(residual).max(axis=1)
-        reached = largest_residual <= tolerance
-        corrections[unfinished[reached]] = number
-        continues = ~reached & np.isfinite(largest_residual)
-        unfinished = unfinished[continues]
-        residual = residual[continues]
-        inverse = inverse[continues]
-        if len(unfinished) == 0 or number == _MAX_CORRECTIONS:
+        has_reached = largest_residual <= tolerance
+        corrections[unfinished[has_reached]] = correction
+        is_unfinished = ~has_reached & np.isfinite(largest_residual)
+        unfinished = unfinished[is_unfinished]
+        residual = residual[is_unfinished]
+        inverse = inverse[is_unfinished]
+        if len(unfinished) == 0 or correction == _MAX_CORRECTIONS:
             break
         change = -np.einsum("pij,pj->pi", inverse, residual)
         # a longer correction could end on another part of the curve
@@ -288,9 +296,11 @@ def _slopes(
     residuals: Callable[[FloatArray, IndexArray], FloatArray], state: FloatArray, which: IndexArray
 ) -> FloatArray:
     """Derivatives of the residuals, (points, unknowns, unknowns + 1), from one call of them."""
-    count = state.shape[1]
+    coordinate_count = state.shape[1]
     # the first row moves nothing, each other row moves one coordinate
-    moved = state + np.eye(count + 1, count, k=-1)[:, np.newaxis] * _DIFFERENCE
+    moved = (
+        state + np.eye(coordinate_count + 1, coordinate_count, k=-1)[:, np.newaxis] * _DIFFERENCE
+    )
     values = residuals(moved, which)
     return np.moveaxis((values[1:] - values[0]) / _DIFFERENCE, 0, -1)
 
@@ -310,21 +320,21 @@ def _crossings(
     """
     old_slope = old_tangent * length[:, np.newaxis]
     new_slope = new_tangent * length[:, np.newaxis]
-    rise = new_state - old_state
+    state_change = new_state - old_state
     # coefficients of t^3, t^2, t and 1, for t from 0 to 1 (Hermite)
-    cubic = old_slope + new_slope - 2 * rise
-    square = 3 * rise - 2 * old_slope - new_slope
-    coefficients = np.stack([cubic, square, old_slope, old_state])
+    cubic_coefficient = old_slope + new_slope - 2 * state_change
+    square_coefficient = 3 * state_change - 2 * old_slope - new_slope
+    coefficients = np.stack([cubic_coefficient, square_coefficient, old_slope, old_state])
     # of the parameter's distance from the wanted value
-    distance = coefficients[..., -1].copy()
-    distance[3] -= wanted
+    parameter_distance = coefficients[..., -1].copy()
+    parameter_distance[3] -= wanted
     # a cubic is within the hull of its Bezier points: it has a root only if they enclose 0
-    old_distance = distance[3]
-    new_distance = distance.sum(axis=0)
+    old_distance = parameter_distance[3]
+    new_distance = parameter_distance.sum(axis=0)
     bezier = np.stack(
         [
             old_distance,
-            old_distance + distance[2] / 3,
+            old_distance + parameter_distance[2] / 3,
             new_distance - new_slope[:, -1] / 3,
             new_distance,
         ]
@@ -333,7 +343,7 @@ def _crossings(
     crossing_rows = []
     crossing_lengths = []
     for row in np.flatnonzero(may_cross):
-        roots = np.roots(distance[:, row])
+        roots = np.roots(parameter_distance[:, row])
         real_roots = np.sort(roots[np.abs(roots.imag) < _ROUNDING].real)
         for root in real_roots[(real_roots > 0) & (real_roots <= 1)]:
             crossing_rows.append(row)

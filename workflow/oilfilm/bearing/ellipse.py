@@ -124,16 +124,16 @@ class Sliding:
     semi_axes_m: tuple[FloatArray, FloatArray]
 
 
-def limited_below(speed_m_s: FloatArray, smallest_m_s: FloatArray | float) -> FloatArray:
+def smoothly_limited_below(speed_m_s: FloatArray, smallest_m_s: FloatArray | float) -> FloatArray:
     """A speed U of 0 or more, limited smoothly to at least half of the smallest speed U_0.
 
         U_0/2 (1 + (U/U_0)^2)   where U < U_0,   else U
 
     Value and slope are continuous at U = U_0. Nothing changes with U_0 = 0.
     """
-    slow = speed_m_s < smallest_m_s
-    ratio = np.divide(speed_m_s, smallest_m_s, out=np.zeros_like(speed_m_s), where=slow)
-    return np.asarray(np.where(slow, smallest_m_s / 2 * (1 + ratio**2), speed_m_s))
+    is_slow = speed_m_s < smallest_m_s
+    ratio = np.divide(speed_m_s, smallest_m_s, out=np.zeros_like(speed_m_s), where=is_slow)
+    return np.asarray(np.where(is_slow, smallest_m_s / 2 * (1 + ratio**2), speed_m_s))
 
 
 def sliding(
@@ -162,7 +162,7 @@ def sliding(
         motion: Motion of the balls.
         ring_speed_rad_s: Speeds of inner and outer ring, shape (..., 2).
         rule: Quadrature nodes of the ellipse.
-        smallest_speed_m_s: Smallest speed of `limited_below` for the entrainment speed, shape
+        smallest_speed_m_s: Smallest entrainment speed of `smoothly_limited_below`, shape
             (points, 1).
 
     Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1; T. A. Harris, Rolling Bearing Analysis.
@@ -170,49 +170,53 @@ def sliding(
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
     w_x, w_r = motion.spin_rad_s[..., :1], motion.spin_rad_s[..., 1:2]
     w_t = motion.spin_rad_s[..., 2]
-    race = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
-    axis = w_r * n_x - w_x * n_r
-    spin = w_x * n_x + w_r * n_r - race * n_x
-    roll = race * n_r + axis
-    ball_radius = bearing.ball_diameter_m / 2
-    curvature_radius = bearing.deformed_radius_m
+    race_rad_s = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
+    axis_rad_s = w_r * n_x - w_x * n_r
+    spin_rad_s = w_x * n_x + w_r * n_r - race_rad_s * n_x
+    roll_rad_s = race_rad_s * n_r + axis_rad_s
+    ball_radius_m = bearing.ball_diameter_m / 2
+    curvature_radius_m = bearing.deformed_radius_m
     # no contact is wider than the ball, but a search may try such a state
-    semi_axis_y = np.minimum(contacts.semi_axis_y_m, ball_radius)
-    semi_axis_x = contacts.semi_axis_x_m
+    semi_axis_y_m = np.minimum(contacts.semi_axis_y_m, ball_radius_m)
+    semi_axis_x_m = contacts.semi_axis_x_m
     # z(0), from the height sqrt(r^2 - y^2) of a ball of radius r at the ends of the ellipse
-    middle_height = (
-        curvature_radius
-        + np.sqrt(ball_radius**2 - semi_axis_y**2)
-        - np.sqrt(curvature_radius**2 - semi_axis_y**2)
+    middle_height_m = (
+        curvature_radius_m
+        + np.sqrt(ball_radius_m**2 - semi_axis_y_m**2)
+        - np.sqrt(curvature_radius_m**2 - semi_axis_y_m**2)
     )
-    height = np.sqrt(
-        curvature_radius[:, np.newaxis] ** 2 - (semi_axis_y**2)[..., np.newaxis] * rule.across**2
+    height_m = np.sqrt(
+        curvature_radius_m[:, np.newaxis] ** 2
+        - (semi_axis_y_m**2)[..., np.newaxis] * rule.across**2
     )
-    height += (middle_height - curvature_radius)[..., np.newaxis]
-    orbital_speed = race * contacts.orbit_radius_m[..., np.newaxis]
-    across = (spin * semi_axis_x)[..., np.newaxis] * rule.along
-    across -= w_t[..., np.newaxis, np.newaxis] * height
-    along = roll[..., np.newaxis] * height
-    along -= (spin * semi_axis_y)[..., np.newaxis] * rule.across
-    along += orbital_speed[..., np.newaxis]
-    race_surface_speed = orbital_speed + race * n_r * middle_height
-    ball_surface_speed = -axis * middle_height
-    mean_speed = (race_surface_speed + ball_surface_speed) / 2
-    difference = race_surface_speed - ball_surface_speed
+    height_m += (middle_height_m - curvature_radius_m)[..., np.newaxis]
+    orbital_speed_m_s = race_rad_s * contacts.orbit_radius_m[..., np.newaxis]
+    across_m_s = (spin_rad_s * semi_axis_x_m)[..., np.newaxis] * rule.along
+    across_m_s -= w_t[..., np.newaxis, np.newaxis] * height_m
+    along_m_s = roll_rad_s[..., np.newaxis] * height_m
+    along_m_s -= (spin_rad_s * semi_axis_y_m)[..., np.newaxis] * rule.across
+    along_m_s += orbital_speed_m_s[..., np.newaxis]
+    race_surface_m_s = orbital_speed_m_s + race_rad_s * n_r * middle_height_m
+    ball_surface_m_s = -axis_rad_s * middle_height_m
+    mean_speed_m_s = (race_surface_m_s + ball_surface_m_s) / 2
+    speed_difference_m_s = race_surface_m_s - ball_surface_m_s
     return Sliding(
-        race_rad_s=race,
-        axis_rad_s=axis,
-        spin_rad_s=spin,
-        roll_rad_s=roll,
-        across_m_s=across,
-        along_m_s=along,
-        entrainment_speed_m_s=limited_below(np.abs(mean_speed), smallest_speed_m_s),
+        race_rad_s=race_rad_s,
+        axis_rad_s=axis_rad_s,
+        spin_rad_s=spin_rad_s,
+        roll_rad_s=roll_rad_s,
+        across_m_s=across_m_s,
+        along_m_s=along_m_s,
+        entrainment_speed_m_s=smoothly_limited_below(np.abs(mean_speed_m_s), smallest_speed_m_s),
         middle_slide_roll_ratio=np.divide(
-            difference, mean_speed, out=np.zeros_like(mean_speed), where=mean_speed != 0
+            speed_difference_m_s,
+            mean_speed_m_s,
+            out=np.zeros_like(mean_speed_m_s),
+            where=mean_speed_m_s != 0,
         ),
-        middle_m=middle_height,
-        height_m=height,
-        semi_axes_m=(semi_axis_x, semi_axis_y),
+        middle_m=middle_height_m,
+        height_m=height_m,
+        semi_axes_m=(semi_axis_x_m, semi_axis_y_m),
     )
 
 
@@ -254,19 +258,19 @@ def contact_conditions(
         sliding_state: Sliding in these contacts.
         inlet_temperature_c: Temperature of the oil, which broadcasts against (..., 2 contacts).
     """
-    radius_x = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
-    pressure = contacts.max_hertz_pressure_pa / PA_PER_GPA
-    temperature = np.broadcast_to(inlet_temperature_c, radius_x.shape)
-    semi_axis_y, semi_axis_x = contacts.semi_axis_y_m, contacts.semi_axis_x_m
+    radius_x_m = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
+    max_pressure_gpa = contacts.max_hertz_pressure_pa / PA_PER_GPA
+    temperature_c = np.broadcast_to(inlet_temperature_c, radius_x_m.shape)
+    semi_axis_y_m, semi_axis_x_m = contacts.semi_axis_y_m, contacts.semi_axis_x_m
     ellipticity = np.divide(
-        semi_axis_y, semi_axis_x, out=np.ones_like(semi_axis_y), where=semi_axis_x > 0
+        semi_axis_y_m, semi_axis_x_m, out=np.ones_like(semi_axis_y_m), where=semi_axis_x_m > 0
     )
     return Conditions(
         load_n=contacts.load_n[..., np.newaxis],
-        max_hertz_pressure_gpa=pressure[..., np.newaxis],
+        max_hertz_pressure_gpa=max_pressure_gpa[..., np.newaxis],
         entrainment_speed_m_s=sliding_state.entrainment_speed_m_s[..., np.newaxis],
-        inlet_temperature_c=temperature[..., np.newaxis],
-        radius_x_m=radius_x[..., np.newaxis],
+        inlet_temperature_c=temperature_c[..., np.newaxis],
+        radius_x_m=radius_x_m[..., np.newaxis],
         reduced_modulus_pa=bearing.reduced_modulus_pa,
         ellipticity=ellipticity[..., np.newaxis],
     )
@@ -294,18 +298,18 @@ def traction(
         rule: Quadrature nodes of the ellipse.
         factor: Factor on all traction, one number or shape (points,).
     """
-    speed = np.sqrt(sliding_state.across_m_s**2 + sliding_state.along_m_s**2)
-    entrainment_speed = np.maximum(sliding_state.entrainment_speed_m_s, np.finfo(float).tiny)
-    ratio = speed / entrainment_speed[..., np.newaxis]
-    mu = law(conditions, ratio)
+    sliding_speed_m_s = np.sqrt(sliding_state.across_m_s**2 + sliding_state.along_m_s**2)
+    entrainment_speed_m_s = np.maximum(sliding_state.entrainment_speed_m_s, np.finfo(float).tiny)
+    local_slide_roll_ratio = sliding_speed_m_s / entrainment_speed_m_s[..., np.newaxis]
+    mu = law(conditions, local_slide_roll_ratio)
     mu *= np.reshape(factor, (-1, 1, 1))
     # friction force of each node over the load of its contact
     force_over_load = mu * rule.share
-    heat_over_load = np.einsum("...k,...k->...", force_over_load, speed)
+    heat_over_load = np.einsum("...k,...k->...", force_over_load, sliding_speed_m_s)
     # friction force over sliding speed, in the same memory, because there are many nodes
     force_over_speed = force_over_load
     # no division by 0 where nothing slides
-    force_over_speed /= np.maximum(speed, 1e-300, out=speed)
+    force_over_speed /= np.maximum(sliding_speed_m_s, 1e-300, out=sliding_speed_m_s)
     force_over_speed *= contacts.load_n[..., np.newaxis]
     node_across = force_over_speed * sliding_state.across_m_s
     node_along = force_over_speed * sliding_state.along_m_s
@@ -330,6 +334,6 @@ def traction(
         about_tangent_n_m=across_z,
         race_moment_n_m=n_x * across_x - along_moment,
         heat_w=contacts.load_n * heat_over_load,
-        slide_roll_ratio=ratio,
+        slide_roll_ratio=local_slide_roll_ratio,
         coefficient=mu,
     )

@@ -24,14 +24,14 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.continuation import Crossings, trace
 from oilfilm.bearing.ellipse import QuadratureRule, TractionLaw, gauss_rule, law_at_points
 from oilfilm.bearing.friction import (
-    COARSE,
+    COARSE_QUADRATURE,
     FULL_BANDS,
     NO_BANDS,
     QUADRATURE,
     FrictionEquilibrium,
     FrictionProblem,
 )
-from oilfilm.bearing.quasistatic import ball_force_n
+from oilfilm.bearing.quasistatic import ball_force_scale_n
 from oilfilm.bearing.solver import (
     TOLERANCE,
     Equations,
@@ -43,18 +43,18 @@ from oilfilm.bearing.solver import (
 from oilfilm.physics.contact import Conditions
 
 # Shares of the resistances at which a certified start is searched.
-_SHARES = (1.0, 0.54, 0.25, 0.11, 0.04)
+_START_SHARES = (1.0, 0.54, 0.25, 0.11, 0.04)
 # Values of the curve's parameter u = s/(1 + s).
 # The bearing, s = 1.
-_BEARING = 0.5
+_BEARING_PARAMETER = 0.5
 # End of curves that have turned back. The curve of a light bearing may dip below 0.
-_FIRST = -1.0
+_FIRST_PARAMETER = -1.0
 # End of the other curves, at 19 times the resistances. No known effect makes such resistances.
-_LAST = 0.95
+_LAST_PARAMETER = 0.95
 # End of the other curves where only the fastest cage is wanted, which comes first.
-_LAST_FOR_FASTEST = 0.6
+_LAST_PARAMETER_FOR_FASTEST = 0.6
 # Largest value at which the equations are evaluated: at 1 the resistances would be infinite.
-_HIGHEST = 0.99
+_HIGHEST_PARAMETER = 0.99
 # Jacobians of Newton's method from a rolling cage, and of Newton's method without resistances or
 # with a softened law.
 _NEWTON_ITERATIONS = 15
@@ -81,7 +81,7 @@ _SAME_MOTION = 0.01
 # Cage speeds of two different equilibria, over their scale, differ by at least this.
 _DISTINCT_SPEEDS = 1e-6
 # Index of the speed of cage and balls among the unknowns.
-_CAGE = 5
+_CAGE_INDEX = 5
 
 
 @dataclass(frozen=True)
@@ -167,10 +167,10 @@ def friction_equilibrium(
     bands = np.zeros((len(solution.unknowns), len(NO_BANDS[0])))
     unsolved = np.flatnonzero(~solution.converged)
     if len(unsolved):
-        searched = _equilibria(problem.at_points(unsolved), all_motions=False).fastest
-        solution.replace_points(unsolved, searched.solution)
-        bands[unsolved] = searched.problem.bands
-    return _motion(problem, solution.unknowns, bands)
+        searched_equilibrium = _equilibria(problem.at_points(unsolved), all_motions=False).fastest
+        solution.replace_points(unsolved, searched_equilibrium.solution)
+        bands[unsolved] = searched_equilibrium.problem.bands
+    return _equilibrium_of_motion(problem, solution.unknowns, bands)
 
 
 def equilibria(problem: FrictionProblem) -> Equilibria:
@@ -217,87 +217,99 @@ class _Motions:
 def _equilibria(problem: FrictionProblem, all_motions: bool) -> Equilibria:
     """All steady motions, or without `all_motions` only the fastest cage where it is certified."""
     # a problem with other nodes than the usual ones keeps them: its law may be made for these nodes
-    rule = gauss_rule(*COARSE) if problem.rule.counts == QUADRATURE else problem.rule
-    motions, stalled = _searched(problem, rule, all_motions)
+    rule = gauss_rule(*COARSE_QUADRATURE) if problem.rule.counts == QUADRATURE else problem.rule
+    motions, stalled = _searched_motions(problem, rule, all_motions)
     # a crossing with the coarse nodes may have no counterpart with all nodes
-    missed = np.setdiff1d(np.arange(len(stalled)), motions.point)
-    if len(missed) and problem.rule is not rule:
-        added, stalled[missed] = _searched(problem.at_points(missed), problem.rule, all_motions)
-        motions = motions.joined(replace(added, point=missed[added.point]))
-    return _chosen(problem, motions, ~stalled)
+    points_without_motion = np.setdiff1d(np.arange(len(stalled)), motions.point)
+    if len(points_without_motion) and problem.rule is not rule:
+        added_motions, stalled[points_without_motion] = _searched_motions(
+            problem.at_points(points_without_motion), problem.rule, all_motions
+        )
+        motions = motions.joined(
+            replace(added_motions, point=points_without_motion[added_motions.point])
+        )
+    return _fastest_and_slowest(problem, motions, ~stalled)
 
 
-def _searched(
+def _searched_motions(
     problem: FrictionProblem, rule: QuadratureRule, all_motions: bool
 ) -> tuple[_Motions, BoolArray]:
     """Steady motions by a search with other nodes, and whether each point's curve stalled."""
-    coarse = replace(problem, rule=rule, bands=FULL_BANDS)
-    start, share = _starts(coarse)
-    rolls = share == 1
-    followed = np.flatnonzero(np.isfinite(share) & (all_motions | ~rolls))
-    last = _LAST if all_motions else _LAST_FOR_FASTEST
-    crossings, ended = _followed(coarse.at_points(followed), start[followed], share[followed], last)
-    stalled = np.isnan(share)
-    stalled[followed[~ended]] = True
-    rolling = _Motions.with_full_bands(np.flatnonzero(rolls), start[rolls])
-    crossings = replace(crossings, point=followed[crossings.point])
-    return _exact(problem, rolling.joined(crossings)), stalled
+    coarse_problem = replace(problem, rule=rule, bands=FULL_BANDS)
+    start, resistance_share = _starts_of_curves(coarse_problem)
+    is_rolling = resistance_share == 1
+    followed_points = np.flatnonzero(np.isfinite(resistance_share) & (all_motions | ~is_rolling))
+    last_parameter = _LAST_PARAMETER if all_motions else _LAST_PARAMETER_FOR_FASTEST
+    followed_motions, ended = _followed_curves(
+        coarse_problem.at_points(followed_points),
+        start[followed_points],
+        resistance_share[followed_points],
+        last_parameter,
+    )
+    stalled = np.isnan(resistance_share)
+    stalled[followed_points[~ended]] = True
+    rolling_motions = _Motions.with_full_bands(np.flatnonzero(is_rolling), start[is_rolling])
+    followed_motions = replace(followed_motions, point=followed_points[followed_motions.point])
+    return _with_narrow_bands(problem, rolling_motions.joined(followed_motions)), stalled
 
 
-def _starts(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
+def _starts_of_curves(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
     """A state on each point's curve, before its first fold.
 
     Returns:
         Unknowns, and the share of the resistances there. The share is 1 where the bearing itself is
         certified to roll, and NaN where no start was found.
     """
-    rolling = problem.start()
+    rolling_unknowns = problem.start()
     scale = problem.scale()
-    unknowns = rolling.copy()
-    share = np.full(len(rolling), np.nan)
-    for tried_share in (*_SHARES, 0.0):
-        unstarted = np.flatnonzero(np.isnan(share))
+    unknowns = rolling_unknowns.copy()
+    resistance_share = np.full(len(rolling_unknowns), np.nan)
+    for tried_share in (*_START_SHARES, 0.0):
+        unstarted = np.flatnonzero(np.isnan(resistance_share))
         if len(unstarted) == 0:
             break
-        remaining = problem.at_points(unstarted)
+        remaining_problem = problem.at_points(unstarted)
         max_iterations = _NEWTON_ITERATIONS if tried_share else _MAX_ITERATIONS
         solution = solve(
-            _equations_with_share(remaining, tried_share),
-            rolling[unstarted],
+            _equations_with_share(remaining_problem, tried_share),
+            rolling_unknowns[unstarted],
             scale[unstarted],
             max_iterations,
         )
         has_start = solution.converged.copy()
         if tried_share and has_start.any():
-            converged = remaining.at_points(np.flatnonzero(has_start))
-            has_start[has_start] = _is_certified(converged, solution.unknowns[has_start])
+            converged_problem = remaining_problem.at_points(np.flatnonzero(has_start))
+            has_start[has_start] = _is_certified(converged_problem, solution.unknowns[has_start])
         unknowns[unstarted[has_start]] = solution.unknowns[has_start]
-        share[unstarted[has_start]] = tried_share
-    still_unstarted = np.flatnonzero(np.isnan(share))
+        resistance_share[unstarted[has_start]] = tried_share
+    still_unstarted = np.flatnonzero(np.isnan(resistance_share))
     if len(still_unstarted):
         solution = _hardened(
-            problem.at_points(still_unstarted), rolling[still_unstarted], _SOFTENING_SLIPS
+            problem.at_points(still_unstarted), rolling_unknowns[still_unstarted], _SOFTENING_SLIPS
         )
-        solved = solution.converged
-        unknowns[still_unstarted[solved]] = solution.unknowns[solved]
-        share[still_unstarted[solved]] = 0.0
-    return unknowns, share
+        is_solved = solution.converged
+        unknowns[still_unstarted[is_solved]] = solution.unknowns[is_solved]
+        resistance_share[still_unstarted[is_solved]] = 0.0
+    return unknowns, resistance_share
 
 
-def _equations_with_share(problem: FrictionProblem, share: float) -> Equations:
+def _equations_with_share(problem: FrictionProblem, resistance_share: float) -> Equations:
     """The equations with a share of the resistances."""
-    return lambda unknowns, which: problem.residuals(unknowns, which, share)
+    return lambda unknowns, which: problem.residuals(unknowns, which, resistance_share)
 
 
 def _hardened(
-    problem: FrictionProblem, start: FloatArray, slips: tuple[float, ...], share: float = 0.0
+    problem: FrictionProblem,
+    start: FloatArray,
+    slips: tuple[float, ...],
+    resistance_share: float = 0.0,
 ) -> Solution:
     """Motions with softened laws, one slip after the other; each starts from the motion before."""
     scale = problem.scale()
     unknowns = start
     for slip in slips:
-        softened = replace(problem, law=Softened(problem.law, slip)) if slip else problem
-        equations = _equations_with_share(softened, share)
+        softened_problem = replace(problem, law=Softened(problem.law, slip)) if slip else problem
+        equations = _equations_with_share(softened_problem, resistance_share)
         solution = solve(equations, unknowns, scale, _MAX_ITERATIONS)
         unknowns = np.where(solution.converged[:, np.newaxis], solution.unknowns, unknowns)
     return solution
@@ -307,52 +319,62 @@ def _is_certified(problem: FrictionProblem, unknowns: FloatArray) -> BoolArray:
     """Whether the inner contact of each motion slips less than at the law's peak."""
     balance = problem.balance(unknowns)
     # a law of certain nodes is evaluated at all of them, any other at one
-    law_needs_its_nodes = problem.rule.counts not in (COARSE, QUADRATURE)
+    law_needs_its_nodes = problem.rule.counts not in (COARSE_QUADRATURE, QUADRATURE)
     weight = problem.rule.share if law_needs_its_nodes else np.ones(1)
     contacts = balance.conditions.load_n.shape[:-1]
     shape = (len(_PEAK_SLIPS), *contacts, len(weight))
     slips = np.broadcast_to(_PEAK_SLIPS[:, np.newaxis, np.newaxis, np.newaxis], shape)
     mu_at_nodes = problem.law(balance.conditions, slips)[:, :, 0]
     mu = (mu_at_nodes @ weight / weight.sum()).T
-    flat = mu[:, 1:] <= mu[:, :-1] * (1 + _FLAT_RISE)
-    peak_slip = np.where(flat.any(axis=1), _PEAK_SLIPS[flat.argmax(axis=1)], np.inf)
+    is_flat = mu[:, 1:] <= mu[:, :-1] * (1 + _FLAT_RISE)
+    peak_slip = np.where(is_flat.any(axis=1), _PEAK_SLIPS[is_flat.argmax(axis=1)], np.inf)
     slip = np.abs(balance.sliding.middle_slide_roll_ratio[:, 0])
     return np.asarray(slip < _SHARE_OF_PEAK * peak_slip)
 
 
-def _followed(
-    problem: FrictionProblem, start: FloatArray, share: FloatArray, last: float
+def _followed_curves(
+    problem: FrictionProblem, start: FloatArray, resistance_share: FloatArray, last_parameter: float
 ) -> tuple[_Motions, BoolArray]:
     """Motions of the bearing on the curves of all points, and which curves reach their end.
 
     Args:
         problem: The points, with bands.
         start: Start of each curve, shape (points, 7).
-        share: Share of the resistances there, shape (points,).
-        last: Parameter at which curves end.
+        resistance_share: Share of the resistances there, shape (points,).
+        last_parameter: Parameter at which curves end.
     """
-    ended = np.zeros(len(share), dtype=bool)
+    ended = np.zeros(len(resistance_share), dtype=bool)
     motions = _Motions.with_full_bands(np.arange(0), start[:0])
     for softening, kink in _ATTEMPTS:
-        point = np.flatnonzero(~ended)
-        if len(point) == 0:
+        points = np.flatnonzero(~ended)
+        if len(points) == 0:
             break
-        remaining = problem.at_points(point)
+        remaining_problem = problem.at_points(points)
         if softening:
-            curves, crossings = _followed_softened(remaining, start[point], last, softening, kink)
+            crossings, motions_at_crossings = _followed_softened(
+                remaining_problem, start[points], last_parameter, softening, kink
+            )
         else:
-            curves = _traced(remaining, start[point], share[point], last, kink)
-            crossings = _Motions.with_full_bands(curves.point, curves.unknowns)
-        ended[point] = curves.ended
-        crossings = replace(crossings, point=point[crossings.point])
+            crossings = _traced_crossings(
+                remaining_problem, start[points], resistance_share[points], last_parameter, kink
+            )
+            motions_at_crossings = _Motions.with_full_bands(crossings.point, crossings.unknowns)
+        ended[points] = crossings.ended
+        motions_at_crossings = replace(
+            motions_at_crossings, point=points[motions_at_crossings.point]
+        )
         # motions of an earlier, stalled attempt remain only at points without motions now
-        remains = ~np.isin(motions.point, crossings.point)
-        motions = motions.select(remains).joined(crossings)
+        is_kept = ~np.isin(motions.point, motions_at_crossings.point)
+        motions = motions.select(is_kept).joined(motions_at_crossings)
     return motions, ended
 
 
 def _followed_softened(
-    problem: FrictionProblem, start: FloatArray, last: float, softening: float, kink: float
+    problem: FrictionProblem,
+    start: FloatArray,
+    last_parameter: float,
+    softening: float,
+    kink: float,
 ) -> tuple[Crossings, _Motions]:
     """Curves of a softened law, and the motions of the law itself at their crossings.
 
@@ -362,38 +384,44 @@ def _followed_softened(
     softer_slips = tuple(slip for slip in _SOFTENING_SLIPS if slip > softening)
     harder_slips = tuple(slip for slip in _SOFTENING_SLIPS if slip < softening)
     softened_start = _hardened(problem, start, (*softer_slips, softening)).unknowns
-    softened = replace(problem, law=Softened(problem.law, softening))
-    curves = _traced(softened, softened_start, np.zeros(len(start)), last, kink)
-    crossing = problem.at_points(curves.point)
-    solution = _hardened(crossing, curves.unknowns, harder_slips, share=1.0)
-    motions = _Motions.with_full_bands(curves.point, solution.unknowns)
-    return curves, motions.select(solution.converged)
+    softened_problem = replace(problem, law=Softened(problem.law, softening))
+    crossings = _traced_crossings(
+        softened_problem, softened_start, np.zeros(len(start)), last_parameter, kink
+    )
+    crossing_problem = problem.at_points(crossings.point)
+    solution = _hardened(crossing_problem, crossings.unknowns, harder_slips, resistance_share=1.0)
+    motions = _Motions.with_full_bands(crossings.point, solution.unknowns)
+    return crossings, motions.select(solution.converged)
 
 
-def _traced(
-    problem: FrictionProblem, start: FloatArray, share: FloatArray, last: float, kink: float
+def _traced_crossings(
+    problem: FrictionProblem,
+    start: FloatArray,
+    resistance_share: FloatArray,
+    last_parameter: float,
+    kink: float,
 ) -> Crossings:
     """Crossings of the bearing's share, s = 1, by the curves of equilibria."""
 
-    def residuals(unknowns: FloatArray, level: FloatArray, which: IndexArray) -> FloatArray:
-        """Balance residuals, with the traced parameter s / (1 + s) as `level`."""
-        limited = np.minimum(level, _HIGHEST)
-        return problem.residuals(unknowns, which, limited / (1 - limited))
+    def residuals(unknowns: FloatArray, parameter: FloatArray, which: IndexArray) -> FloatArray:
+        """Balance residuals, with the traced parameter s / (1 + s) as `parameter`."""
+        limited_parameter = np.minimum(parameter, _HIGHEST_PARAMETER)
+        return problem.residuals(unknowns, which, limited_parameter / (1 - limited_parameter))
 
-    start_level = share / (1 + share)
+    start_parameter = resistance_share / (1 + resistance_share)
     return trace(
         residuals,
         start,
         problem.scale(),
-        start_level,
-        wanted=_BEARING,
-        first=_FIRST,
-        last=last,
+        start_parameter,
+        wanted=_BEARING_PARAMETER,
+        first=_FIRST_PARAMETER,
+        last=last_parameter,
         kink=kink,
     )
 
 
-def _exact(problem: FrictionProblem, motions: _Motions) -> _Motions:
+def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """Motions with the problem's nodes, near others, with bands as narrow as possible.
 
     Most motions are outside the bands, so that they are exact at once. The bands of the others
@@ -401,34 +429,40 @@ def _exact(problem: FrictionProblem, motions: _Motions) -> _Motions:
     does its partner. Where rolling resistance jumps at the motion itself, the motion is between
     the two sides of the jump (a solution in the sense of Filippov), and the narrowest band is kept.
     """
-    banded, solved = _solved(problem, motions)
-    banded = banded.select(solved)
-    numbers = np.arange(len(banded.point))
-    residuals = problem.at_points(banded.point).residuals(banded.unknowns, numbers)
+    banded_motions, is_solved = _solved_near(problem, motions)
+    banded_motions = banded_motions.select(is_solved)
+    motion_indices = np.arange(len(banded_motions.point))
+    residuals = problem.at_points(banded_motions.point).residuals(
+        banded_motions.unknowns, motion_indices
+    )
     is_exact = np.abs(residuals).max(axis=1) <= TOLERANCE
-    banded.bands[is_exact] = NO_BANDS
-    within_bands = banded.select(~is_exact)
+    banded_motions.bands[is_exact] = NO_BANDS
+    within_bands = banded_motions.select(~is_exact)
     if len(within_bands.point) == 0:
-        return banded
-    narrowed = _narrowed(problem, within_bands)
+        return banded_motions
+    narrowed_motions = _narrowed(problem, within_bands)
     # each point keeps at least one motion
-    kept_points = np.concatenate([banded.point[is_exact], narrowed.point])
+    kept_points = np.concatenate([banded_motions.point[is_exact], narrowed_motions.point])
     last_of_point = ~np.isin(within_bands.point, kept_points)
-    return banded.select(is_exact).joined(narrowed).joined(within_bands.select(last_of_point))
+    return (
+        banded_motions.select(is_exact)
+        .joined(narrowed_motions)
+        .joined(within_bands.select(last_of_point))
+    )
 
 
-def _solved(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
+def _solved_near(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
     """Motions near others, with the bands of these, and whether each one was found."""
-    banded = replace(problem.at_points(motions.point), bands=motions.bands)
-    scale = banded.scale()
-    neighbour = Neighbour.from_unknowns(banded, motions.unknowns)
-    solution = solve_near(banded.residuals, motions.unknowns, scale, neighbour.inverse)
+    banded_problem = replace(problem.at_points(motions.point), bands=motions.bands)
+    scale = banded_problem.scale()
+    neighbour = Neighbour.from_unknowns(banded_problem, motions.unknowns)
+    solution = solve_near(banded_problem.residuals, motions.unknowns, scale, neighbour.inverse)
     unsolved = np.flatnonzero(~solution.converged)
-    unsolved_equations = banded.at_points(unsolved).residuals
-    newton = solve(
+    unsolved_equations = banded_problem.at_points(unsolved).residuals
+    newton_solution = solve(
         unsolved_equations, motions.unknowns[unsolved], scale[unsolved], _NEWTON_ITERATIONS
     )
-    solution.replace_points(unsolved, newton)
+    solution.replace_points(unsolved, newton_solution)
     return replace(motions, unknowns=solution.unknowns), solution.converged
 
 
@@ -439,24 +473,28 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
     have there, unless they are exact without bands.
     """
     stalled_motions = motions.select(np.arange(0))
-    for shares in (_shares_less_entrainment, _shares_less_spin, _shares_less_rolling):
-        shrinking = problem.at_points(motions.point)
+    for band_shares in (
+        _band_shares_less_entrainment,
+        _band_shares_less_spin,
+        _band_shares_less_rolling,
+    ):
+        shrinking_problem = problem.at_points(motions.point)
 
         def residuals(
             unknowns: FloatArray,
-            level: FloatArray,
+            parameter: FloatArray,
             which: IndexArray,
-            shrinking: FrictionProblem = shrinking,
-            shares: Callable[[FloatArray], FloatArray] = shares,
+            shrinking_problem: FrictionProblem = shrinking_problem,
+            band_shares: Callable[[FloatArray], FloatArray] = band_shares,
         ) -> FloatArray:
-            bands = FULL_BANDS * shares(level)
-            banded = replace(shrinking.at_points(which), bands=bands)
-            return banded.residuals(unknowns, np.arange(len(which)))
+            bands = FULL_BANDS * band_shares(parameter)
+            banded_problem = replace(shrinking_problem.at_points(which), bands=bands)
+            return banded_problem.residuals(unknowns, np.arange(len(which)))
 
-        curves = trace(
+        crossings = trace(
             residuals,
             motions.unknowns,
-            shrinking.scale(),
+            shrinking_problem.scale(),
             parameter=np.zeros(len(motions.point)),
             wanted=1.0,
             first=0.0,
@@ -464,70 +502,78 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
             kink=_KINK,
             tolerance=_BAND_TOLERANCE,
         )
-        stalled = ~curves.ended & ~curves.returned
-        bands = FULL_BANDS * shares(curves.end_parameter)
-        narrower = _Motions(motions.point, curves.end, bands)
+        has_stalled = ~crossings.ended & ~crossings.returned
+        bands = FULL_BANDS * band_shares(crossings.end_parameter)
+        narrower_motions = _Motions(motions.point, crossings.end, bands)
         # at the edge of a narrow band the slopes may not lead to the solution
-        solution, solved = _solved(problem, narrower)
-        is_narrower = solved[:, np.newaxis]
-        narrowest = _Motions(
+        solved_motions, is_solved = _solved_near(problem, narrower_motions)
+        is_narrower = is_solved[:, np.newaxis]
+        narrowest_motions = _Motions(
             point=motions.point,
-            unknowns=np.where(is_narrower, solution.unknowns, motions.unknowns),
+            unknowns=np.where(is_narrower, solved_motions.unknowns, motions.unknowns),
             bands=np.where(is_narrower, bands, motions.bands),
         )
-        stalled_motions = stalled_motions.joined(narrowest.select(stalled))
-        motions = narrowest.select(curves.ended)
+        stalled_motions = stalled_motions.joined(narrowest_motions.select(has_stalled))
+        motions = narrowest_motions.select(crossings.ended)
     # a curve may stall beside a motion that is exact without bands
     motions = motions.joined(stalled_motions)
-    unbanded = replace(motions, bands=np.zeros_like(motions.bands))
-    solution, solved = _solved(problem, unbanded)
-    change = np.abs(solution.unknowns - motions.unknowns)[:, _CAGE]
-    released = solved & (change < _SAME_MOTION * problem.scale()[motions.point, _CAGE])
-    held = motions.select(~released)
-    return held.joined(solution.select(released))
+    unbanded_motions = replace(motions, bands=np.zeros_like(motions.bands))
+    solved_motions, is_solved = _solved_near(problem, unbanded_motions)
+    change = np.abs(solved_motions.unknowns - motions.unknowns)[:, _CAGE_INDEX]
+    is_released = is_solved & (change < _SAME_MOTION * problem.scale()[motions.point, _CAGE_INDEX])
+    held_motions = motions.select(~is_released)
+    return held_motions.joined(solved_motions.select(is_released))
 
 
-def _shares_less_entrainment(level: FloatArray) -> FloatArray:
+def _band_shares_less_entrainment(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the entrainment speed shrinks to 0."""
-    full = np.ones_like(level)
-    return np.stack([full, full, np.maximum(1 - level, 0.0)], axis=-1)
+    full = np.ones_like(parameter)
+    return np.stack([full, full, np.maximum(1 - parameter, 0.0)], axis=-1)
 
 
-def _shares_less_spin(level: FloatArray) -> FloatArray:
+def _band_shares_less_spin(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the ball's spin shrinks to 0."""
-    return np.stack([np.ones_like(level), np.maximum(1 - level, 0.0), 0 * level], axis=-1)
+    return np.stack(
+        [np.ones_like(parameter), np.maximum(1 - parameter, 0.0), 0 * parameter], axis=-1
+    )
 
 
-def _shares_less_rolling(level: FloatArray) -> FloatArray:
+def _band_shares_less_rolling(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the rolling speed shrinks to its limit."""
-    none = np.zeros_like(level)
-    return np.stack([_NARROWEST_BAND**level, none, none], axis=-1)
+    none = np.zeros_like(parameter)
+    return np.stack([_NARROWEST_BAND**parameter, none, none], axis=-1)
 
 
-def _chosen(problem: FrictionProblem, motions: _Motions, complete: BoolArray) -> Equilibria:
+def _fastest_and_slowest(
+    problem: FrictionProblem, motions: _Motions, complete: BoolArray
+) -> Equilibria:
     """Equilibria of each point, with the fastest and the slowest cage."""
     scale = problem.scale()
-    speed = np.abs(motions.unknowns[:, _CAGE]) / scale[motions.point, _CAGE]
-    ranked = motions.select(np.lexsort((-speed, motions.point)))
-    ranked_speed = np.abs(ranked.unknowns[:, _CAGE]) / scale[ranked.point, _CAGE]
-    repeated = np.zeros(len(ranked.point), dtype=bool)
-    same_point = np.diff(ranked.point) == 0
-    repeated[1:] = same_point & (-np.diff(ranked_speed) < _DISTINCT_SPEEDS)
-    distinct = ranked.select(~repeated)
-    count = np.bincount(distinct.point, minlength=len(scale))
+    relative_cage_speed = (
+        np.abs(motions.unknowns[:, _CAGE_INDEX]) / scale[motions.point, _CAGE_INDEX]
+    )
+    ranked_motions = motions.select(np.lexsort((-relative_cage_speed, motions.point)))
+    ranked_cage_speed = (
+        np.abs(ranked_motions.unknowns[:, _CAGE_INDEX]) / scale[ranked_motions.point, _CAGE_INDEX]
+    )
+    is_repeated = np.zeros(len(ranked_motions.point), dtype=bool)
+    has_same_point = np.diff(ranked_motions.point) == 0
+    is_repeated[1:] = has_same_point & (-np.diff(ranked_cage_speed) < _DISTINCT_SPEEDS)
+    distinct_motions = ranked_motions.select(~is_repeated)
+    count = np.bincount(distinct_motions.point, minlength=len(scale))
     last_row = np.cumsum(count) - 1
     first_row = last_row - count + 1
-    solved = np.flatnonzero(count > 0)
-    unsolved = np.flatnonzero(count == 0)
+    solved_points = np.flatnonzero(count > 0)
+    unsolved_points = np.flatnonzero(count == 0)
 
     def equilibrium_of_rows(row: IndexArray) -> FrictionEquilibrium:
-        """The motion in a row of `distinct` for each solved point, and the start for others."""
+        """The motion in a row of `distinct_motions` of each solved point; the start for others."""
         unknowns = np.empty_like(scale)
         bands = np.zeros((len(scale), len(NO_BANDS[0])))
-        unknowns[solved] = distinct.unknowns[row[solved]]
-        bands[solved] = distinct.bands[row[solved]]
-        unknowns[unsolved] = problem.at_points(unsolved).start()
-        return _motion(problem, unknowns, bands)
+        unknowns[solved_points] = distinct_motions.unknowns[row[solved_points]]
+        bands[solved_points] = distinct_motions.bands[row[solved_points]]
+        unknowns[unsolved_points] = problem.at_points(unsolved_points).start()
+        return _equilibrium_of_motion(problem, unknowns, bands)
 
     fastest = equilibrium_of_rows(first_row)
     slowest = equilibrium_of_rows(last_row) if (count > 1).any() else fastest
@@ -536,17 +582,19 @@ def _chosen(problem: FrictionProblem, motions: _Motions, complete: BoolArray) ->
     return Equilibria(fastest, slowest, count, complete & ~fastest.outside_law())
 
 
-def _motion(
+def _equilibrium_of_motion(
     problem: FrictionProblem, unknowns: FloatArray, bands: FloatArray
 ) -> FrictionEquilibrium:
     """A motion of each point, with its forces."""
-    banded = replace(problem, bands=bands)
-    balance = banded.balance(unknowns)
-    largest_force = np.abs(balance.imbalance_n).max(axis=1)
-    relative_force = largest_force / ball_force_n(problem.bearing, problem.points)
-    residual = np.where(np.isfinite(relative_force), relative_force, np.inf)
+    banded_problem = replace(problem, bands=bands)
+    balance = banded_problem.balance(unknowns)
+    largest_imbalance_n = np.abs(balance.imbalance_n).max(axis=1)
+    relative_imbalance = largest_imbalance_n / ball_force_scale_n(problem.bearing, problem.points)
+    residual = np.where(np.isfinite(relative_imbalance), relative_imbalance, np.inf)
     converged = residual <= TOLERANCE
-    motion = FrictionEquilibrium(banded, balance, Solution(unknowns, residual, converged))
+    equilibrium = FrictionEquilibrium(
+        banded_problem, balance, Solution(unknowns, residual, converged)
+    )
     # there is no equilibrium outside the range of Hertz's solution and of the groove
-    converged[motion.widest_contact() >= 1] = False
-    return motion
+    converged[equilibrium.widest_contact() >= 1] = False
+    return equilibrium

@@ -5,6 +5,8 @@ balance. They come from traction in both ellipses, rolling resistance, drag of t
 The results are spin and tilt of the ball, gyroscopic slip and the speed of the cage. Each term is a
 pair of forces on two bodies. Hence the power that the rings supply is the sum of all friction heat.
 
+The axes x, r, t and the normal n of a contact are those of `quasistatic`.
+
 The cage turns steadily. All balls travel with it, each pushed or held by its pocket.
 
 Decides: the forces on balls and cage, and the cage slip above which no law holds.
@@ -27,13 +29,13 @@ from oilfilm.bearing.ellipse import (
     traction,
 )
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.growth import growth_of
+from oilfilm.bearing.growth import operating_growth
 from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import (
     Contacts,
     Motion,
     OperatingPoints,
-    ball_force_n,
+    ball_force_scale_n,
     centrifugal_force_n,
     contacts_at,
     raceway_control,
@@ -53,7 +55,7 @@ from oilfilm.physics.contact import Conditions, Floats
 # Quadrature nodes of the ellipse, across and along the rolling direction.
 QUADRATURE = (16, 4)
 # Nodes for random draws and for the search of an equilibrium.
-COARSE = (6, 2)
+COARSE_QUADRATURE = (6, 2)
 # Number of quadrature nodes whose arrays fit the cache of a processor.
 _NODES_IN_CACHE = 50_000
 # Cage slip above which the outer contact hardly rolls. It is no setting: beyond it motions are so
@@ -164,45 +166,57 @@ class FrictionProblem:
         bearing, lubrication = self.bearing, self.lubrication
         contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 6], self.points.growth)
         motion = Motion(unknowns[..., 5], unknowns[..., 2:5])
-        ring_speed = self.points.ring_speed_rad_s
+        ring_speed_rad_s = self.points.ring_speed_rad_s
         sliding_state = sliding(
-            bearing, contacts, motion, ring_speed, self.rule, self.bands[..., 2:]
+            bearing, contacts, motion, ring_speed_rad_s, self.rule, self.bands[..., 2:]
         )
-        inlet_temperature = lubrication.inlet_temperature_c[:, np.newaxis]
-        conditions = contact_conditions(bearing, contacts, sliding_state, inlet_temperature)
+        inlet_temperature_c = lubrication.inlet_temperature_c[:, np.newaxis]
+        conditions = contact_conditions(bearing, contacts, sliding_state, inlet_temperature_c)
         film_traction = traction(
             contacts, sliding_state, conditions, self.law, self.rule, lubrication.traction_factor
         )
-        orbit_radius = contacts.orbit_radius_m
+        orbit_radius_m = contacts.orbit_radius_m
         n_r = contacts.normal[..., 1, :]
-        race_radius = orbit_radius[..., np.newaxis] + n_r * (bearing.ball_diameter_m / 2)
-        rolling = self._rolling_resistance(contacts, sliding_state, race_radius, share)
-        orbit_speed = orbit_radius * motion.orbit_speed_rad_s
-        drag = self._drag_n(orbit_speed, share)
+        race_radius_m = orbit_radius_m[..., np.newaxis] + n_r * (bearing.ball_diameter_m / 2)
+        rolling_resistance = self._rolling_resistance(contacts, sliding_state, race_radius_m, share)
+        orbit_speed_m_s = orbit_radius_m * motion.orbit_speed_rad_s
+        drag_n = self._drag_n(orbit_speed_m_s, share)
         # The rolling force shears the surface of the ball. Its pressure pushes the ball's centre.
-        push = rolling.force_n * (2 * race_radius / orbit_radius[..., np.newaxis] - 1)
-        pocket_force = drag - _sum_of_contacts(film_traction.along_n + push)
-        pocket = self._pocket_friction(pocket_force, motion, share)
-        cage_lag = ring_speed[:, self._guiding_ring()] - motion.orbit_speed_rad_s
-        land_moment = self._land_moment_n_m(cage_lag, share)
-        imbalance = self._imbalance_n(
-            contacts, motion, film_traction, rolling, pocket, land_moment, share
+        push_n = rolling_resistance.force_n * (
+            2 * race_radius_m / orbit_radius_m[..., np.newaxis] - 1
         )
-        ring_moment = (
-            film_traction.race_moment_n_m + rolling.moment_n_m * n_r - rolling.force_n * race_radius
+        pocket_force_n = drag_n - _sum_of_contacts(film_traction.along_n + push_n)
+        pocket_friction = self._pocket_friction(pocket_force_n, motion, share)
+        cage_lag_rad_s = ring_speed_rad_s[:, self._guiding_ring()] - motion.orbit_speed_rad_s
+        land_moment_n_m = self._land_moment_n_m(cage_lag_rad_s, share)
+        imbalance_n = self._imbalance_n(
+            contacts,
+            motion,
+            film_traction,
+            rolling_resistance,
+            pocket_friction,
+            land_moment_n_m,
+            share,
         )
-        ring_moment[..., self._guiding_ring()] -= land_moment
-        feed_torque = self.momentum_n_m() / bearing.ball_count
-        ring_moment[..., 0] -= feed_torque
-        feed_heat = np.broadcast_to(feed_torque * ring_speed[:, 0], orbit_speed.shape)
-        heats = (
+        ring_moment_n_m = (
+            film_traction.race_moment_n_m
+            + rolling_resistance.moment_n_m * n_r
+            - rolling_resistance.force_n * race_radius_m
+        )
+        ring_moment_n_m[..., self._guiding_ring()] -= land_moment_n_m
+        feed_torque_n_m = self.momentum_n_m() / bearing.ball_count
+        ring_moment_n_m[..., 0] -= feed_torque_n_m
+        feed_heat_w = np.broadcast_to(
+            feed_torque_n_m * ring_speed_rad_s[:, 0], orbit_speed_m_s.shape
+        )
+        heats_w = (
             _sum_of_contacts(film_traction.heat_w),
-            rolling.force_heat_w,
-            rolling.moment_heat_w,
-            drag * orbit_speed,
-            pocket.heat_w,
-            land_moment * cage_lag,
-            feed_heat,
+            rolling_resistance.force_heat_w,
+            rolling_resistance.moment_heat_w,
+            drag_n * orbit_speed_m_s,
+            pocket_friction.heat_w,
+            land_moment_n_m * cage_lag_rad_s,
+            feed_heat_w,
         )
         return Balance(
             contacts=contacts,
@@ -210,10 +224,10 @@ class FrictionProblem:
             conditions=conditions,
             sliding=sliding_state,
             traction=film_traction,
-            drag_n=drag,
-            heats_w=heats,
-            imbalance_n=imbalance,
-            ring_moment_n_m=ring_moment,
+            drag_n=drag_n,
+            heats_w=heats_w,
+            imbalance_n=imbalance_n,
+            ring_moment_n_m=ring_moment_n_m,
         )
 
     def with_inputs(self, inputs: Inputs) -> "FrictionProblem":
@@ -224,7 +238,7 @@ class FrictionProblem:
         Args:
             inputs: One value per point. The oil's properties and the factors stay.
         """
-        growth = growth_of(
+        growth = operating_growth(
             self.bearing,
             self.points.ring_speed_rad_s[:, 0],
             self.lubrication.inlet_temperature_c,
@@ -241,9 +255,11 @@ class FrictionProblem:
 
         It is 0 where the flow is not known.
         """
-        feed = np.nan_to_num(self.lubrication.feed_kg_s)
-        radius = self.bearing.groove_bottom_m[0]
-        return momentum_torque_n_m(feed, self.points.ring_speed_rad_s[:, 0], radius)
+        feed_kg_s = np.nan_to_num(self.lubrication.feed_kg_s)
+        groove_bottom_radius_m = self.bearing.groove_bottom_m[0]
+        return momentum_torque_n_m(
+            feed_kg_s, self.points.ring_speed_rad_s[:, 0], groove_bottom_radius_m
+        )
 
     def replenishment(self) -> FloatArray:
         """Starvation of rolling resistance and film, shape (points,)."""
@@ -251,13 +267,13 @@ class FrictionProblem:
 
     def _drag_n(self, orbit_speed_m_s: FloatArray, share: Floats) -> FloatArray:
         """Drag of the oil on a ball against its orbit, shape (..., points)."""
-        drag = drag_force_n(
+        drag_n = drag_force_n(
             self.bearing.ball_diameter_m,
             self.lubrication.mist_density_kg_m3,
             self.lubrication.drag_coefficient,
             orbit_speed_m_s,
         )
-        return drag * share * self.lubrication.factor("drag")
+        return drag_n * share * self.lubrication.factor("drag")
 
     def _pocket_friction(
         self, force_n: FloatArray, motion: Motion, share: Floats
@@ -269,25 +285,25 @@ class FrictionProblem:
             motion: Motion of the ball.
             share: Share of `balance`.
         """
-        ball_radius = self.bearing.ball_diameter_m / 2
+        ball_radius_m = self.bearing.ball_diameter_m / 2
         friction_factor = share * self.lubrication.factor("pocket")
-        friction = friction_factor * self.bearing.cage.pocket_friction_coefficient * force_n
+        friction_n = friction_factor * self.bearing.cage.pocket_friction_coefficient * force_n
         spin_x = motion.spin_rad_s[..., 0]
         spin_r = motion.spin_rad_s[..., 1]
-        spin = np.sqrt(spin_x**2 + spin_r**2)
-        spin_sign = smooth_sign(spin, self.bands[..., 1] * self.rolling_spin_rad_s())
-        sign_over_spin = spin_sign / np.maximum(spin, np.finfo(float).tiny)
+        spin_rad_s = np.sqrt(spin_x**2 + spin_r**2)
+        spin_sign = smooth_sign(spin_rad_s, self.bands[..., 1] * self.rolling_spin_rad_s())
+        sign_over_spin = spin_sign / np.maximum(spin_rad_s, np.finfo(float).tiny)
         axis_x = spin_x * sign_over_spin
         axis_r = spin_r * sign_over_spin
-        moment = np.abs(friction) * ball_radius
+        moment_n_m = np.abs(friction_n) * ball_radius_m
         return _PocketFriction(
             pocket_force_n=force_n,
             # the friction force is normal to the axis of the spin
-            force_x_n=friction * axis_r,
-            force_r_n=-friction * axis_x,
-            moment_x_n_m=moment * axis_x,
-            moment_r_n_m=moment * axis_r,
-            heat_w=moment * spin,
+            force_x_n=friction_n * axis_r,
+            force_r_n=-friction_n * axis_x,
+            moment_x_n_m=moment_n_m * axis_x,
+            moment_r_n_m=moment_n_m * axis_r,
+            heat_w=moment_n_m * spin_rad_s,
         )
 
     def _guiding_ring(self) -> int:
@@ -316,44 +332,46 @@ class FrictionProblem:
     ) -> FloatArray:
         """Sums of forces and moments that vanish in equilibrium, as `Balance.imbalance_n`."""
         bearing = self.bearing
-        ball_radius = bearing.ball_diameter_m / 2
+        ball_radius_m = bearing.ball_diameter_m / 2
         n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-        contact_x = -(film_traction.across_n * n_r + contacts.load_n * n_x)
-        contact_r = film_traction.across_n * n_x - contacts.load_n * n_r
-        about_normal = film_traction.about_normal_n_m
-        about_across = (
-            film_traction.about_across_n_m + ball_radius * rolling.force_n + rolling.moment_n_m
+        contact_force_x_n = -(film_traction.across_n * n_r + contacts.load_n * n_x)
+        contact_force_r_n = film_traction.across_n * n_x - contacts.load_n * n_r
+        about_normal_n_m = film_traction.about_normal_n_m
+        about_across_n_m = (
+            film_traction.about_across_n_m + ball_radius_m * rolling.force_n + rolling.moment_n_m
         )
-        contact_moment_x = about_normal * n_x - about_across * n_r
-        contact_moment_r = about_normal * n_r + about_across * n_x
+        contact_moment_x_n_m = about_normal_n_m * n_x - about_across_n_m * n_r
+        contact_moment_r_n_m = about_normal_n_m * n_r + about_across_n_m * n_x
         # gyroscopic moment over the spin
-        gyroscopic = share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
-        gyroscopic_r = gyroscopic * motion.spin_rad_s[..., 2]
-        gyroscopic_t = gyroscopic * motion.spin_rad_s[..., 1]
+        gyroscopic_n_m_s = share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
+        gyroscopic_moment_r_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 2]
+        gyroscopic_moment_t_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 1]
 
-        force_x = _sum_of_contacts(contact_x) + pocket.force_x_n
-        outward = pocket.force_r_n + centrifugal_force_n(bearing, contacts, motion)
-        force_r = _sum_of_contacts(contact_r) + outward
-        moment_x = _sum_of_contacts(contact_moment_x) - pocket.moment_x_n_m
-        moment_r = _sum_of_contacts(contact_moment_r) - pocket.moment_r_n_m + gyroscopic_r
-        moment_t = _sum_of_contacts(film_traction.about_tangent_n_m) - gyroscopic_t
-        pocket_force = pocket.pocket_force_n
-        cage_moment = (
+        force_x_n = _sum_of_contacts(contact_force_x_n) + pocket.force_x_n
+        outward_force_n = pocket.force_r_n + centrifugal_force_n(bearing, contacts, motion)
+        force_r_n = _sum_of_contacts(contact_force_r_n) + outward_force_n
+        moment_x_n_m = _sum_of_contacts(contact_moment_x_n_m) - pocket.moment_x_n_m
+        moment_r_n_m = (
+            _sum_of_contacts(contact_moment_r_n_m) - pocket.moment_r_n_m + gyroscopic_moment_r_n_m
+        )
+        moment_t_n_m = _sum_of_contacts(film_traction.about_tangent_n_m) - gyroscopic_moment_t_n_m
+        pocket_force_n = pocket.pocket_force_n
+        cage_moment_n_m = (
             land_moment_n_m
-            - pocket_force * contacts.orbit_radius_m
-            - np.sign(pocket_force) * ball_radius * pocket.force_r_n
+            - pocket_force_n * contacts.orbit_radius_m
+            - np.sign(pocket_force_n) * ball_radius_m * pocket.force_r_n
         )
-        ring_force_x = self.points.axial_load_n / bearing.ball_count - contact_x[..., 0]
-        imbalance = (
-            force_x,
-            force_r,
-            moment_x / ball_radius,
-            moment_r / ball_radius,
-            moment_t / ball_radius,
-            cage_moment / (bearing.pitch_diameter_m / 2),
-            ring_force_x,
+        ring_force_x_n = self.points.axial_load_n / bearing.ball_count - contact_force_x_n[..., 0]
+        imbalance_n = (
+            force_x_n,
+            force_r_n,
+            moment_x_n_m / ball_radius_m,
+            moment_r_n_m / ball_radius_m,
+            moment_t_n_m / ball_radius_m,
+            cage_moment_n_m / (bearing.pitch_diameter_m / 2),
+            ring_force_x_n,
         )
-        return np.stack(imbalance, axis=-1)
+        return np.stack(imbalance_n, axis=-1)
 
     def _rolling_resistance(
         self, contacts: Contacts, sliding_state: Sliding, race_radius_m: FloatArray, share: Floats
@@ -366,30 +384,32 @@ class FrictionProblem:
         2 FR (race radius)/(orbit radius).
         """
         bearing, oil = self.bearing, self.lubrication.oil_in_contacts
-        load = contacts.load_n
-        speed_sum = sliding_state.race_rad_s * race_radius_m
-        speed_sum -= sliding_state.axis_rad_s * (bearing.ball_diameter_m / 2)
-        mean_speed = np.abs(speed_sum / 2)
-        radius_x = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
-        radius_y = bearing.radius_y_m
-        modulus = bearing.reduced_modulus_pa
-        relative_pressure = contacts.max_hertz_pressure_pa / modulus
-        reduction = rolling_force_reduction(relative_pressure, oil.thermal_loading(mean_speed))
-        viscosity = oil.dynamic_viscosity_pa_s
-        force = rolling_force_n(load, mean_speed, viscosity, radius_x, radius_y, modulus)
-        moment = hysteresis_moment_n_m(load, bearing.ball_diameter_m, radius_x, radius_y)
-        band = self.bands[..., 0] * self.rolling_speed_m_s()
-        sign = smooth_sign(speed_sum, band[..., np.newaxis])
+        load_n = contacts.load_n
+        speed_sum_m_s = sliding_state.race_rad_s * race_radius_m
+        speed_sum_m_s -= sliding_state.axis_rad_s * (bearing.ball_diameter_m / 2)
+        mean_speed_m_s = np.abs(speed_sum_m_s / 2)
+        radius_x_m = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
+        radius_y_m = bearing.radius_y_m
+        reduced_modulus_pa = bearing.reduced_modulus_pa
+        relative_pressure = contacts.max_hertz_pressure_pa / reduced_modulus_pa
+        reduction = rolling_force_reduction(relative_pressure, oil.thermal_loading(mean_speed_m_s))
+        viscosity_pa_s = oil.dynamic_viscosity_pa_s
+        force_n = rolling_force_n(
+            load_n, mean_speed_m_s, viscosity_pa_s, radius_x_m, radius_y_m, reduced_modulus_pa
+        )
+        moment_n_m = hysteresis_moment_n_m(load_n, bearing.ball_diameter_m, radius_x_m, radius_y_m)
+        band_m_s = self.bands[..., 0] * self.rolling_speed_m_s()
+        sign = smooth_sign(speed_sum_m_s, band_m_s[..., np.newaxis])
         signed_share = np.asarray(share)[..., np.newaxis] * sign
         force_factor = self.lubrication.factor("rolling") * self.replenishment()
         moment_factor = self.lubrication.factor("hysteresis")[:, np.newaxis]
-        force = signed_share * reduction * force * force_factor[:, np.newaxis]
-        moment = signed_share * moment * moment_factor
+        force_n = signed_share * reduction * force_n * force_factor[:, np.newaxis]
+        moment_n_m = signed_share * moment_n_m * moment_factor
         return _RollingResistance(
-            force_n=force,
-            moment_n_m=moment,
-            force_heat_w=_sum_of_contacts(force * speed_sum),
-            moment_heat_w=-_sum_of_contacts(moment * sliding_state.roll_rad_s),
+            force_n=force_n,
+            moment_n_m=moment_n_m,
+            force_heat_w=_sum_of_contacts(force_n * speed_sum_m_s),
+            moment_heat_w=-_sum_of_contacts(moment_n_m * sliding_state.roll_rad_s),
         )
 
     def residuals(self, unknowns: FloatArray, which: IndexArray, share: Floats = 1.0) -> FloatArray:
@@ -402,31 +422,39 @@ class FrictionProblem:
         """
         if len(which) == 0:
             return unknowns
-        nodes = unknowns[..., 0].size * len(self.rule.share)
-        if nodes > _NODES_IN_CACHE and len(which) > 1:
+        node_count = unknowns[..., 0].size * len(self.rule.share)
+        if node_count > _NODES_IN_CACHE and len(which) > 1:
             # halves, until the arrays fit the cache of a processor
-            half = len(which) // 2
+            half_count = len(which) // 2
             shares = np.broadcast_to(share, unknowns.shape[:-1])
-            first = self.residuals(unknowns[..., :half, :], which[:half], shares[..., :half])
-            second = self.residuals(unknowns[..., half:, :], which[half:], shares[..., half:])
-            return np.concatenate([first, second], axis=-2)
+            first_half = self.residuals(
+                unknowns[..., :half_count, :], which[:half_count], shares[..., :half_count]
+            )
+            second_half = self.residuals(
+                unknowns[..., half_count:, :], which[half_count:], shares[..., half_count:]
+            )
+            return np.concatenate([first_half, second_half], axis=-2)
         problem = self.at_points(which)
         imbalance = problem.balance(unknowns, share).imbalance_n
-        return imbalance / ball_force_n(self.bearing, problem.points)[:, np.newaxis]
+        return imbalance / ball_force_scale_n(self.bearing, problem.points)[:, np.newaxis]
 
     def start(self) -> FloatArray:
         """Unknowns of raceway control without gyroscopic moment, shape (points, 7)."""
-        rolling = raceway_control(self.bearing, self.points, gyroscopic_sign=0.0)
-        ball = rolling.solution.unknowns[:, :2]
-        ring = rolling.solution.unknowns[:, 2]
-        motion = rolling.motion
-        return np.column_stack([ball, motion.spin_rad_s, motion.orbit_speed_rad_s, ring])
+        rolling_equilibrium = raceway_control(self.bearing, self.points, gyroscopic_sign=0.0)
+        ball_position_m = rolling_equilibrium.solution.unknowns[:, :2]
+        ring_displacement_m = rolling_equilibrium.solution.unknowns[:, 2]
+        motion = rolling_equilibrium.motion
+        return np.column_stack(
+            [ball_position_m, motion.spin_rad_s, motion.orbit_speed_rad_s, ring_displacement_m]
+        )
 
     def rolling_spin_rad_s(self) -> FloatArray:
         """Spin of balls that roll between the rings, shape (points,)."""
         bearing = self.bearing
-        spin = self._ring_difference_rad_s() * bearing.pitch_diameter_m
-        return np.maximum(spin / (2 * bearing.ball_diameter_m), _SMALLEST_SCALE_RAD_S)
+        speed_difference_m_s = self._ring_difference_rad_s() * bearing.pitch_diameter_m
+        return np.maximum(
+            speed_difference_m_s / (2 * bearing.ball_diameter_m), _SMALLEST_SCALE_RAD_S
+        )
 
     def rolling_speed_m_s(self) -> FloatArray:
         """Surface speed of balls that roll between the rings, shape (points,)."""
@@ -434,16 +462,18 @@ class FrictionProblem:
 
     def _ring_difference_rad_s(self) -> FloatArray:
         """Difference of the speeds of both rings, without its sign."""
-        ring_speed = self.points.ring_speed_rad_s
-        return np.abs(ring_speed[:, 0] - ring_speed[:, 1])
+        ring_speed_rad_s = self.points.ring_speed_rad_s
+        return np.abs(ring_speed_rad_s[:, 0] - ring_speed_rad_s[:, 1])
 
     def scale(self) -> FloatArray:
         """Scale of each unknown, shape (points, 7)."""
-        ring_speed = self.points.ring_speed_rad_s
-        spin = self.rolling_spin_rad_s()
-        orbit = np.maximum(np.abs(ring_speed).max(axis=1) / 2, _SMALLEST_SCALE_RAD_S)
-        length = np.full(len(ring_speed), self.bearing.groove_offset_m.min())
-        return np.column_stack([length, length, spin, spin, spin, orbit, length])
+        ring_speed_rad_s = self.points.ring_speed_rad_s
+        spin_rad_s = self.rolling_spin_rad_s()
+        orbit_rad_s = np.maximum(np.abs(ring_speed_rad_s).max(axis=1) / 2, _SMALLEST_SCALE_RAD_S)
+        length_m = np.full(len(ring_speed_rad_s), self.bearing.groove_offset_m.min())
+        return np.column_stack(
+            [length_m, length_m, spin_rad_s, spin_rad_s, spin_rad_s, orbit_rad_s, length_m]
+        )
 
 
 @dataclass(frozen=True)
@@ -471,16 +501,18 @@ class FrictionEquilibrium:
         Rolling means no sliding in the middle of either contact. The balls' axis is the actual one.
         """
         contacts, motion = self.balance.contacts, self.balance.motion
-        ring_speed = self.problem.points.ring_speed_rad_s
-        ball_radius = self.problem.bearing.ball_diameter_m / 2
-        axis = np.abs(self.balance.sliding.axis_rad_s)
-        relative_axis = axis / np.maximum(axis.max(axis=-1, keepdims=True), 1e-300)
-        orbit_radius = contacts.orbit_radius_m[..., np.newaxis]
-        race_radius = orbit_radius + contacts.normal[..., 1, :] * ball_radius
-        weight = race_radius / np.maximum(relative_axis, 1e-3)
-        rolling = (ring_speed * weight).sum(axis=-1) / weight.sum(axis=-1)
-        lag = rolling - motion.orbit_speed_rad_s
-        return np.divide(lag, rolling, out=np.zeros_like(lag), where=rolling != 0)
+        ring_speed_rad_s = self.problem.points.ring_speed_rad_s
+        ball_radius_m = self.problem.bearing.ball_diameter_m / 2
+        axis_rad_s = np.abs(self.balance.sliding.axis_rad_s)
+        relative_axis = axis_rad_s / np.maximum(axis_rad_s.max(axis=-1, keepdims=True), 1e-300)
+        orbit_radius_m = contacts.orbit_radius_m[..., np.newaxis]
+        race_radius_m = orbit_radius_m + contacts.normal[..., 1, :] * ball_radius_m
+        weight = race_radius_m / np.maximum(relative_axis, 1e-3)
+        rolling_rad_s = (ring_speed_rad_s * weight).sum(axis=-1) / weight.sum(axis=-1)
+        lag_rad_s = rolling_rad_s - motion.orbit_speed_rad_s
+        return np.divide(
+            lag_rad_s, rolling_rad_s, out=np.zeros_like(lag_rad_s), where=rolling_rad_s != 0
+        )
 
     def held_by_band(self) -> BoolArray:
         """Whether the forces balance only between the two sides of a jump, shape (points,).
@@ -500,8 +532,8 @@ class FrictionEquilibrium:
 
     def widest_contact(self) -> FloatArray:
         """Semi-axis across the rolling direction over the balls' radius, of the wider contact."""
-        radius = self.problem.bearing.ball_diameter_m / 2
-        return np.asarray(self.balance.contacts.semi_axis_y_m.max(axis=-1) / radius)
+        ball_radius_m = self.problem.bearing.ball_diameter_m / 2
+        return np.asarray(self.balance.contacts.semi_axis_y_m.max(axis=-1) / ball_radius_m)
 
 
 @dataclass(frozen=True)

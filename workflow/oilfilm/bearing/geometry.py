@@ -151,9 +151,9 @@ class Bearing:
     @cached_property
     def bore_and_outside_m(self) -> tuple[float, float]:
         """Bore and outside diameter."""
-        inner, outer = self.groove_bottom_m
-        bore = 2 * inner * self.rings.bore_ratio
-        return float(bore), float(2 * outer / self.rings.outer_groove_ratio)
+        inner_bottom_m, outer_bottom_m = self.groove_bottom_m
+        bore_m = 2 * inner_bottom_m * self.rings.bore_ratio
+        return float(bore_m), float(2 * outer_bottom_m / self.rings.outer_groove_ratio)
 
     @cached_property
     def deformed_radius_m(self) -> FloatArray:
@@ -190,15 +190,15 @@ class Bearing:
             semi-axis across the rolling direction in m. The semi-axes are those under 1 N and grow
             with the cube root of the load.
         """
-        argument = 2 * cosine - 1
+        polynomial_argument = 2 * cosine - 1
         polynomials = self._hertz_polynomials
         # one axis for each leading axis of the argument
-        leading_axes = (1,) * (argument.ndim - 1)
+        leading_axes = (1,) * (polynomial_argument.ndim - 1)
         coefficients = polynomials.reshape(*polynomials.shape[:2], *leading_axes, 2)
         # Horner's rule, from the highest power
         values = coefficients[-1]
         for coefficient in coefficients[-2::-1]:
-            values = values * argument + coefficient
+            values = values * polynomial_argument + coefficient
         return values
 
     @cached_property

@@ -122,17 +122,24 @@ def inner_ring_growth_m(
         interference_m: Interference on the radius.
     """
     rings = bearing.rings
-    groove = bearing.groove_bottom_m[0]
-    fit = rings.bore_ratio * groove
+    groove_bottom_radius_m = bearing.groove_bottom_m[0]
+    fit_radius_m = rings.bore_ratio * groove_bottom_radius_m
     material = (rings.density_kg_m3, rings.youngs_modulus_pa, rings.poisson_ratio)
-    shaft_bore = shaft_bore_ratio * groove
-    as_one_body = centrifugal_growth_m(speed_rad_s, groove, shaft_bore, *material)
-    tight = as_one_body + fit_share(groove, fit, shaft_bore) * interference_m
-    alone = centrifugal_growth_m(speed_rad_s, groove, fit, *material)
-    return np.maximum(tight, alone)
+    shaft_bore_radius_m = shaft_bore_ratio * groove_bottom_radius_m
+    one_body_growth_m = centrifugal_growth_m(
+        speed_rad_s, groove_bottom_radius_m, shaft_bore_radius_m, *material
+    )
+    tight_growth_m = (
+        one_body_growth_m
+        + fit_share(groove_bottom_radius_m, fit_radius_m, shaft_bore_radius_m) * interference_m
+    )
+    ring_alone_growth_m = centrifugal_growth_m(
+        speed_rad_s, groove_bottom_radius_m, fit_radius_m, *material
+    )
+    return np.maximum(tight_growth_m, ring_alone_growth_m)
 
 
-def growth_of(
+def operating_growth(
     bearing: Bearing, speed_rad_s: FloatArray, outer_ring_temperature_c: FloatArray, inputs: Inputs
 ) -> Growth:
     """Growth of a bearing in operation.
@@ -144,22 +151,26 @@ def growth_of(
         inputs: Fits and differences of temperature.
     """
     rings = bearing.rings
-    outer_bottom = bearing.groove_bottom_m[1]
-    rotation_and_fit = inner_ring_growth_m(
+    outer_bottom_radius_m = bearing.groove_bottom_m[1]
+    inner_growth_m = inner_ring_growth_m(
         bearing, speed_rad_s, inputs.shaft_bore_ratio, inputs.shaft_interference_m
     )
-    outside = outer_bottom / rings.outer_groove_ratio
-    share = fit_share(outer_bottom, outside, outside * rings.housing_ratio)
-    squeeze = share * np.maximum(inputs.housing_interference_m, 0.0)
+    outside_radius_m = outer_bottom_radius_m / rings.outer_groove_ratio
+    fit_share_of_ring = fit_share(
+        outer_bottom_radius_m, outside_radius_m, outside_radius_m * rings.housing_ratio
+    )
+    squeeze_m = fit_share_of_ring * np.maximum(inputs.housing_interference_m, 0.0)
 
-    inner_temperature = outer_ring_temperature_c + inputs.ring_temperature_difference_k
-    warming = np.stack([inner_temperature, outer_ring_temperature_c], axis=-1)
-    warming -= DRAWING_TEMPERATURE_C
-    ball_warming = warming.mean(axis=-1) + inputs.ball_temperature_difference_k
-    ring_strain = rings.expansion_1_k * warming
-    ball_strain = rings.ball_expansion_1_k * ball_warming[:, np.newaxis]
-    centre = ring_strain * bearing.groove_centre_radius_m
-    centre += np.stack([rotation_and_fit, -squeeze], axis=-1)
-    groove_radius = np.array(bearing.groove_curvature) * bearing.ball_diameter_m
-    offset = ring_strain * groove_radius - ball_strain * bearing.ball_diameter_m / 2
-    return Growth(centre, offset)
+    inner_ring_temperature_c = outer_ring_temperature_c + inputs.ring_temperature_difference_k
+    ring_warming_k = np.stack([inner_ring_temperature_c, outer_ring_temperature_c], axis=-1)
+    ring_warming_k -= DRAWING_TEMPERATURE_C
+    ball_warming_k = ring_warming_k.mean(axis=-1) + inputs.ball_temperature_difference_k
+    ring_strain = rings.expansion_1_k * ring_warming_k
+    ball_strain = rings.ball_expansion_1_k * ball_warming_k[:, np.newaxis]
+    centre_growth_m = ring_strain * bearing.groove_centre_radius_m
+    centre_growth_m += np.stack([inner_growth_m, -squeeze_m], axis=-1)
+    groove_curvature_radius_m = np.array(bearing.groove_curvature) * bearing.ball_diameter_m
+    offset_growth_m = (
+        ring_strain * groove_curvature_radius_m - ball_strain * bearing.ball_diameter_m / 2
+    )
+    return Growth(centre_growth_m, offset_growth_m)

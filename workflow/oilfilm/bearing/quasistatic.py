@@ -33,7 +33,7 @@ _MAX_ITERATIONS = 30
 _SMALLEST_LOAD_N = 1e-3
 # The search for the start divides its interval of angles into so many parts, so many times. That
 # gives 1e-5 rad, near enough for Newton's method.
-_PARTS = 8
+_INTERVAL_PARTS = 8
 _NARROWINGS = 6
 # Sign of the inner and the outer normal relative to the contact angle.
 _NORMAL_SIGNS = np.array([-1.0, 1.0])
@@ -135,7 +135,10 @@ class Equilibrium:
 
 
 def contacts_at(
-    bearing: Bearing, ball_m: FloatArray, displacement_m: FloatArray, growth: Growth | None = None
+    bearing: Bearing,
+    ball_position_m: FloatArray,
+    displacement_m: FloatArray,
+    growth: Growth | None = None,
 ) -> Contacts:
     """Normal contacts of balls from their positions.
 
@@ -144,59 +147,61 @@ def contacts_at(
 
     Args:
         bearing: The bearing.
-        ball_m: Position of the ball's centre relative to that of the outer groove, shape (..., 2)
-            of (x, r).
+        ball_position_m: Position of the ball's centre relative to that of the outer groove, shape
+            (..., 2) of (x, r).
         displacement_m: Displacement of the inner ring along x, shape (...).
         growth: Growth of rings and balls at the points.
     """
-    unloaded = bearing.groove_centre_distance_m
-    axial = unloaded * np.sin(bearing.contact_angle_rad) + displacement_m
+    unloaded_distance_m = bearing.groove_centre_distance_m
+    axial_distance_m = unloaded_distance_m * np.sin(bearing.contact_angle_rad) + displacement_m
     grooves = _grooves(bearing, growth)
-    inner_groove = np.stack([axial, grooves.centre_distance + 0 * displacement_m], axis=-1)
+    inner_groove_m = np.stack(
+        [axial_distance_m, grooves.centre_distance_m + 0 * displacement_m], axis=-1
+    )
     # from the centre of each groove to that of the ball; the last axis holds the contacts
-    arm = np.stack([ball_m - inner_groove, ball_m], axis=-1)
-    length = np.sqrt((arm**2).sum(axis=-2))
-    normal = arm / length[..., np.newaxis, :]
-    approach = np.maximum(length - grooves.offset, 0.0)
+    arm_m = np.stack([ball_position_m - inner_groove_m, ball_position_m], axis=-1)
+    arm_length_m = np.sqrt((arm_m**2).sum(axis=-2))
+    normal = arm_m / arm_length_m[..., np.newaxis, :]
+    approach_m = np.maximum(arm_length_m - grooves.offset_m, 0.0)
     stiffness, unit_semi_axis_x, unit_semi_axis_y = bearing.under_unit_load(
         np.abs(normal[..., 1, :])
     )
-    load = stiffness * approach**1.5
-    cube_root_of_load = np.cbrt(load)
+    load_n = stiffness * approach_m**1.5
+    cube_root_of_load = np.cbrt(load_n)
     return Contacts(
         normal=normal,
-        load_n=load,
+        load_n=load_n,
         semi_axis_x_m=unit_semi_axis_x * cube_root_of_load,
         semi_axis_y_m=unit_semi_axis_y * cube_root_of_load,
-        orbit_radius_m=grooves.outer_radius + ball_m[..., 1],
+        orbit_radius_m=grooves.outer_radius_m + ball_position_m[..., 1],
     )
 
 
 class _Grooves(NamedTuple):
-    """Where the grooves are, for a bearing of the drawing or one value per point; in m.
+    """Where the grooves are, for a bearing of the drawing or one value per point.
 
     Attributes:
-        centre_distance: Radial distance of the two groove centres.
-        offset: Distance from each groove centre to the ball's centre in an unloaded contact, shape
-            (2,) or (points, 2).
-        outer_radius: Distance of the outer groove's centre from the bearing's axis.
+        centre_distance_m: Radial distance of the two groove centres.
+        offset_m: Distance from each groove centre to the ball's centre in an unloaded contact,
+            shape (2,) or (points, 2).
+        outer_radius_m: Distance of the outer groove's centre from the bearing's axis.
     """
 
-    centre_distance: Floats
-    offset: FloatArray
-    outer_radius: Floats
+    centre_distance_m: Floats
+    offset_m: FloatArray
+    outer_radius_m: Floats
 
 
 def _grooves(bearing: Bearing, growth: Growth | None) -> _Grooves:
     """The grooves of a bearing, with the growth of its rings and balls if there is one."""
-    radial_distance = bearing.groove_centre_distance_m * np.cos(bearing.contact_angle_rad)
+    radial_distance_m = bearing.groove_centre_distance_m * np.cos(bearing.contact_angle_rad)
     if growth is None:
-        return _Grooves(radial_distance, bearing.groove_offset_m, bearing.outer_groove_radius_m)
-    inner, outer = growth.centre_m[:, 0], growth.centre_m[:, 1]
+        return _Grooves(radial_distance_m, bearing.groove_offset_m, bearing.outer_groove_radius_m)
+    inner_growth_m, outer_growth_m = growth.centre_m[:, 0], growth.centre_m[:, 1]
     return _Grooves(
-        centre_distance=radial_distance + inner - outer,
-        offset=bearing.groove_offset_m + growth.offset_m,
-        outer_radius=bearing.outer_groove_radius_m + outer,
+        centre_distance_m=radial_distance_m + inner_growth_m - outer_growth_m,
+        offset_m=bearing.groove_offset_m + growth.offset_m,
+        outer_radius_m=bearing.outer_groove_radius_m + outer_growth_m,
     )
 
 
@@ -211,21 +216,26 @@ def rolling_motion(bearing: Bearing, contacts: Contacts, ring_speed_rad_s: Float
     Reference: T. A. Harris, Rolling Bearing Analysis, ball motion in angular-contact bearings;
         A. B. Jones, J. Basic Eng. 81 (1959) 1.
     """
-    radius = bearing.ball_diameter_m / 2
+    ball_radius_m = bearing.ball_diameter_m / 2
     sine = _NORMAL_SIGNS * contacts.normal[..., 0, :]
     cosine = _NORMAL_SIGNS * contacts.normal[..., 1, :]
-    race_radius = contacts.orbit_radius_m[..., np.newaxis] + _NORMAL_SIGNS * radius * cosine
+    race_radius_m = (
+        contacts.orbit_radius_m[..., np.newaxis] + _NORMAL_SIGNS * ball_radius_m * cosine
+    )
     # the vector (-axis_x, axis_r) is parallel to the ball's axis
-    axis_x = cosine[..., 1] + radius / contacts.orbit_radius_m
+    axis_x = cosine[..., 1] + ball_radius_m / contacts.orbit_radius_m
     axis_r = sine[..., 1]
     axis_length = np.hypot(axis_x, axis_r)
     # distance of each contact from the ball's axis, over the ball's radius, times the length
-    lever = cosine * axis_x[..., np.newaxis] + sine * axis_r[..., np.newaxis]
-    weight = race_radius * axis_length[..., np.newaxis] / lever
-    orbit_speed = (ring_speed_rad_s * weight).sum(axis=-1) / weight.sum(axis=-1)
-    relative_speed = orbit_speed - ring_speed_rad_s[..., 1]
-    spin = relative_speed * weight[..., 1] / (radius * axis_length)
-    return Motion(orbit_speed, np.stack([-spin * axis_x, spin * axis_r, 0 * spin], axis=-1))
+    relative_lever = cosine * axis_x[..., np.newaxis] + sine * axis_r[..., np.newaxis]
+    weight = race_radius_m * axis_length[..., np.newaxis] / relative_lever
+    orbit_speed_rad_s = (ring_speed_rad_s * weight).sum(axis=-1) / weight.sum(axis=-1)
+    relative_orbit_rad_s = orbit_speed_rad_s - ring_speed_rad_s[..., 1]
+    spin_rad_s = relative_orbit_rad_s * weight[..., 1] / (ball_radius_m * axis_length)
+    return Motion(
+        orbit_speed_rad_s,
+        np.stack([-spin_rad_s * axis_x, spin_rad_s * axis_r, 0 * spin_rad_s], axis=-1),
+    )
 
 
 def centrifugal_force_n(bearing: Bearing, contacts: Contacts, motion: Motion) -> FloatArray:
@@ -241,17 +251,17 @@ def gyroscopic_moment_n_m(bearing: Bearing, motion: Motion) -> FloatArray:
     inertia_times_orbit = bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
     w_r = motion.spin_rad_s[..., 1]
     w_t = motion.spin_rad_s[..., 2]
-    moment_r = -inertia_times_orbit * w_t
-    moment_t = inertia_times_orbit * w_r
-    return np.stack([0 * w_r, moment_r, moment_t], axis=-1)
+    moment_r_n_m = -inertia_times_orbit * w_t
+    moment_t_n_m = inertia_times_orbit * w_r
+    return np.stack([0 * w_r, moment_r_n_m, moment_t_n_m], axis=-1)
 
 
-def ball_force_n(bearing: Bearing, points: OperatingPoints) -> FloatArray:
+def ball_force_scale_n(bearing: Bearing, points: OperatingPoints) -> FloatArray:
     """Scale of the forces on a ball, shape (points,): axial load plus centrifugal force."""
-    orbit_speed = points.ring_speed_rad_s.sum(axis=1) / 2
-    centrifugal = bearing.ball_mass_kg * bearing.pitch_diameter_m / 2 * orbit_speed**2
-    force = np.abs(points.axial_load_n) / bearing.ball_count + centrifugal
-    return np.maximum(force, np.finfo(float).tiny)
+    orbit_speed_rad_s = points.ring_speed_rad_s.sum(axis=1) / 2
+    centrifugal_n = bearing.ball_mass_kg * bearing.pitch_diameter_m / 2 * orbit_speed_rad_s**2
+    force_n = np.abs(points.axial_load_n) / bearing.ball_count + centrifugal_n
+    return np.maximum(force_n, np.finfo(float).tiny)
 
 
 def raceway_control(
@@ -272,7 +282,7 @@ def raceway_control(
     Reference: T. A. Harris, Rolling Bearing Analysis, high-speed ball bearings; A. B. Jones,
         J. Basic Eng. 82 (1960) 309.
     """
-    force = ball_force_n(bearing, points)
+    force_scale_n = ball_force_scale_n(bearing, points)
 
     def ball_state(unknowns: FloatArray, which: IndexArray) -> tuple[Contacts, Motion]:
         """Contacts and motion of the balls of the points `which`."""
@@ -285,19 +295,20 @@ def raceway_control(
         contacts, motion = ball_state(unknowns, which)
         normal = contacts.normal
         # tangential force of the outer race, which supplies the moment about t
-        moment = gyroscopic_moment_n_m(bearing, motion)[..., 2]
-        tangential_force = gyroscopic_sign * 2 / bearing.ball_diameter_m * moment
-        force_on_ball = -contacts.load_n[..., np.newaxis, :] * normal
-        force_on_ball[..., 0, 1] -= tangential_force * normal[..., 1, 1]
-        force_on_ball[..., 1, 1] += tangential_force * normal[..., 0, 1]
-        force_of_races = force_on_ball.sum(axis=-1)
-        axial_sum = force_of_races[..., 0]
-        radial_sum = force_of_races[..., 1] + centrifugal_force_n(bearing, contacts, motion)
-        axial_sum_on_ring = (
-            points.axial_load_n[which] / bearing.ball_count - force_on_ball[..., 0, 0]
+        moment_t_n_m = gyroscopic_moment_n_m(bearing, motion)[..., 2]
+        tangential_force_n = gyroscopic_sign * 2 / bearing.ball_diameter_m * moment_t_n_m
+        force_on_ball_n = -contacts.load_n[..., np.newaxis, :] * normal
+        force_on_ball_n[..., 0, 1] -= tangential_force_n * normal[..., 1, 1]
+        force_on_ball_n[..., 1, 1] += tangential_force_n * normal[..., 0, 1]
+        force_of_races_n = force_on_ball_n.sum(axis=-1)
+        axial_sum_n = force_of_races_n[..., 0]
+        radial_sum_n = force_of_races_n[..., 1] + centrifugal_force_n(bearing, contacts, motion)
+        axial_sum_on_ring_n = (
+            points.axial_load_n[which] / bearing.ball_count - force_on_ball_n[..., 0, 0]
         )
         return (
-            np.stack([axial_sum, radial_sum, axial_sum_on_ring], axis=-1) / force[which, np.newaxis]
+            np.stack([axial_sum_n, radial_sum_n, axial_sum_on_ring_n], axis=-1)
+            / force_scale_n[which, np.newaxis]
         )
 
     start = _frictionless_state(bearing, points)
@@ -314,43 +325,51 @@ def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray
     cot(alpha_o) - cot(alpha_i) is the centrifugal force over q. The radial distance of the groove
     centres is known. That is one monotone equation for alpha_i. Its interval is narrowed down.
     """
-    count = len(points.axial_load_n)
-    load_per_ball = np.abs(points.axial_load_n) / bearing.ball_count
-    load_per_ball = np.maximum(load_per_ball, _SMALLEST_LOAD_N)
+    point_count = len(points.axial_load_n)
+    load_per_ball_n = np.abs(points.axial_load_n) / bearing.ball_count
+    load_per_ball_n = np.maximum(load_per_ball_n, _SMALLEST_LOAD_N)
     cosine = np.cos(bearing.contact_angle_rad)
     gamma = bearing.ball_diameter_m * cosine / bearing.pitch_diameter_m
-    orbit_speed = points.ring_speed_rad_s @ [(1 - gamma) / 2, (1 + gamma) / 2]
-    centrifugal = bearing.ball_mass_kg * bearing.pitch_diameter_m / 2 * orbit_speed**2
-    relative_centrifugal = centrifugal / load_per_ball
+    orbit_speed_rad_s = points.ring_speed_rad_s @ [(1 - gamma) / 2, (1 + gamma) / 2]
+    centrifugal_n = bearing.ball_mass_kg * bearing.pitch_diameter_m / 2 * orbit_speed_rad_s**2
+    relative_centrifugal = centrifugal_n / load_per_ball_n
     grooves = _grooves(bearing, points.growth)
     # with one axis for the angles that are tried
-    offset = np.broadcast_to(grooves.offset, (count, 2))[:, np.newaxis, :]
-    radial_distance = np.broadcast_to(grooves.centre_distance, count)[:, np.newaxis]
+    offset_m = np.broadcast_to(grooves.offset_m, (point_count, 2))[:, np.newaxis, :]
+    radial_distance_m = np.broadcast_to(grooves.centre_distance_m, point_count)[:, np.newaxis]
     # delta/Q^(2/3) of each contact
     stiffness, _, _ = bearing.under_unit_load(np.full(2, cosine))
     compliance = stiffness ** (-2 / 3)
 
-    def angles_and_lengths(inner_angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def angles_and_lengths(inner_angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Contact angles and distances from groove centre to ball centre, (..., 2)."""
-        outer_cotangent = 1 / np.tan(inner_angle) + relative_centrifugal[:, np.newaxis]
-        outer_angle = np.arctan2(1.0, outer_cotangent)
-        angle = np.stack([inner_angle, outer_angle], axis=-1)
-        load = load_per_ball[:, np.newaxis, np.newaxis] / np.sin(angle)
-        return angle, offset + compliance * np.cbrt(load) ** 2
+        outer_cotangent = 1 / np.tan(inner_angle_rad) + relative_centrifugal[:, np.newaxis]
+        outer_angle_rad = np.arctan2(1.0, outer_cotangent)
+        contact_angle_rad = np.stack([inner_angle_rad, outer_angle_rad], axis=-1)
+        load_n = load_per_ball_n[:, np.newaxis, np.newaxis] / np.sin(contact_angle_rad)
+        return contact_angle_rad, offset_m + compliance * np.cbrt(load_n) ** 2
 
-    lowest_angle = np.zeros((count, 1))
-    width = np.pi
+    lowest_angle_rad = np.zeros((point_count, 1))
+    interval_width_rad = np.pi
     for _ in range(_NARROWINGS):
-        width /= _PARTS
-        angle, length = angles_and_lengths(lowest_angle + width * np.arange(1, _PARTS))
-        radial = (length * np.cos(angle)).sum(axis=-1)
-        too_small = radial > radial_distance
-        lowest_angle = lowest_angle + width * too_small.sum(axis=-1, keepdims=True)
-    angle, length = angles_and_lengths(lowest_angle + width / 2)
-    angle = angle[:, 0]
-    length = length[:, 0]
+        interval_width_rad /= _INTERVAL_PARTS
+        contact_angle_rad, centre_distance_m = angles_and_lengths(
+            lowest_angle_rad + interval_width_rad * np.arange(1, _INTERVAL_PARTS)
+        )
+        radial_distance_of_angle_m = (centre_distance_m * np.cos(contact_angle_rad)).sum(axis=-1)
+        is_too_small = radial_distance_of_angle_m > radial_distance_m
+        lowest_angle_rad = lowest_angle_rad + interval_width_rad * is_too_small.sum(
+            axis=-1, keepdims=True
+        )
+    contact_angle_rad, centre_distance_m = angles_and_lengths(
+        lowest_angle_rad + interval_width_rad / 2
+    )
+    contact_angle_rad = contact_angle_rad[:, 0]
+    centre_distance_m = centre_distance_m[:, 0]
     direction = np.where(points.axial_load_n < 0, -1.0, 1.0)
-    axial = direction[:, np.newaxis] * length * np.sin(angle)
-    unloaded = bearing.groove_centre_distance_m * np.sin(bearing.contact_angle_rad)
-    outer_radial = length[:, 1] * np.cos(angle[:, 1])
-    return np.column_stack([axial[:, 1], outer_radial, axial.sum(axis=1) - unloaded])
+    axial_distance_m = direction[:, np.newaxis] * centre_distance_m * np.sin(contact_angle_rad)
+    unloaded_axial_m = bearing.groove_centre_distance_m * np.sin(bearing.contact_angle_rad)
+    outer_radial_m = centre_distance_m[:, 1] * np.cos(contact_angle_rad[:, 1])
+    return np.column_stack(
+        [axial_distance_m[:, 1], outer_radial_m, axial_distance_m.sum(axis=1) - unloaded_axial_m]
+    )

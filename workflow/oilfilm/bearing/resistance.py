@@ -72,17 +72,17 @@ class Lubrication:
             drag_coefficient: c_D of a ball in the row.
             oil_volume_fraction: Share of oil in the volume between the rings.
         """
-        count = len(inlet_temperature_c)
+        point_count = len(inlet_temperature_c)
         return cls(
             inlet_temperature_c=inlet_temperature_c,
             oil=InletOil.from_oil(oil, inlet_temperature_c),
             oil_density_kg_m3=oil.density_kg_m3(inlet_temperature_c),
-            oil_volume_fraction=np.full(count, oil_volume_fraction),
-            drag_coefficient=np.full(count, drag_coefficient),
-            feed_flow_m3_s=np.zeros(count),
-            replenishment_constant=np.zeros(count),
-            ellipse_factor=np.ones(count),
-            factors=np.ones((count, len(FACTORS))),
+            oil_volume_fraction=np.full(point_count, oil_volume_fraction),
+            drag_coefficient=np.full(point_count, drag_coefficient),
+            feed_flow_m3_s=np.zeros(point_count),
+            replenishment_constant=np.zeros(point_count),
+            ellipse_factor=np.ones(point_count),
+            factors=np.ones((point_count, len(FACTORS))),
         )
 
     def with_inputs(self, inputs: Inputs) -> "Lubrication":
@@ -145,10 +145,14 @@ class Lubrication:
             bearing: The bearing.
             speed_rad_s: Speed of one ring relative to the other.
         """
-        bore, outside = bearing.bore_and_outside_m
-        viscosity = self.oil.dynamic_viscosity_pa_s / self.oil_density_kg_m3
+        bore_m, outside_diameter_m = bearing.bore_and_outside_m
+        kinematic_viscosity_m2_s = self.oil.dynamic_viscosity_pa_s / self.oil_density_kg_m3
         return replenishment_factor(
-            self.replenishment_constant, viscosity, speed_rad_s, bore, outside
+            self.replenishment_constant,
+            kinematic_viscosity_m2_s,
+            speed_rad_s,
+            bore_m,
+            outside_diameter_m,
         )
 
 
@@ -200,8 +204,8 @@ def rolling_force_n(
     u = dynamic_viscosity_pa_s * entrainment_speed_m_s / (modulus * radius_x_m)
     w = load_n / (modulus * radius_x_m**2)
     common_factor = modulus * radius_x_m**2 * np.cbrt(w)
-    rigid = 2.9766 * common_factor * k**0.3316 * u ** (2 / 3)
-    elastic = 7.5826 * common_factor * k**0.4055 * u**0.75
+    rigid_force_n = 2.9766 * common_factor * k**0.3316 * u ** (2 / 3)
+    elastic_force_n = 7.5826 * common_factor * k**0.4055 * u**0.75
     # 1/(1 + M/6.6), numerator and denominator times U^0.75, because M is infinite at rest
     numerator = u**0.75
     denominator = np.asarray(numerator + 0.5549 * k**-0.6029 * w / 6.6)
@@ -209,7 +213,7 @@ def rolling_force_n(
     weight_of_rigid = np.divide(
         numerator, denominator, out=np.zeros_like(denominator), where=denominator > 0
     )
-    return np.asarray((rigid - elastic) * weight_of_rigid + elastic)
+    return np.asarray((rigid_force_n - elastic_force_n) * weight_of_rigid + elastic_force_n)
 
 
 def hysteresis_moment_n_m(
@@ -239,8 +243,8 @@ def hysteresis_moment_n_m(
         7.48e-07 N m
     """
     k = radius_y_m / radius_x_m
-    shape = 1 - 3.519e-3 * np.maximum(k - 1, 0) ** 0.8063
-    return np.asarray(7.48e-7 * (ball_diameter_m / 2) ** 0.33 * load_n**1.33 * shape)
+    shape_factor = 1 - 3.519e-3 * np.maximum(k - 1, 0) ** 0.8063
+    return np.asarray(7.48e-7 * (ball_diameter_m / 2) ** 0.33 * load_n**1.33 * shape_factor)
 
 
 def rolling_force_reduction(
@@ -287,9 +291,14 @@ def drag_force_n(
         >>> print(f"{drag_force_n(np.sqrt(4 / np.pi), 1000.0, 1.0, 1.0):.1f} N")
         500.0 N
     """
-    area = np.pi * ball_diameter_m**2 / 4
+    frontal_area_m2 = np.pi * ball_diameter_m**2 / 4
     return np.asarray(
-        density_kg_m3 * drag_coefficient * area / 2 * np.abs(ball_speed_m_s) * ball_speed_m_s
+        density_kg_m3
+        * drag_coefficient
+        * frontal_area_m2
+        / 2
+        * np.abs(ball_speed_m_s)
+        * ball_speed_m_s
     )
 
 
@@ -360,11 +369,15 @@ def replenishment_factor(
         >>> print(f"{factor:.4f}")
         0.8446
     """
-    bore, outside = bore_m * MM_PER_M, outside_diameter_m * MM_PER_M
-    viscosity = np.multiply(kinematic_viscosity_m2_s, _CST_PER_M2_S)
-    speed = np.abs(speed_rad_s) / RAD_S_PER_RPM
-    shape = (bore + outside) * np.sqrt(_GEOMETRY_CONSTANT / (2 * (outside - bore)))
-    return np.asarray(np.exp(-np.multiply(constant, viscosity) * speed * shape))
+    bore_mm, outside_diameter_mm = bore_m * MM_PER_M, outside_diameter_m * MM_PER_M
+    viscosity_cst = np.multiply(kinematic_viscosity_m2_s, _CST_PER_M2_S)
+    speed_rpm = np.abs(speed_rad_s) / RAD_S_PER_RPM
+    geometry_factor_mm = (bore_mm + outside_diameter_mm) * np.sqrt(
+        _GEOMETRY_CONSTANT / (2 * (outside_diameter_mm - bore_mm))
+    )
+    return np.asarray(
+        np.exp(-np.multiply(constant, viscosity_cst) * speed_rpm * geometry_factor_mm)
+    )
 
 
 def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray:
@@ -384,5 +397,5 @@ def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray
     Reference: N. P. Petroff, friction of journal bearings, 1883.
     """
     cage = bearing.cage
-    shape = cage.land_width_m * (cage.land_diameter_m / 2) ** 3 / cage.land_clearance_m
-    return np.asarray(2 * np.pi * lubrication.oil.dynamic_viscosity_pa_s * shape)
+    geometry_m3 = cage.land_width_m * (cage.land_diameter_m / 2) ** 3 / cage.land_clearance_m
+    return np.asarray(2 * np.pi * lubrication.oil.dynamic_viscosity_pa_s * geometry_m3)

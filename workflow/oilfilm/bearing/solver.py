@@ -37,7 +37,7 @@ _BROYDEN_STEPS = 20
 _BROYDEN_TOLERANCE = 1e-12
 
 # Keeps the equations regular where a ball touches nothing, so that no force depends on it.
-_SMALLEST_STIFFNESS = 1e-12
+_SMALLEST_DIAGONAL = 1e-12
 
 
 # Residuals of many bearings. Arguments: unknowns, shape (..., points, unknowns), and the numbers of
@@ -103,17 +103,17 @@ def solve(
     Reference: C. T. Kelley and D. E. Keyes, Convergence analysis of pseudo-transient continuation,
         SIAM J. Numer. Anal. 35 (1998) 508.
     """
-    count = len(start)
-    iterates = _Iterates(start.copy(), np.full(count, np.inf), np.zeros(count))
-    active = np.arange(count)
+    point_count = len(start)
+    iterates = _Iterates(start.copy(), np.full(point_count, np.inf), np.zeros(point_count))
+    unsolved = np.arange(point_count)
     for iteration in range(max_iterations):
         if iteration == _NEWTON_ITERATIONS:
-            iterates.damping[active] = _FIRST_DAMPING
-            iterates.unknowns[active] = start[active]
+            iterates.damping[unsolved] = _FIRST_DAMPING
+            iterates.unknowns[unsolved] = start[unsolved]
         damped = iteration >= _NEWTON_ITERATIONS
-        _chord_steps(equations, iterates, scale, active, damped)
-        active = active[iterates.largest_residual[active] > TOLERANCE]
-        if len(active) == 0:
+        _chord_steps(equations, iterates, scale, unsolved, damped)
+        unsolved = unsolved[iterates.largest_residual[unsolved] > TOLERANCE]
+        if len(unsolved) == 0:
             break
     return Solution(
         iterates.unknowns, iterates.largest_residual, iterates.largest_residual <= TOLERANCE
@@ -121,38 +121,42 @@ def solve(
 
 
 def _chord_steps(
-    equations: Equations, iterates: _Iterates, scale: FloatArray, active: IndexArray, damped: bool
+    equations: Equations,
+    iterates: _Iterates,
+    scale: FloatArray,
+    unsolved_points: IndexArray,
+    damped: bool,
 ) -> None:
-    """Steps of the active points with one Jacobian, in place, for as long as they help."""
-    remaining = active
+    """Steps of the unsolved points with one Jacobian, in place, for as long as they help."""
+    remaining = unsolved_points
     unknowns = iterates.unknowns[remaining]
     residual, jacobian = _linearised(equations, unknowns, scale[remaining], remaining)
     iterates.largest_residual[remaining] = _largest_residual(residual)
-    stiffness = (iterates.damping[remaining] + _SMALLEST_STIFFNESS)[:, np.newaxis, np.newaxis]
-    inverse = np.linalg.inv(stiffness * np.eye(unknowns.shape[1]) - jacobian)
-    for chord in range(_CHORD_STEPS):
+    diagonal = (iterates.damping[remaining] + _SMALLEST_DIAGONAL)[:, np.newaxis, np.newaxis]
+    inverse = np.linalg.inv(diagonal * np.eye(unknowns.shape[1]) - jacobian)
+    for chord_step in range(_CHORD_STEPS):
         step = np.einsum("pij,pj->pi", inverse, residual)
         length = np.abs(step).max(axis=1)
-        trial = unknowns + _shortening(length)[:, np.newaxis] * step * scale[remaining]
-        residual = equations(trial, remaining)
+        trial_unknowns = unknowns + _shortening(length)[:, np.newaxis] * step * scale[remaining]
+        residual = equations(trial_unknowns, remaining)
         largest_residual = _largest_residual(residual)
-        if chord > 0:
-            largest_ratio = _CHORD_GAIN
+        if chord_step > 0:
+            largest_allowed_ratio = _CHORD_GAIN
         else:
-            largest_ratio = np.inf if damped else _LARGEST_GROWTH
-        accepted = largest_residual < iterates.largest_residual[remaining] * largest_ratio
-        if chord == 0 and damped:
+            largest_allowed_ratio = np.inf if damped else _LARGEST_GROWTH
+        accepted = largest_residual < iterates.largest_residual[remaining] * largest_allowed_ratio
+        if chord_step == 0 and damped:
             damping = iterates.damping[remaining]
             iterates.damping[remaining] = _next_damping(damping, accepted, length)
-        iterates.unknowns[remaining[accepted]] = trial[accepted]
+        iterates.unknowns[remaining[accepted]] = trial_unknowns[accepted]
         iterates.largest_residual[remaining[accepted]] = largest_residual[accepted]
-        continues = accepted & (largest_residual > TOLERANCE)
-        if not continues.any():
+        is_unsolved = accepted & (largest_residual > TOLERANCE)
+        if not is_unsolved.any():
             break
-        remaining = remaining[continues]
-        unknowns = trial[continues]
-        residual = residual[continues]
-        inverse = inverse[continues]
+        remaining = remaining[is_unsolved]
+        unknowns = trial_unknowns[is_unsolved]
+        residual = residual[is_unsolved]
+        inverse = inverse[is_unsolved]
 
 
 def solve_near(
@@ -174,26 +178,26 @@ def solve_near(
     unknowns = start.copy()
     largest_residual = np.full(len(start), np.inf)
     remaining = np.arange(len(start))
-    current = start
-    residual = equations(current, remaining)
+    current_unknowns = start
+    residual = equations(current_unknowns, remaining)
     for _ in range(_BROYDEN_STEPS):
         largest_residual[remaining] = _largest_residual(residual)
         step = np.einsum("pij,pj->pi", inverse, residual)
         step *= _shortening(np.abs(step).max(axis=1))[:, np.newaxis]
-        current = current + step * scale[remaining]
+        current_unknowns = current_unknowns + step * scale[remaining]
         # The step from a root is not checked: its residuals would be rounding, and an updated
         # inverse would turn rounding into a direction.
-        unknowns[remaining] = current
-        continues = (largest_residual[remaining] > _BROYDEN_TOLERANCE) & np.isfinite(
+        unknowns[remaining] = current_unknowns
+        is_unsolved = (largest_residual[remaining] > _BROYDEN_TOLERANCE) & np.isfinite(
             largest_residual[remaining]
         )
-        remaining = remaining[continues]
-        current = current[continues]
+        remaining = remaining[is_unsolved]
+        current_unknowns = current_unknowns[is_unsolved]
         if len(remaining) == 0:
             break
-        new_residual = equations(current, remaining)
-        change = residual[continues] - new_residual
-        inverse = broyden_update(inverse[continues], step[continues], change)
+        new_residual = equations(current_unknowns, remaining)
+        change = residual[is_unsolved] - new_residual
+        inverse = broyden_update(inverse[is_unsolved], step[is_unsolved], change)
         residual = new_residual
     # a point that is not at a root after all steps is judged where its last step ended
     if len(remaining):
@@ -213,27 +217,29 @@ def broyden_update(inverse: FloatArray, step: FloatArray, change: FloatArray) ->
             the equations are linear, H c is the step.
     """
     expected_step = np.einsum("pij,pj->pi", inverse, change)
-    row = np.einsum("pi,pij->pj", step, inverse)
+    step_times_inverse = np.einsum("pi,pij->pj", step, inverse)
     denominator = np.einsum("pi,pi->p", step, expected_step)
     # without a denominator the inverse stays as it is
     weight = np.divide(1.0, denominator, out=np.zeros_like(denominator), where=denominator != 0)
-    return np.asarray(inverse + np.einsum("p,pi,pj->pij", weight, step - expected_step, row))
+    return np.asarray(
+        inverse + np.einsum("p,pi,pj->pij", weight, step - expected_step, step_times_inverse)
+    )
 
 
 def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArray) -> FloatArray:
     """Matrices that turn residuals into Newton steps in the unknowns' scale: (points, n, n)."""
     _, jacobian = _linearised(equations, unknowns, scale, np.arange(len(unknowns)))
-    regular = _SMALLEST_STIFFNESS * np.eye(unknowns.shape[1]) - jacobian
-    return np.asarray(np.linalg.inv(regular), dtype=np.float64)
+    regular_matrix = _SMALLEST_DIAGONAL * np.eye(unknowns.shape[1]) - jacobian
+    return np.asarray(np.linalg.inv(regular_matrix), dtype=np.float64)
 
 
 def _linearised(
     equations: Equations, unknowns: FloatArray, scale: FloatArray, which: IndexArray
 ) -> tuple[FloatArray, FloatArray]:
     """Residuals, and their derivatives by the scaled unknowns, from one call of the equations."""
-    count = unknowns.shape[1]
+    unknown_count = unknowns.shape[1]
     # the first row moves no unknown, each other row moves one of them
-    moves = np.eye(count + 1, count, k=-1)[:, np.newaxis] * _DIFFERENCE * scale
+    moves = np.eye(unknown_count + 1, unknown_count, k=-1)[:, np.newaxis] * _DIFFERENCE * scale
     residuals = equations(unknowns + moves, which)
     slopes = (residuals[1:] - residuals[0]) / _DIFFERENCE
     return residuals[0], np.moveaxis(slopes, 0, -1)
@@ -252,7 +258,7 @@ def _shortening(length: FloatArray) -> FloatArray:
 
 def _next_damping(damping: FloatArray, accepted: BoolArray, length: FloatArray) -> FloatArray:
     """Damping of the next step: smaller after a short step, larger after a long or refused one."""
-    too_long = ~accepted | ~(length < _LONGEST_STEP)
-    after_success = np.where(length < _SHORT_STEP, damping / _DAMPING_FACTOR, damping)
-    changed = np.where(too_long, damping * _DAMPING_FACTOR, after_success)
-    return np.where(changed < _SMALLEST_DAMPING, 0.0, changed)
+    is_too_long = ~accepted | ~(length < _LONGEST_STEP)
+    damping_after_success = np.where(length < _SHORT_STEP, damping / _DAMPING_FACTOR, damping)
+    next_damping = np.where(is_too_long, damping * _DAMPING_FACTOR, damping_after_success)
+    return np.where(next_damping < _SMALLEST_DAMPING, 0.0, next_damping)

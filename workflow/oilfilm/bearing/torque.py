@@ -43,27 +43,29 @@ def torque_terms(
     """
     balance = equilibrium.balance
     ball_count = equilibrium.problem.bearing.ball_count
-    inner_speed = equilibrium.problem.points.ring_speed_rad_s[:, 0]
+    inner_speed_rad_s = equilibrium.problem.points.ring_speed_rad_s[:, 0]
     # a division by infinity: no torque where nothing turns
-    divisor = np.where(inner_speed == 0, np.inf, inner_speed)
-    heat_of_term = dict(zip(HEATS, balance.heats_w, strict=True))
-    heat_of_term.update(_heat_by_sliding(equilibrium))
-    torque = equilibrium.torque_n_m()
-    heat = ball_count * np.sum(balance.heats_w, axis=0)
-    angle = np.degrees(balance.contacts.contact_angle_rad)
+    divisor_rad_s = np.where(inner_speed_rad_s == 0, np.inf, inner_speed_rad_s)
+    heat_w_of_term = dict(zip(HEATS, balance.heats_w, strict=True))
+    heat_w_of_term.update(_heat_by_sliding(equilibrium))
+    torque_n_m = equilibrium.torque_n_m()
+    heat_w = ball_count * np.sum(balance.heats_w, axis=0)
+    contact_angle_deg = np.degrees(balance.contacts.contact_angle_rad)
     conditions = _conditions_of_contacts(equilibrium)
     pressure_gpa = conditions.max_hertz_pressure_gpa
     lambda_ratio, film_in_range = film_ratio(equilibrium)
     terms = {
-        f"{name}_torque_n_m": ball_count * term_heat / divisor
-        for name, term_heat in heat_of_term.items()
+        f"{name}_torque_n_m": ball_count * heat_w_of_ball / divisor_rad_s
+        for name, heat_w_of_ball in heat_w_of_term.items()
     }
-    feed = equilibrium.problem.lubrication.feed_kg_s
-    terms["momentum_torque_n_m"] = np.where(np.isnan(feed), np.nan, terms["momentum_torque_n_m"])
+    feed_kg_s = equilibrium.problem.lubrication.feed_kg_s
+    terms["momentum_torque_n_m"] = np.where(
+        np.isnan(feed_kg_s), np.nan, terms["momentum_torque_n_m"]
+    )
     equilibrium_columns = {
-        "torque_n_m": torque,
+        "torque_n_m": torque_n_m,
         "outer_ring_torque_n_m": ball_count * balance.ring_moment_n_m[:, 1],
-        "energy_error": _relative_difference(torque * inner_speed, heat),
+        "energy_error": _relative_difference(torque_n_m * inner_speed_rad_s, heat_w),
         "quadrature_error": _quadrature_error(equilibrium),
         "residual": equilibrium.solution.residual,
         "converged": equilibrium.solution.converged,
@@ -72,8 +74,8 @@ def torque_terms(
         "outside_law": equilibrium.outside_law(),
         "cage_slip": equilibrium.cage_slip(),
         "inner_slide_roll_ratio": balance.sliding.middle_slide_roll_ratio[:, 0],
-        "inner_contact_angle_deg": angle[:, 0],
-        "outer_contact_angle_deg": angle[:, 1],
+        "inner_contact_angle_deg": contact_angle_deg[:, 0],
+        "outer_contact_angle_deg": contact_angle_deg[:, 1],
         "inner_max_hertz_pressure_gpa": pressure_gpa[:, 0],
         "outer_max_hertz_pressure_gpa": pressure_gpa[:, 1],
         "lambda_ratio": lambda_ratio,
@@ -92,28 +94,30 @@ def _film_columns(
     balance = equilibrium.balance
     film_traction = balance.traction
     load_share = equilibrium.problem.rule.share
-    load = balance.contacts.load_n
+    load_n = balance.contacts.load_n
     conditions = _conditions_of_contacts(equilibrium)
     pressure_gpa = conditions.max_hertz_pressure_gpa
-    speed = conditions.entrainment_speed_m_s
-    node_heat = film_traction.coefficient * film_traction.slide_roll_ratio * load_share
-    node_heat = node_heat * (load * speed)[..., np.newaxis]
+    speed_m_s = conditions.entrainment_speed_m_s
+    node_heat_w = film_traction.coefficient * film_traction.slide_roll_ratio * load_share
+    node_heat_w = node_heat_w * (load_n * speed_m_s)[..., np.newaxis]
     # every law is 0 at S = 0, so that slips below the lowest tested one are interpolated
     tested_slip = (0.0, tested["slide_roll_ratio"][1])
     beyond_slip = _is_beyond(film_traction.slide_roll_ratio, tested_slip)
     beyond_pressure = _is_beyond(pressure_gpa, tested["max_hertz_pressure_gpa"])
-    beyond_speed = _is_beyond(speed, tested["entrainment_speed_m_s"])
+    beyond_speed = _is_beyond(speed_m_s, tested["entrainment_speed_m_s"])
     # mu is the mean shear stress of a contact over its mean pressure
-    over_limit = film_traction.coefficient @ load_share > np.reshape(limiting_stress_ratio, (-1, 1))
-    node_load = load_share * load[..., np.newaxis]
+    is_over_limit = film_traction.coefficient @ load_share > np.reshape(
+        limiting_stress_ratio, (-1, 1)
+    )
+    node_load_n = load_share * load_n[..., np.newaxis]
     return {
-        "entrainment_speed_m_s": speed.mean(axis=1),
+        "entrainment_speed_m_s": speed_m_s.mean(axis=1),
         "largest_slide_roll_ratio": film_traction.slide_roll_ratio.max(axis=(1, 2)),
-        "mean_traction_coefficient": _weighted_mean(film_traction.coefficient, node_load),
+        "mean_traction_coefficient": _weighted_mean(film_traction.coefficient, node_load_n),
         "contacts_over_stress_limit": (
-            equilibrium.problem.bearing.ball_count * over_limit.sum(axis=1)
+            equilibrium.problem.bearing.ball_count * is_over_limit.sum(axis=1)
         ),
-        "share_beyond_slip": _weighted_mean(beyond_slip, node_heat),
+        "share_beyond_slip": _weighted_mean(beyond_slip, node_heat_w),
         "share_beyond_pressure": _weighted_mean(beyond_pressure, film_traction.heat_w),
         "share_beyond_speed": _weighted_mean(beyond_speed, film_traction.heat_w),
     }
@@ -127,14 +131,19 @@ def _conditions_of_contacts(equilibrium: FrictionEquilibrium) -> Conditions:
 def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     """Relative error of the heat of traction by quadrature, from a finer rule: (points,)."""
     problem, balance = equilibrium.problem, equilibrium.balance
-    ring_speed = problem.points.ring_speed_rad_s
+    ring_speed_rad_s = problem.points.ring_speed_rad_s
     finer_rule = problem.rule.finer()
     sliding_state = sliding(
-        problem.bearing, balance.contacts, balance.motion, ring_speed, finer_rule
+        problem.bearing, balance.contacts, balance.motion, ring_speed_rad_s, finer_rule
     )
-    factor = problem.lubrication.traction_factor
+    traction_factor = problem.lubrication.traction_factor
     finer_traction = traction(
-        balance.contacts, sliding_state, balance.conditions, problem.law, finer_rule, factor
+        balance.contacts,
+        sliding_state,
+        balance.conditions,
+        problem.law,
+        finer_rule,
+        traction_factor,
     )
     return _relative_difference(
         finer_traction.heat_w.sum(axis=1), balance.traction.heat_w.sum(axis=1)
@@ -156,16 +165,16 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     oil = problem.lubrication.oil_in_contacts
     conditions = _conditions_of_contacts(equilibrium)
     # the formula needs a load above 0
-    load = np.maximum(conditions.load_n, np.finfo(float).tiny)
-    conditions = replace(conditions, load_n=load)
+    load_n = np.maximum(conditions.load_n, np.finfo(float).tiny)
+    conditions = replace(conditions, load_n=load_n)
     mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.share
     film_m = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
-    loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
-    within_range = within_thermal_reduction(conditions.relative_pressure, loading)
-    in_range = np.asarray(within_range.all(axis=1))
-    thinnest = film_m.min(axis=1) * problem.replenishment()
-    ratio = thinnest / problem.bearing.roughness_rq_m
-    return np.where(in_range, ratio, np.nan), in_range
+    thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
+    contact_in_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
+    film_in_range = np.asarray(contact_in_range.all(axis=1))
+    thinnest_film_m = film_m.min(axis=1) * problem.replenishment()
+    lambda_ratio = thinnest_film_m / problem.bearing.roughness_rq_m
+    return np.where(film_in_range, lambda_ratio, np.nan), film_in_range
 
 
 def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
@@ -181,17 +190,17 @@ def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     """
     balance = equilibrium.balance
     forces, sliding_state = balance.traction, balance.sliding
-    orbital_speed = sliding_state.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
-    roll_heat_in_middle = sliding_state.roll_rad_s * sliding_state.middle_m * forces.along_n
+    orbital_speed_m_s = sliding_state.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
+    roll_heat_in_middle_w = sliding_state.roll_rad_s * sliding_state.middle_m * forces.along_n
     # spin of the ball about t; the slice keeps the axis of the contacts
-    tangent_spin = balance.motion.spin_rad_s[:, 2:]
-    heats = {
-        "gross": forces.along_n * orbital_speed + roll_heat_in_middle,
+    tangent_spin_rad_s = balance.motion.spin_rad_s[:, 2:]
+    heats_w = {
+        "gross": forces.along_n * orbital_speed_m_s + roll_heat_in_middle_w,
         "spin": -sliding_state.spin_rad_s * forces.about_normal_n_m,
-        "differential": -sliding_state.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle,
-        "gyroscopic": -tangent_spin * forces.about_tangent_n_m,
+        "differential": -sliding_state.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle_w,
+        "gyroscopic": -tangent_spin_rad_s * forces.about_tangent_n_m,
     }
-    return {name: heat.sum(axis=1) for name, heat in heats.items()}
+    return {name: heat_w.sum(axis=1) for name, heat_w in heats_w.items()}
 
 
 def _is_beyond(values: FloatArray, tested: FloatArray | tuple[float, float]) -> FloatArray:
@@ -261,14 +270,14 @@ def palmgren_torque_n_m(
         >>> print(f"{palmgren_torque_n_m(0.0, 1000.0, 8e-6, 0.1, 0.5, 1.0, 1e-3):.3f} N m")
         0.040 N m
     """
-    pitch = pitch_diameter_m * MM_PER_M
+    pitch_diameter_mm = pitch_diameter_m * MM_PER_M
     viscosity_times_speed = kinematic_viscosity_m2_s * _CST_PER_M2_S * speed_rpm
     viscosity_times_speed = np.maximum(viscosity_times_speed, 2000.0)
-    speed_term = 1e-7 * f0 * viscosity_times_speed ** (2 / 3) * pitch**3
+    speed_term_n_mm = 1e-7 * f0 * viscosity_times_speed ** (2 / 3) * pitch_diameter_mm**3
     # Palmgren has another formula for bearings without contact angle
     load_factor = 0.9 / np.tan(contact_angle_rad) if contact_angle_rad > 0 else np.nan
-    load_term = f1 * load_factor * axial_load_n * pitch
-    return np.asarray(_N_M_PER_N_MM * (speed_term + load_term))
+    load_term_n_mm = f1 * load_factor * axial_load_n * pitch_diameter_mm
+    return np.asarray(_N_M_PER_N_MM * (speed_term_n_mm + load_term_n_mm))
 
 
 def skf_torque_n_m(
@@ -309,16 +318,24 @@ def skf_torque_n_m(
         >>> print(f"{skf_torque_n_m(1000.0, 0.0, 5e-6, 0.1):.3f} N m")
         0.035 N m
     """
-    pitch = pitch_diameter_m * MM_PER_M
-    nu = kinematic_viscosity_m2_s * _CST_PER_M2_S
-    nu_n = nu * np.asarray(speed_rpm, dtype=float)
-    inlet_heating = 1 / (1 + 1.84e-9 * (speed_rpm * pitch) ** 1.28 * nu**0.64)
-    rolling_centrifugal = 1.90e-12 * pitch**4 * np.square(speed_rpm)
-    rolling_load = rolling_centrifugal + 1.97 * axial_load_n
-    rolling_torque = 5.03e-7 * pitch**1.97 * rolling_load**0.54 * nu_n**0.6
-    sliding_centrifugal = 1.91e-12 * pitch**4 * np.square(speed_rpm)
-    sliding_load = sliding_centrifugal ** (4 / 3) + 0.68 * np.power(axial_load_n, 4 / 3)
-    mixed_share = np.exp(-2.6e-8 * nu_n**1.4 * pitch)
-    friction_coefficient = mixed_share * 0.12 + (1 - mixed_share) * 0.04
-    sliding_torque = friction_coefficient * 1.30e-2 * pitch**0.26 * sliding_load
-    return np.asarray(_N_M_PER_N_MM * (inlet_heating * rolling_torque + sliding_torque))
+    pitch_diameter_mm = pitch_diameter_m * MM_PER_M
+    viscosity_cst = kinematic_viscosity_m2_s * _CST_PER_M2_S
+    viscosity_times_speed = viscosity_cst * np.asarray(speed_rpm, dtype=float)
+    inlet_heating_factor = 1 / (
+        1 + 1.84e-9 * (speed_rpm * pitch_diameter_mm) ** 1.28 * viscosity_cst**0.64
+    )
+    rolling_centrifugal_n = 1.90e-12 * pitch_diameter_mm**4 * np.square(speed_rpm)
+    rolling_load_n = rolling_centrifugal_n + 1.97 * axial_load_n
+    rolling_torque_n_mm = (
+        5.03e-7 * pitch_diameter_mm**1.97 * rolling_load_n**0.54 * viscosity_times_speed**0.6
+    )
+    sliding_centrifugal_n = 1.91e-12 * pitch_diameter_mm**4 * np.square(speed_rpm)
+    sliding_load_factor = sliding_centrifugal_n ** (4 / 3) + 0.68 * np.power(axial_load_n, 4 / 3)
+    boundary_weight = np.exp(-2.6e-8 * viscosity_times_speed**1.4 * pitch_diameter_mm)
+    friction_coefficient = boundary_weight * 0.12 + (1 - boundary_weight) * 0.04
+    sliding_torque_n_mm = (
+        friction_coefficient * 1.30e-2 * pitch_diameter_mm**0.26 * sliding_load_factor
+    )
+    return np.asarray(
+        _N_M_PER_N_MM * (inlet_heating_factor * rolling_torque_n_mm + sliding_torque_n_mm)
+    )

@@ -19,7 +19,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import CAUSES, Budget
 from oilfilm.torque.feasible_tests import limits_with_counts
-from oilfilm.torque.next_tests import NextTests, Request, plan_oil, request_of
+from oilfilm.torque.next_tests import NextTests, Request, plan_oil, request_from_settings
 from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs
 from oilfilm.torque.wanted_quantities import BEARING_TARGETS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
@@ -170,7 +170,7 @@ def _requested_plan(options: argparse.Namespace, settings: Settings, config: Pat
     """What the plan shall contain, by the options, else by the settings."""
     name = options.bearing
     geometry = named_file(config, "bearing", name, "--bearing").bearing(name) if name else None
-    request = request_of(settings, geometry)
+    request = request_from_settings(settings, geometry)
     if options.duty:
         request = replace(request, duty=np.array([_duty_point(text) for text in options.duty]))
     if options.count is not None:

@@ -46,7 +46,7 @@ from oilfilm.exports.description import (
     number_or_none,
     plain,
 )
-from oilfilm.exports.languages import FORTRAN, MATLAB, MODELICA, PYTHON, TEMPLATES, C
+from oilfilm.exports.languages import C_LANGUAGE, FORTRAN, MATLAB, MODELICA, PYTHON, TEMPLATES
 from oilfilm.fits.certificate_sentences import certificate
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings
@@ -75,7 +75,7 @@ _TIME_FORMAT = "%Y-%m-%dT%H:%M:%SZ"
 _BOLD = Font(bold=True)
 _TITLE = Font(bold=True, size=14)
 _INPUT_COLOUR = PatternFill("solid", fgColor="FFF2CC")
-_COLUMNS = "ABCDEFGH"
+_COLUMN_LETTERS = "ABCDEFGH"
 _COLUMN_WIDTHS = (12, 18, 16, 16, 16, 16, 16, 16)  # in characters
 
 
@@ -91,13 +91,13 @@ def workbook(description: Description) -> bytes:
     book.properties.modified = _FIXED_TIME
     book.calculation = CalcProperties(fullCalcOnLoad=True)
     book.active.title = "mu"
-    _fill(book.active, description)
-    for letter, width in zip(_COLUMNS, _COLUMN_WIDTHS, strict=True):
+    _fill_sheet(book.active, description)
+    for letter, width in zip(_COLUMN_LETTERS, _COLUMN_WIDTHS, strict=True):
         book.active.column_dimensions[letter].width = width
     return _fixed_bytes(book)
 
 
-def _add(sheet: Any, *values: Any, font: Font | None = None) -> int:
+def _add_row(sheet: Any, *values: Any, font: Font | None = None) -> int:
     """Write the next row. A text that begins with "=" is a formula.
 
     Returns:
@@ -110,45 +110,52 @@ def _add(sheet: Any, *values: Any, font: Font | None = None) -> int:
     return int(sheet.max_row)
 
 
-def _fill(sheet: Any, description: Description) -> None:
+def _fill_sheet(sheet: Any, description: Description) -> None:
     """Write a head, cells for the operating point, mu, the constants and the steps to mu.
 
     No text begins with a name or sentence of the campaign, because it could be a formula.
     """
     _add_head(sheet, description)
     cell_of_name, outside_count = _add_inputs(sheet, description)
-    _add(sheet, None)
-    mu_row = _add(sheet, "mu", None, "1", "traction force over load, of the sign of S", font=_TITLE)
-    inside = f'IF(ABS(B{mu_row})>{description.limit!r},"{_IMPOSSIBLE}","inside the tested box")'
-    outside = '"EXTRAPOLATED: outside the tested box"'
-    _add(sheet, "range", f"=IF({outside_count}=0,{inside},{outside})")
-    _add(sheet, NOT_MARKED)
-    _add(sheet, None)
+    _add_row(sheet, None)
+    mu_row = _add_row(
+        sheet, "mu", None, "1", "traction force over load, of the sign of S", font=_TITLE
+    )
+    inside_formula = (
+        f'IF(ABS(B{mu_row})>{description.limiting_stress_ratio!r},"{_IMPOSSIBLE}",'
+        '"inside the tested box")'
+    )
+    outside_formula = '"EXTRAPOLATED: outside the tested box"'
+    _add_row(sheet, "range", f"=IF({outside_count}=0,{inside_formula},{outside_formula})")
+    _add_row(sheet, NOT_MARKED)
+    _add_row(sheet, None)
     cell_of_name |= _add_constants(sheet, description)
-    _add(sheet, None)
-    _add(sheet, "Steps", font=_BOLD)
-    spreadsheet = Language(_SPREADSHEET_FORMS, identifier=lambda name: cell_of_name[name])
-    for name, value in description.steps(constants_by_name=True):
-        row = _add(sheet, name, f"={spreadsheet.write(value)}")
+    _add_row(sheet, None)
+    _add_row(sheet, "Steps", font=_BOLD)
+    spreadsheet_language = Language(_SPREADSHEET_FORMS, identifier=lambda name: cell_of_name[name])
+    for name, expression_of_step in description.steps(constants_by_name=True):
+        row = _add_row(sheet, name, f"={spreadsheet_language.write(expression_of_step)}")
         cell_of_name[name] = f"$B${row}"
-    size = cell_of_name["mu"]
-    mu = f"IF({cell_of_name[SLIP]}<0,-{size},{size})"
-    positive = [f"{cell_of_name[condition.name]}>0" for condition in description.powers]
-    if positive:
-        mu = f"IF(AND({','.join(positive)}),{mu},NA())"
-    sheet.cell(mu_row, 2).value = f"={mu}"
+    mu_size_cell = cell_of_name["mu"]
+    mu_formula = f"IF({cell_of_name[SLIP]}<0,-{mu_size_cell},{mu_size_cell})"
+    positivity_formulas = [
+        f"{cell_of_name[condition.name]}>0" for condition in description.power_arguments
+    ]
+    if positivity_formulas:
+        mu_formula = f"IF(AND({','.join(positivity_formulas)}),{mu_formula},NA())"
+    sheet.cell(mu_row, 2).value = f"={mu_formula}"
     sheet.cell(mu_row, 2).number_format = "0.00000"
 
 
 def _add_head(sheet: Any, description: Description) -> None:
     """Write the oil, the origin of the constants, the quality of the fit and the law."""
-    _add(sheet, f"Traction coefficient of the oil {plain(description.oil)}", font=_TITLE)
-    _add(sheet, description.origin, font=_BOLD)
+    _add_row(sheet, f"Traction coefficient of the oil {plain(description.oil)}", font=_TITLE)
+    _add_row(sheet, description.origin, font=_BOLD)
     for line in (*description.fit_sentences, *description.law_sentences):
-        _add(sheet, line)
+        _add_row(sheet, line)
     if description.where_known:
-        _add(sheet, f"{KNOWN_WHERE_TESTED}: {description.where_known}")
-    _add(sheet, None)
+        _add_row(sheet, f"{KNOWN_WHERE_TESTED}: {description.where_known}")
+    _add_row(sheet, None)
 
 
 def _add_inputs(sheet: Any, description: Description) -> tuple[dict[str, str], str]:
@@ -157,25 +164,34 @@ def _add_inputs(sheet: Any, description: Description) -> tuple[dict[str, str], s
     Returns:
         The cell of each argument by name, and a formula for the number of arguments outside.
     """
-    _add(sheet, "Type numbers into the yellow cells", font=_BOLD)
+    _add_row(sheet, "Type numbers into the yellow cells", font=_BOLD)
     heads = ("symbol", "value", "unit", "tested from", "to", "", "meaning")
-    head_row = _add(sheet, *heads, font=_BOLD)
+    head_row = _add_row(sheet, *heads, font=_BOLD)
     cell_of_name = {}
     for condition in (*description.arguments, description.slip):
         lower, upper = condition.tested
         meaning = condition.meaning
         # a first value that the user replaces: the middle of the range, and a small slip
-        start = None if lower is None or upper is None else (lower + upper) / 2
+        first_value = None if lower is None or upper is None else (lower + upper) / 2
         if condition.name == SLIP:
             largest_slip = upper or 0.0
             lower = -largest_slip
             upper = largest_slip
             meaning = f"slide-roll ratio, {SLIP_MEANING}, either sign"
-            start = (largest_slip or 0.1) / 6
+            first_value = (largest_slip or 0.1) / 6
         row = sheet.max_row + 1
-        inside = f"AND(ISNUMBER(B{row}),B{row}>=D{row},B{row}<=E{row})"
-        tested = f'=IF({inside},"tested","OUTSIDE")'
-        _add(sheet, condition.symbol, start, condition.unit, lower, upper, tested, meaning)
+        inside_formula = f"AND(ISNUMBER(B{row}),B{row}>=D{row},B{row}<=E{row})"
+        tested_formula = f'=IF({inside_formula},"tested","OUTSIDE")'
+        _add_row(
+            sheet,
+            condition.symbol,
+            first_value,
+            condition.unit,
+            lower,
+            upper,
+            tested_formula,
+            meaning,
+        )
         sheet.cell(row, 2).fill = _INPUT_COLOUR
         cell_of_name[condition.name] = f"$B${row}"
     return cell_of_name, f'COUNTIF(F{head_row + 1}:F{sheet.max_row},"OUTSIDE")'
@@ -187,35 +203,35 @@ def _add_constants(sheet: Any, description: Description) -> dict[str, str]:
     Returns:
         The cell of each constant by name.
     """
-    _add(sheet, "Constants (power law of each coefficient)", font=_BOLD)
+    _add_row(sheet, "Constants (power law of each coefficient)", font=_BOLD)
     law = description.law
     exponents = [exponent_meaning(law, group) for group in law.groups]
-    _add(sheet, "", "at the reference", *exponents, font=_BOLD)
+    _add_row(sheet, "", "at the reference", *exponents, font=_BOLD)
     cell_of_name = {}
     for coefficient in law.local_constants:
         names = [f"{coefficient}{number}" for number in range(len(exponents) + 1)]
-        row = _add(sheet, coefficient, *(description.values[name] for name in names))
+        row = _add_row(sheet, coefficient, *(description.values[name] for name in names))
         # column A has the name of the coefficient
-        for column, name in zip(_COLUMNS[1:], names, strict=False):
+        for column, name in zip(_COLUMN_LETTERS[1:], names, strict=False):
             cell_of_name[name] = f"${column}${row}"
     return cell_of_name
 
 
 def _fixed_bytes(book: Workbook) -> bytes:
     """The workbook without the clock, and uncompressed: another zlib gives other bytes."""
-    saved = io.BytesIO()
-    fixed = io.BytesIO()
-    book.save(saved)
+    saved_file = io.BytesIO()
+    fixed_file = io.BytesIO()
+    book.save(saved_file)
     # openpyxl sets the time of the last change when it saves
     saved_time = book.properties.modified.strftime(_TIME_FORMAT).encode()
     fixed_time = _FIXED_TIME.strftime(_TIME_FORMAT).encode()
-    with zipfile.ZipFile(saved) as source, zipfile.ZipFile(fixed, "w") as target:
+    with zipfile.ZipFile(saved_file) as source, zipfile.ZipFile(fixed_file, "w") as target:
         for name in source.namelist():
             content = source.read(name)
             if name == "docProps/core.xml":
                 content = content.replace(saved_time, fixed_time)
             target.writestr(zipfile.ZipInfo(name, _FIXED_TIME.timetuple()[:6]), content)
-    return fixed.getvalue()
+    return fixed_file.getvalue()
 
 
 # ---------------------------------------------------------------- JSON and csv
@@ -300,7 +316,7 @@ def json_text(
         "oil": description.oil,
         "origin": description.origin,
         "campaign": campaign_as_json,
-        "data": description.data,
+        "data": description.kind_of_data,
         "law": {
             "name": law.name,
             # operators and functions as in Python
@@ -321,7 +337,7 @@ def json_text(
         "conditions": [
             asdict(condition) for condition in (*description.conditions, description.slip)
         ],
-        "limiting_stress_over_pressure": description.limit,
+        "limiting_stress_over_pressure": description.limiting_stress_ratio,
         "constants": list(description.constants),
         "not_sound": list(description.fitted.warnings),
         "fit": _fit_as_json(description),
@@ -415,8 +431,8 @@ def _adore_row(description: Description, requested: Mapping[str, float]) -> dict
         np.nan if name in fixed_names else requested[name] for name in law.conditions
     ]
     conditions = description.fitted.at_tested_levels(np.array([argument_values]))
-    values = [number_or_none(level) for level in conditions[0]]
-    point = dict(zip(law.conditions, values, strict=True))
+    level_values = [number_or_none(level) for level in conditions[0]]
+    point = dict(zip(law.conditions, level_values, strict=True))
     speed = point["entrainment_speed_m_s"]
     if speed is None:
         raise ValueError("the point has no entrainment speed")
@@ -432,8 +448,8 @@ def _adore_row(description: Description, requested: Mapping[str, float]) -> dict
         "D": d,
         "peak_slip_velocity": peak_slip * speed,
         "peak_mu": peak_mu,
-        "outside_tested_box": description.outside(groups),
-        "peak_above_limiting_stress": peak_mu > description.limit,
+        "outside_tested_box": description.is_outside_tested_box(groups),
+        "peak_above_limiting_stress": peak_mu > description.limiting_stress_ratio,
         "peak_outside_tested_slip": peak_slip > (description.slip.tested[1] or 0.0),
     }
 
@@ -443,7 +459,7 @@ def _adore_constants(
 ) -> tuple[float, float, float, float]:
     """A, B, C and D over the slide-roll ratio, at one row of the law's groups."""
     coefficients = description.coefficients_at(groups)
-    nodes = {name: expression.name(name) for name in coefficients}
+    nodes = {name: expression.name_node(name) for name in coefficients}
     form = [expression.parse(text, nodes) for text in description.law.adore or ()]
     evaluate = expression.compiled(list(coefficients), form)
     a, b, c, d = evaluate(*coefficients.values())
@@ -474,7 +490,9 @@ FORMS = {
     "spreadsheet": _ExportForm(
         "traction_*.xlsx", "Excel, LibreOffice", "type P, U, T and S", workbook
     ),
-    "C": _ExportForm("traction_*.h", "C99, C++11", "include it; needs libm (`-lm`) only", C.source),
+    "C": _ExportForm(
+        "traction_*.h", "C99, C++11", "include it; needs libm (`-lm`) only", C_LANGUAGE.source
+    ),
     "Fortran": _ExportForm(
         "traction_*.f90", "Fortran 2008", "compile it; arrays too", FORTRAN.source
     ),
@@ -503,7 +521,7 @@ def export_campaign(
     law = LAWS[settings.fit.law]
     quality = results.fit_quality
     identifier_of_oil = identifiers(quality.loc[quality["law"] == law.name, "oil"])
-    fits = [
+    descriptions = [
         describe(results, oil, identifier, law, settings)
         for oil, identifier in identifier_of_oil.items()
     ]
@@ -515,7 +533,7 @@ def export_campaign(
         if files_of_study:
             files_of_studies |= files_of_study
             sentences_of_studies += f"\n{study.exported}\n"
-    return in_folders(fits, digests, sentences_of_studies) | files_of_studies
+    return in_folders(descriptions, digests, sentences_of_studies) | files_of_studies
 
 
 def in_folders(
@@ -531,10 +549,10 @@ def in_folders(
     Returns:
         Content of each file, by path.
     """
-    files = {"README.md": _index(descriptions, text_below).encode()}
+    files = {"README.md": _readme_page(descriptions, text_below).encode()}
     for description in descriptions:
-        for file, content in export(description, provenance).items():
-            files[f"{description.identifier}/{file}"] = content
+        for file_name, content in export(description, provenance).items():
+            files[f"{description.identifier}/{file_name}"] = content
     return files
 
 
@@ -551,7 +569,7 @@ def export(description: Description, provenance: Mapping[str, Any]) -> dict[str,
     csv_file = f"traction_{description.identifier}.csv"
     file_of_form = {"CSV": csv_file}
     not_written = {}
-    contents: dict[str, str | bytes] = {csv_file: csv_table(description)}
+    content_of_file: dict[str, str | bytes] = {csv_file: csv_table(description)}
     for form_name, form in FORMS.items():
         obstacle = description.obstacle
         if not obstacle and form_name == "ADORE":
@@ -559,40 +577,40 @@ def export(description: Description, provenance: Mapping[str, Any]) -> dict[str,
         if obstacle:
             not_written[form_name] = obstacle
             continue
-        file = form.file.replace("*", description.identifier)
-        file_of_form[form_name] = file
-        contents[file] = form.write(description)
+        file_name = form.file.replace("*", description.identifier)
+        file_of_form[form_name] = file_name
+        content_of_file[file_name] = form.write(description)
     json_file = f"traction_{description.identifier}.json"
-    contents[json_file] = json_text(description, file_of_form, not_written, provenance)
-    files = {}
-    for file, content in contents.items():
-        files[file] = content.encode() if isinstance(content, str) else content
-    return files
+    content_of_file[json_file] = json_text(description, file_of_form, not_written, provenance)
+    bytes_of_file = {}
+    for file_name, content in content_of_file.items():
+        bytes_of_file[file_name] = content.encode() if isinstance(content, str) else content
+    return bytes_of_file
 
 
-def _index(fits: Sequence[Description], text_below: str) -> str:
+def _readme_page(descriptions: Sequence[Description], text_below: str) -> str:
     """A page in Markdown: the oils, and the programs that read each file."""
     oils = []
-    for fit in fits:
+    for description in descriptions:
         oils.append(
             {
-                "name": plain(fit.oil),
-                "folder": fit.identifier,
-                "certificate": fit.certificate,
-                "depends": _variables_of_mu(fit),
+                "name": plain(description.oil),
+                "folder": description.identifier,
+                "certificate": description.certificate,
+                "depends": _variables_of_mu(description),
             }
         )
     return TEMPLATES.get_template("README.md.jinja").render(
-        origins=dict.fromkeys(fit.origin for fit in fits),
+        origins=dict.fromkeys(description.origin for description in descriptions),
         oils=oils,
         forms=FORMS.values(),
         below=text_below,
     )
 
 
-def _variables_of_mu(fit: Description) -> str:
+def _variables_of_mu(description: Description) -> str:
     """The variables of mu, and the levels of the other conditions."""
-    if fit.obstacle:
+    if description.obstacle:
         return "unknown"
-    symbols = ", ".join([condition.symbol for condition in fit.arguments] + ["S"])
-    return f"{symbols}; {fit.where_known}" if fit.where_known else symbols
+    symbols = ", ".join([condition.symbol for condition in description.arguments] + ["S"])
+    return f"{symbols}; {description.where_known}" if description.where_known else symbols

@@ -67,14 +67,14 @@ def identifiers(oils: Iterable[str]) -> Mapping[str, str]:
         {'4102': '4102', 'Ester 5': 'ester_5'}
     """
     plain_names = {oil: re.sub(r"[^a-z0-9]+", "_", oil.lower()).strip("_") for oil in oils}
-    uses = Counter(plain_names.values())
+    name_counts = Counter(plain_names.values())
     identifier_of_oil = {}
     for oil, name in plain_names.items():
         identifier = name
-        if not name or uses[name] > 1 or len(name) > _IDENTIFIER_LETTERS_MAX:
+        if not name or name_counts[name] > 1 or len(name) > _IDENTIFIER_LETTERS_MAX:
             digest = hashlib.sha256(oil.encode()).hexdigest()[:_DIGEST_LETTERS]
-            beginning = name[: _IDENTIFIER_LETTERS_MAX - _DIGEST_LETTERS - 1]
-            identifier = f"{beginning}_{digest}".strip("_")
+            start_of_name = name[: _IDENTIFIER_LETTERS_MAX - _DIGEST_LETTERS - 1]
+            identifier = f"{start_of_name}_{digest}".strip("_")
         identifier_of_oil[oil] = identifier
     return identifier_of_oil
 
@@ -118,7 +118,7 @@ class Condition:
     tested: tuple[float | None, float | None]
 
     @property
-    def relative(self) -> str:
+    def relative_name(self) -> str:
         """Name of its value over the reference, in exported code."""
         return f"bar_{self.symbol.lower()}"
 
@@ -170,7 +170,7 @@ class Description:
         return self.fitted.law
 
     @property
-    def data(self) -> Literal["measured", "simulated", "printed"]:
+    def kind_of_data(self) -> Literal["measured", "simulated", "printed"]:
         """The kind of data behind the constants."""
         return "printed" if self.campaign is None else self.campaign.data
 
@@ -186,7 +186,7 @@ class Description:
             "oil": self.oil,
             "law": self.law.name,
             "campaign": "" if self.campaign is None else self.campaign.name,
-            "data": self.data,
+            "data": self.kind_of_data,
             "certified": self.certified,
             "not_sound": "; ".join(self.fitted.warnings),
         }
@@ -202,7 +202,7 @@ class Description:
         return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed)
 
     @property
-    def limit(self) -> float:
+    def limiting_stress_ratio(self) -> float:
         """Limiting shear stress of the oil over the pressure: no film carries a larger |mu|."""
         return self.fitted.coefficients.limiting_stress_ratio
 
@@ -219,7 +219,7 @@ class Description:
         return [condition.name for condition in self.arguments] + [SLIP]
 
     @property
-    def powers(self) -> tuple[Condition, ...]:
+    def power_arguments(self) -> tuple[Condition, ...]:
         """The arguments that enter by a power, which has no value at 0 and below."""
         return tuple(
             condition for condition in self.arguments if condition.name not in self.law.exponential
@@ -228,22 +228,22 @@ class Description:
     @property
     def power_meanings(self) -> str:
         """These arguments in a few words: "pressure and speed"; empty without one."""
-        meanings = [condition.meaning.partition(",")[0] for condition in self.powers]
+        meanings = [condition.meaning.partition(",")[0] for condition in self.power_arguments]
         if len(meanings) < 2:
             return "".join(meanings)
         return f"{', '.join(meanings[:-1])} and {meanings[-1]}"
 
     def power_law(self, conditions: Sequence[Condition]) -> str:
         """The power law of the coefficients in these conditions, as an equation."""
-        powers = []
+        power_texts = []
         for condition in conditions:
-            number = self.conditions.index(condition) + 1
-            relative = f"{condition.symbol} / {condition.reference:g} {condition.unit}"
+            exponent_index = self.conditions.index(condition) + 1
+            relative_text = f"{condition.symbol} / {condition.reference:g} {condition.unit}"
             if condition.name in self.law.exponential:
-                powers.append(f"exp(X{number} ({relative} - 1))")
+                power_texts.append(f"exp(X{exponent_index} ({relative_text} - 1))")
             else:
-                powers.append(f"({relative})^X{number}")
-        return f"X = X0 {' '.join(powers)} for X = {', '.join(self.law.local_constants)}"
+                power_texts.append(f"({relative_text})^X{exponent_index}")
+        return f"X = X0 {' '.join(power_texts)} for X = {', '.join(self.law.local_constants)}"
 
     @property
     def obstacle(self) -> str:
@@ -265,26 +265,28 @@ class Description:
         Args:
             constants_by_name: Whether a constant appears by its name; by its value otherwise.
         """
-        constants = {
+        text_of_constant = {
             name: name if constants_by_name else repr(value) for name, value in self.values.items()
         }
         steps = []
         for condition in self.arguments:
-            steps.append((condition.relative, f"{condition.name}/{condition.reference!r}"))
+            steps.append((condition.relative_name, f"{condition.name}/{condition.reference!r}"))
         for coefficient in self.law.local_constants:
-            factors = [constants[f"{coefficient}0"]]
-            for number, condition in enumerate(self.conditions, 1):
-                exponent = f"{coefficient}{number}"
-                if condition.role != "argument" or self.values[exponent] == 0:
+            factors = [text_of_constant[f"{coefficient}0"]]
+            for exponent_index, condition in enumerate(self.conditions, 1):
+                exponent_name = f"{coefficient}{exponent_index}"
+                if condition.role != "argument" or self.values[exponent_name] == 0:
                     continue
                 if condition.name in self.law.exponential:
-                    factors.append(f"exp({constants[exponent]}*({condition.relative} - 1))")
+                    factors.append(
+                        f"exp({text_of_constant[exponent_name]}*({condition.relative_name} - 1))"
+                    )
                 else:
-                    factors.append(f"{condition.relative}**{constants[exponent]}")
+                    factors.append(f"{condition.relative_name}**{text_of_constant[exponent_name]}")
             steps.append((coefficient, " * ".join(factors)))
         steps.append(("S", f"abs({SLIP})"))
         steps += self.law.steps
-        return expression.parse_steps(steps, (*self.argument_names, *constants))
+        return expression.parse_steps(steps, (*self.argument_names, *text_of_constant))
 
     def coefficients_at(self, groups: FloatArray) -> dict[str, float]:
         """The coefficients, with their signs, by name.
@@ -300,12 +302,12 @@ class Description:
         signs = [coefficient.sign for coefficient in law.coefficients]
         return dict(zip(law.local_constants, (sizes * signs).tolist(), strict=True))
 
-    def outside(self, groups: FloatArray) -> bool:
+    def is_outside_tested_box(self, groups: FloatArray) -> bool:
         """Whether a row of the law's groups is outside the tested box, at any slip."""
         # an unknown end is NaN: every comparison with it is false
-        ends = np.array([condition.tested for condition in self.conditions], dtype=float)
-        inside = (ends[:, 0] <= groups) & (groups <= ends[:, 1])
-        return not inside[self.fitted.coefficients.followed].all()
+        tested_ends = np.array([condition.tested for condition in self.conditions], dtype=float)
+        is_inside = (tested_ends[:, 0] <= groups) & (groups <= tested_ends[:, 1])
+        return not is_inside[self.fitted.coefficients.followed].all()
 
     # ------------------------------------------------------------ sentences
 
@@ -356,10 +358,10 @@ class Description:
         if self.published is not None:
             sentences = list(self.published.sentences)
         else:
-            fit = present(self.quality, "quality", "the description of a fit")
+            quality = present(self.quality, "quality", "the description of a fit")
             sentences = [
-                f"Fit: {fit['n_points']} points of {fit['n_curves']} runs, rms error of mu "
-                f"{fit['rmse']:.2g}; {self.certificate}"
+                f"Fit: {quality['n_points']} points of {quality['n_curves']} runs, rms error of mu "
+                f"{quality['rmse']:.2g}; {self.certificate}"
             ]
             misfit = misfit_beside_scatter(*self.misfit_and_scatter)
             if misfit:
@@ -391,7 +393,7 @@ class Description:
         for condition in self.arguments:
             sentences.append(
                 f"{condition.name}: {condition.symbol}, {condition.meaning}, {condition.unit}; "
-                f"{span(*condition.tested)}"
+                f"{range_text(*condition.tested)}"
             )
         sentences.append(f"{SLIP}: {self.slip_range}")
         return sentences
@@ -399,7 +401,7 @@ class Description:
     @property
     def slip_range(self) -> str:
         """S in words, and its tested range."""
-        return f"S, {SLIP_MEANING}, either sign; |S| {span(*self.slip.tested)}"
+        return f"S, {SLIP_MEANING}, either sign; |S| {range_text(*self.slip.tested)}"
 
 
 def describe(
@@ -484,14 +486,17 @@ def _with_load(
         requested: Operating points, by column.
         accepted: Accepted rows of the table of points, of the oil.
     """
-    factors = (accepted[_LOAD] / accepted[_PRESSURE] ** 3).to_numpy(dtype=float)
+    load_over_cubed_pressure = (accepted[_LOAD] / accepted[_PRESSURE] ** 3).to_numpy(dtype=float)
     # a comparison with NaN is false
-    is_one_contact = len(factors) > 0 and np.ptp(factors) <= _SAME_CONTACT * factors.max()
+    is_one_contact = (
+        len(load_over_cubed_pressure) > 0
+        and np.ptp(load_over_cubed_pressure) <= _SAME_CONTACT * load_over_cubed_pressure.max()
+    )
     if not is_one_contact:
         return tuple(requested)
     points = []
     for point in requested:
-        load_n = float(factors[0]) * point[_PRESSURE] ** 3
+        load_n = float(load_over_cubed_pressure[0]) * point[_PRESSURE] ** 3
         points.append({**point, _LOAD: load_n})
     return tuple(points)
 
@@ -539,7 +544,7 @@ def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
     }
 
 
-def span(lower: float | None, upper: float | None) -> str:
+def range_text(lower: float | None, upper: float | None) -> str:
     """A range in words."""
     if lower is None or upper is None:
         return "unknown"

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oilfilm.base.units import ABSOLUTE_ZERO_C, PA_PER_GPA
-from oilfilm.exports.description import SLIP, Condition, Description, plain, span
+from oilfilm.exports.description import SLIP, Condition, Description, plain, range_text
 from oilfilm.traction.expression import Form, Language, functions_of
 
 _EXPRESSION_WIDTH = 88  # leaves room for indentation within Fortran's 132 columns
@@ -58,7 +58,7 @@ class _SiInput(NamedTuple):
     def sentence(self, condition: Condition) -> str:
         """Name, meaning, unit and tested range."""
         lower, upper = condition.tested
-        tested = span(self._in_si(lower), self._in_si(upper))
+        tested = range_text(self._in_si(lower), self._in_si(upper))
         return f"{self.name}: {condition.symbol}, {condition.meaning}, {self.unit}; {tested}"
 
     def _in_si(self, value: float | None) -> float | None:
@@ -106,26 +106,27 @@ class Target:
     def source(self, description: Description) -> str:
         """The functions of a law: mu, and whether it is extrapolated."""
         steps = description.steps()
-        functions = functions_of([value for _, value in steps])
+        used_functions = functions_of([value for _, value in steps])
         arguments = description.arguments
         return TEMPLATES.get_template(f"{self.template}.jinja").render(
             name=description.identifier,
             oil=plain(description.oil),
-            data_label=_LABEL_OF_DATA[description.data],
+            data_label=_LABEL_OF_DATA[description.kind_of_data],
             arguments=arguments,
             argument_names=description.argument_names,
-            powers=description.powers,
+            powers=description.power_arguments,
             power_meanings=description.power_meanings,
             slip=SLIP,
             slip_end=description.slip.tested[1],
-            limit=repr(description.limit),
+            limit=repr(description.limiting_stress_ratio),
             marked_where="mu is extrapolated or its size is above "
-            f"{description.limit:g}, the oil's limiting shear stress over the pressure",
+            f"{description.limiting_stress_ratio:g}, the oil's limiting shear stress over the "
+            "pressure",
             steps=[
                 (self.language.identifier(name), self._wrapped(self.language.write(value)))
                 for name, value in steps
             ],
-            needs=lambda *names: not functions.isdisjoint(names),
+            needs=lambda *names: not used_functions.isdisjoint(names),
             head=partial(description.header, description.argument_sentences),
             head_si=partial(description.header, _si_sentences(description)),
             result=partial(_result_sentence, description),
@@ -166,7 +167,7 @@ class Target:
 
 def _result_sentence(description: Description, no_value: str) -> str:
     """A sentence on the result of the function; `no_value` is its result without a mu."""
-    if not description.powers:
+    if not description.power_arguments:
         return "mu, of the sign of S"
     return f"mu, of the sign of S; {no_value} unless {description.power_meanings} are above 0"
 
@@ -180,7 +181,7 @@ def _si_sentences(description: Description) -> list[str]:
     return sentences
 
 
-C = Target("c.h", Language({"**": Form("pow({}, {})"), "abs": Form("fabs({})")}))
+C_LANGUAGE = Target("c.h", Language({"**": Form("pow({}, {})"), "abs": Form("fabs({})")}))
 FORTRAN = Target(
     "fortran.f90",
     Language(

@@ -406,9 +406,9 @@ def _sums_of_curves(
     slip = problem.observations.slip[point]
     curvatures: tuple[FloatArray | float, ...] = ()
     if with_hessian:
-        mu, slopes, curvatures = law.value_slopes_and_curvatures(sizes, slip, followed)
+        mu, slopes, curvatures = law.mu_slopes_and_curvatures(sizes, slip, followed)
     else:
-        mu, all_slopes = law.value_and_slopes(sizes, slip)
+        mu, all_slopes = law.mu_and_slopes(sizes, slip)
         slopes = tuple(all_slopes[index] for index in followed)
     residual = mu - problem.mu[point]
     pairs = _lower_triangle(len(slopes))

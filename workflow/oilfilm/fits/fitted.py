@@ -635,7 +635,7 @@ class FittedLaw:
         coefficients = self.coefficients
         design = law.design(conditions, coefficients.followed)
         sizes = law.sizes(to_internal(law, coefficients.constants), design)
-        mu, slopes = law.value_and_slopes(sizes, np.abs(slip))
+        mu, slopes = law.mu_and_slopes(sizes, np.abs(slip))
         return mu, np.hstack([slope[:, np.newaxis] * design for slope in slopes])
 
     @cached_property

@@ -222,11 +222,11 @@ def ellipticity(radius_x_m: Floats, radius_y_m: Floats) -> FloatArray:
         raise ValueError("reduced radii of an elliptical contact must be positive")
     log_ratio = np.log(np.divide(radius_y_m, radius_x_m))
     # |ln k| is below |ln(Ry/Rx)|. With the 1, rounding cannot decide the signs where both are 0.
-    bound = np.abs(log_ratio) + 1
+    log_k_bound = np.abs(log_ratio) + 1
     # imported here because the import takes half a second and a ball on a flat does not need it
     from scipy.optimize import elementwise  # noqa: PLC0415
 
-    root = elementwise.find_root(_ellipticity_error, (-bound, bound), args=(log_ratio,))
+    root = elementwise.find_root(_ellipticity_error, (-log_k_bound, log_k_bound), args=(log_ratio,))
     return np.exp(root.x)
 
 

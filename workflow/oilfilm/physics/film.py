@@ -72,13 +72,23 @@ def isothermal_film_thickness(
         0.211 um
     """
     a, b, c, d, e, f = _HAMROCK_DOWSON[thickness]
-    modulus, radius = conditions.reduced_modulus_pa, conditions.radius_x_m
-    u = oil.dynamic_viscosity_pa_s * conditions.entrainment_speed_m_s / (modulus * radius)
-    g = oil.pressure_viscosity_coefficient_1_pa * modulus
-    w = conditions.load_n / (modulus * radius**2)
+    reduced_modulus_pa, radius_x_m = conditions.reduced_modulus_pa, conditions.radius_x_m
+    dimensionless_speed = (
+        oil.dynamic_viscosity_pa_s
+        * conditions.entrainment_speed_m_s
+        / (reduced_modulus_pa * radius_x_m)
+    )
+    material_parameter = oil.pressure_viscosity_coefficient_1_pa * reduced_modulus_pa
+    dimensionless_load = conditions.load_n / (reduced_modulus_pa * radius_x_m**2)
     side_leakage_factor = 1 - e * np.exp(-f * conditions.ellipticity)
-    relative_thickness = a * u**b * g**c * w**-d * side_leakage_factor
-    return np.asarray(relative_thickness * radius)
+    relative_thickness = (
+        a
+        * dimensionless_speed**b
+        * material_parameter**c
+        * dimensionless_load**-d
+        * side_leakage_factor
+    )
+    return np.asarray(relative_thickness * radius_x_m)
 
 
 def thermal_reduction_factor(
@@ -111,7 +121,7 @@ def thermal_reduction_factor(
     """
     slip_factor = 1 + 2.23 * np.abs(slide_roll_ratio) ** 0.83
     shear_term = 0.213 * slip_factor * thermal_loading**0.64
-    return np.asarray(_numerator(relative_pressure, thermal_loading) / (1 + shear_term))
+    return np.asarray(_reduction_numerator(relative_pressure, thermal_loading) / (1 + shear_term))
 
 
 def within_thermal_reduction(relative_pressure: Floats, thermal_loading: Floats) -> BoolArray:
@@ -123,10 +133,12 @@ def within_thermal_reduction(relative_pressure: Floats, thermal_loading: Floats)
         relative_pressure: p0/E', as in `thermal_reduction_factor`.
         thermal_loading: L, as in `thermal_reduction_factor`.
     """
-    return np.asarray(_numerator(relative_pressure, thermal_loading) >= _SMALLEST_NUMERATOR)
+    return np.asarray(
+        _reduction_numerator(relative_pressure, thermal_loading) >= _SMALLEST_NUMERATOR
+    )
 
 
-def _numerator(relative_pressure: Floats, thermal_loading: Floats) -> FloatArray:
+def _reduction_numerator(relative_pressure: Floats, thermal_loading: Floats) -> FloatArray:
     """Numerator of phi_T, 1 - 13.2 (p0/E') L^0.42."""
     return np.asarray(1 - 13.2 * relative_pressure * thermal_loading**0.42)
 
@@ -193,8 +205,12 @@ class InletOil:
             >>> print(f"{InletOil(5.006e-3, 1.103e-8, 0.01996, 0.1472).thermal_loading(25):.3f}")
             0.424
         """
-        heating = self.dynamic_viscosity_pa_s * self.temperature_viscosity_coefficient_1_k
-        return np.asarray(heating * entrainment_speed_m_s**2 / self.thermal_conductivity_w_mk)
+        viscosity_times_coefficient = (
+            self.dynamic_viscosity_pa_s * self.temperature_viscosity_coefficient_1_k
+        )
+        return np.asarray(
+            viscosity_times_coefficient * entrainment_speed_m_s**2 / self.thermal_conductivity_w_mk
+        )
 
 
 def film_thickness(
@@ -220,10 +236,12 @@ def film_thickness(
         >>> print(f"{film_thickness(oil, contact, 0.3, 'minimum') * 1e6:.3f} um")
         0.161 um
     """
-    isothermal = isothermal_film_thickness(oil, conditions, thickness)
-    loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
-    pressure = conditions.relative_pressure
-    return isothermal * thermal_reduction_factor(pressure, slide_roll_ratio, loading)
+    isothermal_m = isothermal_film_thickness(oil, conditions, thickness)
+    thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
+    relative_pressure = conditions.relative_pressure
+    return isothermal_m * thermal_reduction_factor(
+        relative_pressure, slide_roll_ratio, thermal_loading
+    )
 
 
 def contact_film(
@@ -253,23 +271,24 @@ def contact_film(
         or where the thermal reduction is outside its range.
     """
     lowest_c, highest_c = _LIQUID_RANGE_C
-    speed = np.where(entrainment_speed_m_s > 0, entrainment_speed_m_s, np.nan)
+    speed_m_s = np.where(entrainment_speed_m_s > 0, entrainment_speed_m_s, np.nan)
     is_liquid = (inlet_temperature_c >= lowest_c) & (inlet_temperature_c <= highest_c)
     inlet_oil = InletOil.from_oil(oil, np.where(is_liquid, inlet_temperature_c, np.nan))
-    radius = np.asarray(contact.radius_m)
-    modulus = contact.reduced_modulus_pa
+    radius_m = np.asarray(contact.radius_m)
+    reduced_modulus_pa = contact.reduced_modulus_pa
     conditions = Conditions(
         load_n=load_n,
-        max_hertz_pressure_gpa=max_hertz_pressure(load_n, radius, modulus) / PA_PER_GPA,
-        entrainment_speed_m_s=speed,
+        max_hertz_pressure_gpa=max_hertz_pressure(load_n, radius_m, reduced_modulus_pa)
+        / PA_PER_GPA,
+        entrainment_speed_m_s=speed_m_s,
         inlet_temperature_c=inlet_temperature_c,
-        radius_x_m=radius,
-        reduced_modulus_pa=modulus,
+        radius_x_m=radius_m,
+        reduced_modulus_pa=reduced_modulus_pa,
     )
     thickness_m = film_thickness(inlet_oil, conditions, slide_roll_ratio, thickness)
-    loading = inlet_oil.thermal_loading(speed)
-    within_range = within_thermal_reduction(conditions.relative_pressure, loading)
-    thickness_m = np.where(np.isfinite(thickness_m) & within_range, thickness_m, np.nan)
+    thermal_loading = inlet_oil.thermal_loading(speed_m_s)
+    is_within_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
+    thickness_m = np.where(np.isfinite(thickness_m) & is_within_range, thickness_m, np.nan)
     return thickness_m, thickness_m / contact.roughness_rq_m
 
 
@@ -289,8 +308,8 @@ def film_viscosity_ratio(
     mean_pressure_pa = 2 / 3 * PA_PER_GPA * max_hertz_pressure_gpa
     cold = InletOil.from_oil(oil, inlet_c)
     warm = InletOil.from_oil(oil, inlet_c + rise_k)
-    exponent_difference_1_pa = np.subtract(
+    alpha_difference_1_pa = np.subtract(
         cold.pressure_viscosity_coefficient_1_pa, warm.pressure_viscosity_coefficient_1_pa
     )
     ratio_at_no_pressure = np.divide(cold.dynamic_viscosity_pa_s, warm.dynamic_viscosity_pa_s)
-    return ratio_at_no_pressure * np.exp(exponent_difference_1_pa * mean_pressure_pa)
+    return ratio_at_no_pressure * np.exp(alpha_difference_1_pa * mean_pressure_pa)

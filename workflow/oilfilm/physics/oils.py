@@ -44,10 +44,10 @@ class PiecewiseLinear:
     def value_at(self, temperature_k: AnyArray) -> AnyArray:
         """The property at `temperature_k`, of the same shape."""
         # number of the line between two rows of the table, for each temperature
-        line = np.searchsorted(self.temperature_k[1:-1], np.real(temperature_k))
-        slope = (np.diff(self.value) / np.diff(self.temperature_k))[line]
-        start_k = np.asarray(self.temperature_k)[line]
-        start_value = np.asarray(self.value)[line]
+        line_index = np.searchsorted(self.temperature_k[1:-1], np.real(temperature_k))
+        slope = (np.diff(self.value) / np.diff(self.temperature_k))[line_index]
+        start_k = np.asarray(self.temperature_k)[line_index]
+        start_value = np.asarray(self.value)[line_index]
         return start_value + slope * (temperature_k - start_k)
 
 
@@ -126,61 +126,76 @@ class Oil:
         return self.thermal_conductivity.value_at(_kelvin(temperature_c))
 
 
-def _mil_l_7808_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _mil_l_7808_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """eta = scale (exp(a) - offset),  a = exp(intercept - slope ln T),  eta in Pa s and T in K.
 
     MIL-L-7808 oil of the bearing-dynamics code ADORE, from 311 to 478 K.
 
     Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, docs/physics.md).
     """
-    c = oil.coefficients
-    a = np.exp(c["viscosity_intercept"] - c["viscosity_slope"] * np.log(t))
-    return c["viscosity_scale_pa_s"] * (np.exp(a) - c["viscosity_offset"])
+    coefficients = oil.coefficients
+    a = np.exp(
+        coefficients["viscosity_intercept"]
+        - coefficients["viscosity_slope"] * np.log(temperature_k)
+    )
+    return coefficients["viscosity_scale_pa_s"] * (np.exp(a) - coefficients["viscosity_offset"])
 
 
-def _mil_l_7808_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _mil_l_7808_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """alpha = base + rate/(T - pole), without meaning near the pole.
 
     Reference: as `_mil_l_7808_viscosity`.
     """
-    c = oil.coefficients
-    above_pole = t - c["pressure_viscosity_pole_k"]
-    return c["pressure_viscosity_base_1_pa"] + c["pressure_viscosity_rate_k_pa"] / above_pole
+    coefficients = oil.coefficients
+    above_pole_k = temperature_k - coefficients["pressure_viscosity_pole_k"]
+    return (
+        coefficients["pressure_viscosity_base_1_pa"]
+        + coefficients["pressure_viscosity_rate_k_pa"] / above_pole_k
+    )
 
 
-def _mil_l_23699_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _mil_l_23699_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """eta = eta_r exp(c1 d + c2 d^2),  d = 1/T - 1/T_r.
 
     MIL-L-23699 oil of the bearing-dynamics code ADORE. Its densities are given from 233 to 422 K.
 
     Reference: P. K. Gupta, ADORE, lubricant functions (second-hand transcription, docs/physics.md).
     """
-    c = oil.coefficients
-    d = 1 / t - 1 / c["reference_temperature_k"]
-    exponent = c["viscosity_first_order_k"] * d + c["viscosity_second_order_k2"] * d**2
-    return c["reference_viscosity_pa_s"] * np.exp(exponent)
+    coefficients = oil.coefficients
+    d = 1 / temperature_k - 1 / coefficients["reference_temperature_k"]
+    exponent = (
+        coefficients["viscosity_first_order_k"] * d
+        + coefficients["viscosity_second_order_k2"] * d**2
+    )
+    return coefficients["reference_viscosity_pa_s"] * np.exp(exponent)
 
 
-def _mil_l_23699_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _mil_l_23699_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """alpha = exp(m ln(eta) - n)/eta, alpha in 1/Pa and eta in Pa s.
 
     Reference: as `_mil_l_23699_viscosity`.
     """
-    c = oil.coefficients
-    eta_pa_s = FORMULAS[oil.model].viscosity(oil, t)
-    exponent = c["pressure_viscosity_exponent"] * np.log(eta_pa_s)
-    return np.exp(exponent - c["pressure_viscosity_offset"]) / eta_pa_s
+    coefficients = oil.coefficients
+    eta_pa_s = FORMULAS[oil.model].viscosity(oil, temperature_k)
+    exponent = coefficients["pressure_viscosity_exponent"] * np.log(eta_pa_s)
+    return np.exp(exponent - coefficients["pressure_viscosity_offset"]) / eta_pa_s
 
 
-def _astm_d341_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _astm_d341_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """log10 log10(nu + 0.7) = A - B log10 T,  eta = nu rho, nu in cSt and above 2 cSt.
 
     Reference: ASTM D341, Standard practice for viscosity-temperature charts for liquid petroleum
         products, the line without its low-viscosity terms.
     """
-    c = oil.coefficients
-    shifted = 10 ** (10 ** (c["viscosity_intercept"] - c["viscosity_slope"] * np.log10(t)))
-    return (shifted - 0.7) * 1e-6 * oil.density.value_at(t)
+    coefficients = oil.coefficients
+    shifted_viscosity_cst = 10 ** (
+        10
+        ** (
+            coefficients["viscosity_intercept"]
+            - coefficients["viscosity_slope"] * np.log10(temperature_k)
+        )
+    )
+    return (shifted_viscosity_cst - 0.7) * 1e-6 * oil.density.value_at(temperature_k)
 
 
 def walther_coefficients(temperature_k: FloatArray, viscosity_cst: FloatArray) -> dict[str, float]:
@@ -230,12 +245,18 @@ def vogel_coefficients(temperature_k: FloatArray, viscosity_pa_s: FloatArray) ->
         5e-05, 1000, 160
     """
     t = temperature_k
-    y = np.log(viscosity_pa_s)
-    ratio = (y[0] - y[1]) * (t[2] - t[1]) / ((y[1] - y[2]) * (t[1] - t[0]))
-    pole = float((ratio * t[0] - t[2]) / (ratio - 1))
-    b = float((y[0] - y[1]) * (t[0] - pole) * (t[1] - pole) / (t[1] - t[0]))
-    a = float(np.exp(y[0] - b / (t[0] - pole)))
-    return {"vogel_a_pa_s": a, "vogel_b_k": b, "pole_k": pole}
+    log_viscosity = np.log(viscosity_pa_s)
+    ratio = (
+        (log_viscosity[0] - log_viscosity[1])
+        * (t[2] - t[1])
+        / ((log_viscosity[1] - log_viscosity[2]) * (t[1] - t[0]))
+    )
+    pole_k = float((ratio * t[0] - t[2]) / (ratio - 1))
+    b_k = float(
+        (log_viscosity[0] - log_viscosity[1]) * (t[0] - pole_k) * (t[1] - pole_k) / (t[1] - t[0])
+    )
+    a_pa_s = float(np.exp(log_viscosity[0] - b_k / (t[0] - pole_k)))
+    return {"vogel_a_pa_s": a_pa_s, "vogel_b_k": b_k, "pole_k": pole_k}
 
 
 def roelands_coefficients(
@@ -269,20 +290,24 @@ def roelands_coefficients(
     return {"roelands_g0": g0, "roelands_s0": slope}
 
 
-def _vogel_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _vogel_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """eta = a exp(b/(T - T_0)). Reference: `vogel_coefficients`."""
-    c = oil.coefficients
-    return c["vogel_a_pa_s"] * np.exp(c["vogel_b_k"] / (t - c["pole_k"]))
+    coefficients = oil.coefficients
+    return coefficients["vogel_a_pa_s"] * np.exp(
+        coefficients["vogel_b_k"] / (temperature_k - coefficients["pole_k"])
+    )
 
 
-def _roelands_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _roelands_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """log10 eta = G_0 (1 + T/135)^-S_0 - 4.2, eta in mPa s, T in degC.
 
     Reference: `roelands_coefficients`.
     """
-    c = oil.coefficients
-    relative = 1 + (t + ABSOLUTE_ZERO_C) / 135
-    return 1e-3 * 10 ** (c["roelands_g0"] * relative ** -c["roelands_s0"] - 4.2)
+    coefficients = oil.coefficients
+    relative_temperature = 1 + (temperature_k + ABSOLUTE_ZERO_C) / 135
+    return 1e-3 * 10 ** (
+        coefficients["roelands_g0"] * relative_temperature ** -coefficients["roelands_s0"] - 4.2
+    )
 
 
 def so_klaus_1_pa(viscosity_cst: Floats, slope: Floats, density_kg_m3: Floats) -> FloatArray:
@@ -313,9 +338,9 @@ def so_klaus_1_pa(viscosity_cst: Floats, slope: Floats, density_kg_m3: Floats) -
         19 1/GPa
     """
     log_nu = np.log10(viscosity_cst)
-    rho = np.asarray(density_kg_m3) / 1000
+    density_g_cm3 = np.asarray(density_kg_m3) / 1000
     slope_term = 2.848e-4 * slope**5.1903 * log_nu**1.5976
-    density_term = 3.999 * log_nu**3.0975 * rho**0.1162
+    density_term = 3.999 * log_nu**3.0975 * density_g_cm3**0.1162
     alpha = 1.216 + 4.143 * log_nu**3.0627 + slope_term - density_term
     return np.asarray(1e-8 * alpha)
 
@@ -343,25 +368,25 @@ def roelands_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
     return np.asarray(z * (np.log(viscosity_pa_s) + 9.67) / 1.962e8)
 
 
-def _given_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _given_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """alpha from the table in the oil's file."""
-    return oil.pressure_viscosity.value_at(t)
+    return oil.pressure_viscosity.value_at(temperature_k)
 
 
-def _so_klaus_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _so_klaus_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """alpha by `so_klaus_1_pa`, with the Walther slope between 40 and 100 degC."""
     viscosity = FORMULAS[oil.model].viscosity
     ends_k = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
     ends_cst = viscosity(oil, ends_k) / oil.density.value_at(ends_k) * 1e6
     slope = walther_coefficients(ends_k, ends_cst)["viscosity_slope"]
-    density = oil.density.value_at(t)
-    return so_klaus_1_pa(viscosity(oil, t) / density * 1e6, slope, density)
+    density_kg_m3 = oil.density.value_at(temperature_k)
+    return so_klaus_1_pa(viscosity(oil, temperature_k) / density_kg_m3 * 1e6, slope, density_kg_m3)
 
 
-def _roelands_pressure_viscosity(oil: Oil, t: AnyArray) -> AnyArray:
+def _roelands_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """alpha by `roelands_1_pa`."""
     viscosity = FORMULAS[oil.model].viscosity
-    return roelands_1_pa(viscosity(oil, t), oil.coefficients["roelands_z"])
+    return roelands_1_pa(viscosity(oil, temperature_k), oil.coefficients["roelands_z"])
 
 
 # A property of an oil, by its temperature in K.
@@ -374,9 +399,9 @@ PRESSURE_RULES: dict[str, Formula] = {
 }
 
 
-def _pressure_viscosity_by_rule(oil: Oil, t: AnyArray) -> AnyArray:
+def _pressure_viscosity_by_rule(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """alpha by the rule that the oil's file names."""
-    return PRESSURE_RULES[oil.pressure_rule](oil, t)
+    return PRESSURE_RULES[oil.pressure_rule](oil, temperature_k)
 
 
 class OilFormulas(NamedTuple):

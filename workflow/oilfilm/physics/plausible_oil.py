@@ -49,18 +49,18 @@ class OilFault:
 
     Attributes:
         quantity: The property that is wrong.
-        found: What was found.
+        finding: What was found.
         expected: What every oil has.
     """
 
     quantity: Property
-    found: str
+    finding: str
     expected: str
 
     @property
     def sentence(self) -> str:
         """What was found and what was expected."""
-        return f"{self.found}; expected {self.expected}."
+        return f"{self.finding}; expected {self.expected}."
 
 
 def faults(oil: Oil, low_c: float, high_c: float) -> Iterator[OilFault]:
@@ -71,22 +71,22 @@ def faults(oil: Oil, low_c: float, high_c: float) -> Iterator[OilFault]:
         low_c: Lowest temperature, in degC.
         high_c: Highest temperature, in degC.
     """
-    count = max(2, int(np.ceil((high_c - low_c) / _STEP_K)) + 1)
-    temperature_c = np.linspace(low_c, high_c, count)
+    temperature_count = max(2, int(np.ceil((high_c - low_c) / _STEP_K)) + 1)
+    temperature_c = np.linspace(low_c, high_c, temperature_count)
     # a mistyped number may overflow, and is found by what comes out
     with np.errstate(all="ignore"):
         viscosity_pa_s = oil.dynamic_viscosity_pa_s(temperature_c)
         fall_1_k = oil.temperature_viscosity_coefficient_1_k(temperature_c)
         alpha_1_gpa = oil.pressure_viscosity_coefficient_1_pa(temperature_c) * PA_PER_GPA
         density_kg_m3 = oil.density_kg_m3(temperature_c)
-        yield from _pole(oil, low_c)
-        yield from _density(temperature_c, density_kg_m3)
-        yield from _viscosity(temperature_c, viscosity_pa_s, fall_1_k)
-        yield from _pressure_viscosity(temperature_c, alpha_1_gpa)
-        yield from _film(temperature_c, viscosity_pa_s, alpha_1_gpa)
+        yield from _pole_faults(oil, low_c)
+        yield from _density_faults(temperature_c, density_kg_m3)
+        yield from _viscosity_faults(temperature_c, viscosity_pa_s, fall_1_k)
+        yield from _pressure_viscosity_faults(temperature_c, alpha_1_gpa)
+        yield from _film_faults(temperature_c, viscosity_pa_s, alpha_1_gpa)
 
 
-def _pole(oil: Oil, low_c: float) -> Iterator[OilFault]:
+def _pole_faults(oil: Oil, low_c: float) -> Iterator[OilFault]:
     """A pole of Vogel's formula that is not far below the range."""
     pole_k = oil.coefficients.get("pole_k")
     if oil.model != "vogel" or pole_k is None:
@@ -107,94 +107,103 @@ def _first_index(is_wrong: BoolArray) -> int | None:
     return int(indices[0]) if len(indices) else None
 
 
-def _density(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[OilFault]:
+def _density_faults(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[OilFault]:
     """Density outside its usual range, or with an unusual expansion."""
-    low, high = _DENSITY_KG_M3
-    first = _first_index(~((density_kg_m3 >= low) & (density_kg_m3 <= high)))
-    if first is not None:
+    lowest_density, highest_density = _DENSITY_KG_M3
+    wrong_index = _first_index(
+        ~((density_kg_m3 >= lowest_density) & (density_kg_m3 <= highest_density))
+    )
+    if wrong_index is not None:
         yield OilFault(
             "density",
-            f"the density at {temperature_c[first]:.0f} degC is {density_kg_m3[first]:.4g} kg/m3",
-            f"{low:g} to {high:g}",
+            f"the density at {temperature_c[wrong_index]:.0f} degC is "
+            f"{density_kg_m3[wrong_index]:.4g} kg/m3",
+            f"{lowest_density:g} to {highest_density:g}",
         )
         return
-    lowest, highest = _EXPANSION_1_K
-    expansion = -np.diff(density_kg_m3) / np.diff(temperature_c) / density_kg_m3[1:]
+    lowest_expansion, highest_expansion = _EXPANSION_1_K
+    expansion_1_k = -np.diff(density_kg_m3) / np.diff(temperature_c) / density_kg_m3[1:]
     rounding = 1e-12
-    first = _first_index(~((expansion >= lowest - rounding) & (expansion <= highest)))
-    if first is not None:
-        change = "rises" if expansion[first] < 0 else "falls"
+    wrong_index = _first_index(
+        ~((expansion_1_k >= lowest_expansion - rounding) & (expansion_1_k <= highest_expansion))
+    )
+    if wrong_index is not None:
+        verb = "rises" if expansion_1_k[wrong_index] < 0 else "falls"
         yield OilFault(
             "density",
-            f"the density {change} by {abs(expansion[first]):.2%} per kelvin at "
-            f"{temperature_c[first]:.0f} degC",
-            f"a fall of at most {highest:.1%} per kelvin; two values may be swapped",
+            f"the density {verb} by {abs(expansion_1_k[wrong_index]):.2%} per kelvin at "
+            f"{temperature_c[wrong_index]:.0f} degC",
+            f"a fall of at most {highest_expansion:.1%} per kelvin; two values may be swapped",
         )
 
 
-def _viscosity(
+def _viscosity_faults(
     temperature_c: FloatArray, viscosity_pa_s: FloatArray, fall_1_k: FloatArray
 ) -> Iterator[OilFault]:
     """A viscosity that is missing, rises with temperature or falls unusually."""
-    first = _first_index(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
-    if first is not None:
+    wrong_index = _first_index(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
+    if wrong_index is not None:
         yield OilFault(
             "viscosity",
-            f"the formula gives no viscosity at {temperature_c[first]:.0f} degC",
+            f"the formula gives no viscosity at {temperature_c[wrong_index]:.0f} degC",
             "a viscosity above 0",
         )
         return
-    low, high = _VISCOSITY_FALL_1_K
-    falls = fall_1_k > 0
+    smallest_fall, largest_fall = _VISCOSITY_FALL_1_K
+    is_falling = fall_1_k > 0
     # neighbours too: between them there may be a pole
-    falls[1:] &= np.diff(viscosity_pa_s) < 0
-    first = _first_index(~falls)
-    if first is not None:
+    is_falling[1:] &= np.diff(viscosity_pa_s) < 0
+    wrong_index = _first_index(~is_falling)
+    if wrong_index is not None:
         yield OilFault(
             "viscosity",
-            f"the viscosity does not fall with temperature at {temperature_c[first]:.0f} degC "
-            f"({1e3 * viscosity_pa_s[first]:.3g} mPa s)",
+            "the viscosity does not fall with temperature at "
+            f"{temperature_c[wrong_index]:.0f} degC "
+            f"({1e3 * viscosity_pa_s[wrong_index]:.3g} mPa s)",
             "a viscosity that falls strictly, as oils have it",
         )
         return
-    first = _first_index(~((fall_1_k >= low) & (fall_1_k <= high)))
-    if first is not None:
+    wrong_index = _first_index(~((fall_1_k >= smallest_fall) & (fall_1_k <= largest_fall)))
+    if wrong_index is not None:
         yield OilFault(
             "viscosity",
-            f"the viscosity falls by {fall_1_k[first]:.2%} per kelvin at "
-            f"{temperature_c[first]:.0f} degC",
-            f"{low:.1%} to {high:.0%} per kelvin, as oils have it",
+            f"the viscosity falls by {fall_1_k[wrong_index]:.2%} per kelvin at "
+            f"{temperature_c[wrong_index]:.0f} degC",
+            f"{smallest_fall:.1%} to {largest_fall:.0%} per kelvin, as oils have it",
         )
 
 
-def _pressure_viscosity(temperature_c: FloatArray, alpha_1_gpa: FloatArray) -> Iterator[OilFault]:
+def _pressure_viscosity_faults(
+    temperature_c: FloatArray, alpha_1_gpa: FloatArray
+) -> Iterator[OilFault]:
     """A pressure-viscosity coefficient outside its usual range."""
-    low, high = _PRESSURE_VISCOSITY_1_GPA
-    first = _first_index(~((alpha_1_gpa >= low) & (alpha_1_gpa <= high)))
-    if first is None:
+    lowest_alpha, highest_alpha = _PRESSURE_VISCOSITY_1_GPA
+    wrong_index = _first_index(~((alpha_1_gpa >= lowest_alpha) & (alpha_1_gpa <= highest_alpha)))
+    if wrong_index is None:
         return
-    value = alpha_1_gpa[first]
-    value_text = f"{value:.3g} 1/GPa" if np.isfinite(value) else "not a number"
+    alpha_of_first = alpha_1_gpa[wrong_index]
+    value_text = f"{alpha_of_first:.3g} 1/GPa" if np.isfinite(alpha_of_first) else "not a number"
     yield OilFault(
         "pressure_viscosity",
-        f"the pressure-viscosity coefficient at {temperature_c[first]:.0f} degC is {value_text}",
-        f"{low:g} to {high:g} 1/GPa; `rule: given` takes measured rows",
+        f"the pressure-viscosity coefficient at {temperature_c[wrong_index]:.0f} degC is "
+        f"{value_text}",
+        f"{lowest_alpha:g} to {highest_alpha:g} 1/GPa; `rule: given` takes measured rows",
     )
 
 
-def _film(
+def _film_faults(
     temperature_c: FloatArray, viscosity_pa_s: FloatArray, alpha_1_gpa: FloatArray
 ) -> Iterator[OilFault]:
     """A step of the film thickness. Reference of the exponents: Hamrock and Dowson (1977)."""
     log_film = _FILM_VISCOSITY_EXPONENT * np.log(viscosity_pa_s)
     log_film = log_film + _FILM_PRESSURE_EXPONENT * np.log(alpha_1_gpa)
-    change = np.abs(np.diff(log_film) / np.diff(temperature_c))
-    first = _first_index(change > _FILM_CHANGE_1_K)
-    if first is not None:
+    log_change_1_k = np.abs(np.diff(log_film) / np.diff(temperature_c))
+    wrong_index = _first_index(log_change_1_k > _FILM_CHANGE_1_K)
+    if wrong_index is not None:
         yield OilFault(
             "pressure_viscosity",
-            f"the film thickness changes by {np.expm1(change[first]):.0%} within one kelvin at "
-            f"{temperature_c[first]:.0f} degC",
+            f"the film thickness changes by {np.expm1(log_change_1_k[wrong_index]):.0%} within one "
+            f"kelvin at {temperature_c[wrong_index]:.0f} degC",
             f"at most {np.expm1(_FILM_CHANGE_1_K):.0%}: viscosity and pressure-viscosity "
             "coefficient change slowly",
         )
@@ -203,18 +212,18 @@ def _film(
 def doubts(oil: Oil) -> Iterator[str]:
     """Sentences on what is possible and unusual: no law of physics contradicts it."""
     pole_k = oil.coefficients.get("pole_k")
-    low, high = _USUAL_POLE_K
-    if oil.model == "vogel" and pole_k is not None and not low <= pole_k <= high:
+    lowest_usual, highest_usual = _USUAL_POLE_K
+    if oil.model == "vogel" and pole_k is not None and not lowest_usual <= pole_k <= highest_usual:
         yield (
             f"its three viscosities give Vogel's formula a pole at {pole_k:.0f} K; usual oils have "
-            f"{low:g} to {high:g} K, so that one viscosity may be mistyped"
+            f"{lowest_usual:g} to {highest_usual:g} K, so that one viscosity may be mistyped"
         )
     slope = walther_slope(oil)
-    low, high = _USUAL_WALTHER_SLOPE
-    if not low <= slope <= high:
+    lowest_usual, highest_usual = _USUAL_WALTHER_SLOPE
+    if not lowest_usual <= slope <= highest_usual:
         yield (
             f"its viscosities at 40 and 100 degC give a Walther slope of {slope:.2f}; usual oils "
-            f"have {low:g} to {high:g}, so that one viscosity may be mistyped"
+            f"have {lowest_usual:g} to {highest_usual:g}, so that one viscosity may be mistyped"
         )
 
 

@@ -56,6 +56,6 @@ def spin_correction(
         0.00625
     """
     slip = np.asarray(slide_roll_ratio, dtype=float)
-    laplacian = curvature + slope / slip - mu / slip**2
-    correction = -(np.square(edge) / 10) * laplacian / mu
+    second_order_term = curvature + slope / slip - mu / slip**2
+    correction = -(np.square(edge) / 10) * second_order_term / mu
     return np.where(slip > LEAST_SLIP_OVER_EDGE * np.asarray(edge), correction, np.nan)

@@ -131,8 +131,8 @@ def eyring_stress(
         >>> print(f"{eyring_stress(np.sinh(1.0), 5e6, 5e6) / 1e6:.3f} MPa")
         5.000 MPa
     """
-    newtonian_stress = viscosity_pa_s * shear_rate_1_s
-    return np.asarray(eyring_stress_pa * np.arcsinh(newtonian_stress / eyring_stress_pa))
+    newtonian_stress_pa = viscosity_pa_s * shear_rate_1_s
+    return np.asarray(eyring_stress_pa * np.arcsinh(newtonian_stress_pa / eyring_stress_pa))
 
 
 def limiting_stress(
@@ -348,14 +348,14 @@ def film_stress(
     Returns:
         tau, in Pa.
     """
-    viscosity = barus_viscosity(
+    viscosity_pa_s = barus_viscosity(
         oil.dynamic_viscosity_pa_s(film_temperature_c),
         oil.pressure_viscosity_coefficient_1_pa(film_temperature_c),
         pressure_pa,
     )
-    limit = limiting_stress(pressure_pa, film_temperature_c, constants)
-    thinned = eyring_stress(viscosity, shear_rate_1_s, constants.eyring_stress_pa)
-    return limited_stress(thinned, limit)
+    limit_pa = limiting_stress(pressure_pa, film_temperature_c, constants)
+    thinned_stress_pa = eyring_stress(viscosity_pa_s, shear_rate_1_s, constants.eyring_stress_pa)
+    return limited_stress(thinned_stress_pa, limit_pa)
 
 
 def sliding_film(
@@ -403,38 +403,38 @@ def sliding_film(
     """
     inlet_oil = InletOil.from_oil(oil, conditions.inlet_temperature_c)
     inlet_c = conditions.inlet_temperature_c
-    speed = conditions.entrainment_speed_m_s
+    speed_m_s = conditions.entrainment_speed_m_s
     # without the pressure term, see Validity
     without_pressure = replace(conditions, max_hertz_pressure_gpa=np.zeros(()))
     film_thickness_m = film_thickness(inlet_oil, without_pressure, slide_roll_ratio, "central")
-    sliding_m_s = np.asarray(slide_roll_ratio) * speed
+    sliding_m_s = np.asarray(slide_roll_ratio) * speed_m_s
     # Both rises are in kelvin per pascal of shear stress, as they are proportional to the heat. The
     # chords of an ellipse are those of a circle with the semi-axis along the rolling direction.
     flash_k_pa = flash_temperature_rise(
         sliding_m_s / 2,
         semi_axis_x_m,
-        speed,
+        speed_m_s,
         constants.solid_conductivity_w_mk,
         constants.solid_volumetric_heat_j_m3k,
     )
-    conductivity = inlet_oil.thermal_conductivity_w_mk
-    film_k_pa = film_temperature_rise(sliding_m_s, film_thickness_m, conductivity)
-    shear_rate = sliding_m_s / film_thickness_m
+    oil_conductivity_w_mk = inlet_oil.thermal_conductivity_w_mk
+    film_k_pa = film_temperature_rise(sliding_m_s, film_thickness_m, oil_conductivity_w_mk)
+    shear_rate_1_s = sliding_m_s / film_thickness_m
     # stress at which the creep would be all of the slip
-    slope = creep_slope(conditions.relative_pressure, conditions.ellipticity)
-    creep_stress = slope * pressure_pa * slide_roll_ratio
+    creep_slope_of_bodies = creep_slope(conditions.relative_pressure, conditions.ellipticity)
+    creep_stress_pa = creep_slope_of_bodies * pressure_pa * slide_roll_ratio
     # all of one shape, as the search needs them
     state_without_creep = np.broadcast_arrays(
-        pressure_pa, inlet_c, flash_k_pa + film_k_pa, shear_rate, creep_stress
+        pressure_pa, inlet_c, flash_k_pa + film_k_pa, shear_rate_1_s, creep_stress_pa
     )
-    stress = _stress_with_heat(oil, constants, *state_without_creep)
-    film_share = _film_share_of_slip(stress, creep_stress)
+    stress_pa = _stress_with_heat(oil, constants, *state_without_creep)
+    film_share = _film_share_of_slip(stress_pa, creep_stress_pa)
     return SlidingFilm(
-        shear_stress_pa=stress,
-        shear_rate_1_s=shear_rate * film_share,
+        shear_stress_pa=stress_pa,
+        shear_rate_1_s=shear_rate_1_s * film_share,
         film_thickness_m=film_thickness_m,
-        surface_temperature_c=inlet_c + flash_k_pa * film_share * stress,
-        film_temperature_c=inlet_c + (flash_k_pa + film_k_pa) * film_share * stress,
+        surface_temperature_c=inlet_c + flash_k_pa * film_share * stress_pa,
+        film_temperature_c=inlet_c + (flash_k_pa + film_k_pa) * film_share * stress_pa,
     )
 
 
@@ -472,24 +472,24 @@ def thermal_ehl_traction(
         max_hertz_pressure_pa, entrainment_speed_m_s, inlet_temperature_c, slide_roll_ratio
     )
     # the last axis holds the nodes
-    max_pressure, speed, inlet_c, slip = (
+    max_pressure_pa, speed_m_s, inlet_c, slip = (
         argument[..., np.newaxis].astype(float) for argument in arguments
     )
-    load_n = load_for_max_hertz_pressure(max_pressure, radius_m, reduced_modulus_pa)
+    load_n = load_for_max_hertz_pressure(max_pressure_pa, radius_m, reduced_modulus_pa)
     # nodes between -1 and 1, which stand for s between 0 and 1
     node, weight = scipy.special.roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
-    pressure = max_pressure * (1 + node) / 2
+    pressure_pa = max_pressure_pa * (1 + node) / 2
     conditions = Conditions(
         load_n=load_n,
-        max_hertz_pressure_gpa=max_pressure / PA_PER_GPA,
-        entrainment_speed_m_s=speed,
+        max_hertz_pressure_gpa=max_pressure_pa / PA_PER_GPA,
+        entrainment_speed_m_s=speed_m_s,
         inlet_temperature_c=inlet_c,
         radius_x_m=np.asarray(radius_m),
         reduced_modulus_pa=reduced_modulus_pa,
     )
-    semi_axis = contact_radius(load_n, radius_m, reduced_modulus_pa)
-    film = sliding_film(oil, constants, conditions, pressure, slip, semi_axis)
-    return np.asarray((film.shear_stress_pa / pressure) @ (weight / weight.sum()))
+    contact_radius_m = contact_radius(load_n, radius_m, reduced_modulus_pa)
+    film = sliding_film(oil, constants, conditions, pressure_pa, slip, contact_radius_m)
+    return np.asarray((film.shear_stress_pa / pressure_pa) @ (weight / weight.sum()))
 
 
 def _stress_with_heat(
@@ -527,17 +527,17 @@ def _stress_with_heat(
         return stress - film_stress(oil, constants, pressure, temperature, shear_rate * film_share)
 
     # the stress is largest in a film at the inlet temperature; the factor allows for rounding
-    stress_of_cold_film = film_stress(oil, constants, pressure_pa, inlet_c, shear_rate_1_s)
+    cold_film_stress_pa = film_stress(oil, constants, pressure_pa, inlet_c, shear_rate_1_s)
     with np.errstate(divide="ignore"):
-        stress_of_hottest_film = (_HOTTEST_C - inlet_c) / rise_k_pa
-    highest = np.minimum(stress_of_cold_film * (1 + 1e-9), stress_of_hottest_film)
-    highest = np.minimum(highest, creep_stress_pa)
+        hottest_film_stress_pa = (_HOTTEST_C - inlet_c) / rise_k_pa
+    highest_stress_pa = np.minimum(cold_film_stress_pa * (1 + 1e-9), hottest_film_stress_pa)
+    highest_stress_pa = np.minimum(highest_stress_pa, creep_stress_pa)
     # imported here because the import takes half a second and the formulas above do not need it
     from scipy.optimize import elementwise  # noqa: PLC0415
 
     root = elementwise.find_root(
         stress_error,
-        (np.zeros_like(highest), highest),
+        (np.zeros_like(highest_stress_pa), highest_stress_pa),
         args=(pressure_pa, inlet_c, rise_k_pa, shear_rate_1_s, creep_stress_pa),
     )
     return np.asarray(root.x)

@@ -60,7 +60,7 @@ class Comparison:
         other_sentences: Those of them whose words or counts differ.
         same_logs: Whether both were made from the same raw logs. With other logs, rows, counts and
             sentences may be others, too.
-        moved: oil, what, before, after, change and limit of each constant and of mu; NaN where
+        changes: oil, what, before, after, change and limit of each constant and of mu; NaN where
             there is none. The change of a constant is in standard errors of the first release. It
             is infinite where one release has no value, and NaN where there is no standard error
             (few curves); the change of mu counts then. The change of mu is relative, where it is
@@ -75,14 +75,16 @@ class Comparison:
     sentences: Section
     other_sentences: Section
     same_logs: bool
-    moved: pd.DataFrame
+    changes: pd.DataFrame
 
     @property
     def sections(self) -> list[Section]:
         """What differs, as tables of text."""
-        moved = _section_on_moved("Constants and traction", self.moved[self.moved["change"] != 0])
+        section_on_changes = _section_on_changes(
+            "Constants and traction", self.changes[self.changes["change"] != 0]
+        )
         statements = _section_on_statements(self.statements)
-        sections = (*self.inputs, statements, self.sentences, moved)
+        sections = (*self.inputs, statements, self.sentences, section_on_changes)
         return [section for section in sections if section.rows]
 
     @property
@@ -91,9 +93,11 @@ class Comparison:
 
         Where logs were added, rows, counts and sentences change with them and pass.
         """
-        moved_too_far = self.moved[exceeds(self.moved["change"], self.moved["limit"])]
-        moved = _section_on_moved("Moved by more than the drift gate lets pass", moved_too_far)
-        sections = [moved]
+        moved_too_far = self.changes[exceeds(self.changes["change"], self.changes["limit"])]
+        section_on_changes = _section_on_changes(
+            "Moved by more than the drift gate lets pass", moved_too_far
+        )
+        sections = [section_on_changes]
         if self.same_logs:
             sections += [_section_on_statements(self.statements), self.other_sentences]
         else:
@@ -105,8 +109,8 @@ class Comparison:
 
     def text(self, sections: Sequence[Section]) -> str:
         """Some sections for a terminal, below the names of both releases."""
-        before, after = self.names
-        blocks = [f"A {before}\nB {after}"]
+        name_before, name_after = self.names
+        blocks = [f"A {name_before}\nB {name_after}"]
         if self.kernels:
             blocks.append(self.kernels)
         blocks += [section.text() for section in sections] or ["no difference"]
@@ -126,15 +130,19 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
     Raises:
         OilfilmError: A file of one of them is missing or damaged.
     """
-    old_values = _values_by_section(before)
-    new_values = _values_by_section(after)
+    before_by_section = _values_by_section(before)
+    after_by_section = _values_by_section(after)
     inputs = [
-        Section(title, ("what", "A", "B"), _different_values(old_values[title], new_values[title]))
-        for title in old_values
+        Section(
+            title,
+            ("what", "A", "B"),
+            _different_values(before_by_section[title], after_by_section[title]),
+        )
+        for title in before_by_section
     ]
     statements = list(changed_statements(before.table, after.table, drift.errors))
-    constants = _changes_of_constants(before, after).assign(limit=drift.standard_errors)
-    traction = _changes_of_traction(before, after, drift).assign(limit=drift.traction)
+    changes_of_constants = _changes_of_constants(before, after).assign(limit=drift.standard_errors)
+    changes_of_traction = _changes_of_traction(before, after, drift).assign(limit=drift.traction)
     return Comparison(
         names=(before.name, after.name),
         kernels=_text_on_kernels(
@@ -153,14 +161,14 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
             _changed_lines_of_summary(before, after, with_numbers=False),
         ),
         same_logs=before.manifest.made_from.raw == after.manifest.made_from.raw,
-        moved=pd.concat([constants, traction], ignore_index=True),
+        changes=pd.concat([changes_of_constants, changes_of_traction], ignore_index=True),
     )
 
 
 def _different_values(old: dict[str, str], new: dict[str, str]) -> list[Row]:
     """Rows of name, old and new value where the two differ; empty where one has none."""
-    different = {name for name, _ in old.items() ^ new.items()}
-    return [(name, old.get(name, ""), new.get(name, "")) for name in sorted(different)]
+    different_names = {name for name, _ in old.items() ^ new.items()}
+    return [(name, old.get(name, ""), new.get(name, "")) for name in sorted(different_names)]
 
 
 def _text_on_kernels(before: Environment, after: Environment) -> str:
@@ -185,10 +193,10 @@ def _section_on_statements(statements: Iterable[Statement]) -> Section:
     return Section("Statements", ("table", "row", "column", "A", "B"), rows)
 
 
-def _section_on_moved(title: str, moved: pd.DataFrame) -> Section:
+def _section_on_changes(title: str, changes: pd.DataFrame) -> Section:
     """Changes of constants and of mu, with the limit of each kind."""
     rows = []
-    for row in tables.rows(moved):
+    for row in tables.rows(changes):
         if row["what"] == "mu":
             change = f"{100 * row['change']:.3g}% at {row['where']}"
             limit = f"{row['limit']:.2%}"
@@ -256,7 +264,7 @@ def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]
 
 
 def _changes_of_constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
-    """Changes of the constants in standard errors, as in `Comparison.moved`."""
+    """Changes of the constants in standard errors, as in `Comparison.changes`."""
     old, _ = _configured_fits(before)
     new, _ = _configured_fits(after)
     standard_error = old["standard_error"].fillna(old["naive_standard_error"])
@@ -264,28 +272,30 @@ def _changes_of_constants(before: StoredRelease, after: StoredRelease) -> pd.Dat
         error=standard_error.where(standard_error != 0)
     )
     new = new.rename(columns={"value": "after"})
-    both = old.merge(new, on=["oil", "law", "constant"], how="outer")
-    has_no_old = both["before"].isna()
-    has_no_new = both["after"].isna()
-    is_same = (both["before"] == both["after"]) | (has_no_old & has_no_new)
-    change = (both["after"] - both["before"]).abs() / both["error"]
+    joined_constants = old.merge(new, on=["oil", "law", "constant"], how="outer")
+    has_no_old = joined_constants["before"].isna()
+    has_no_new = joined_constants["after"].isna()
+    is_same = (joined_constants["before"] == joined_constants["after"]) | (has_no_old & has_no_new)
+    change = (joined_constants["after"] - joined_constants["before"]).abs() / joined_constants[
+        "error"
+    ]
     change = change.mask(has_no_old != has_no_new, np.inf).mask(is_same, 0.0)
-    both = both.assign(change=change, what=both["constant"])
-    return both[["oil", "what", "before", "after", "change"]]
+    joined_constants = joined_constants.assign(change=change, what=joined_constants["constant"])
+    return joined_constants[["oil", "what", "before", "after", "change"]]
 
 
 def _changes_of_traction(
     before: StoredRelease, after: StoredRelease, drift: DriftSettings
 ) -> pd.DataFrame:
-    """Largest relative change of mu of each oil, as in `Comparison.moved`."""
+    """Largest relative change of mu of each oil, as in `Comparison.changes`."""
     old_fits = _fits_by_oil(before)
     new_fits = _fits_by_oil(after)
     rows: list[dict[str, Any]] = []
     for oil in sorted(old_fits.keys() | new_fits.keys()):
         try:
             row = _largest_change(oil, old_fits.get(oil), new_fits.get(oil), drift)
-        except ValueError as reason:
-            row = {"change": np.inf, "where": str(reason)}
+        except ValueError as error:
+            row = {"change": np.inf, "where": str(error)}
         row["oil"] = oil
         row["what"] = "mu"
         rows.append(row)
@@ -315,25 +325,25 @@ def _largest_change(
     slip = grid[:, -1]
     # where a condition is not followed, along its tested level or line
     conditions = before.at_tested_levels(grid[:, :-1])
-    old = before.predict(conditions, slip).traction_coefficient
-    new = after.predict(conditions, slip).traction_coefficient
+    old_mu = before.predict(conditions, slip).traction_coefficient
+    new_mu = after.predict(conditions, slip).traction_coefficient
     with np.errstate(divide="ignore", invalid="ignore"):
-        change = np.abs(new - old) / np.abs(old)
+        change = np.abs(new_mu - old_mu) / np.abs(old_mu)
     # missing in one release: infinite change
     change[np.isnan(change)] = np.inf
-    change[(new == old) | (np.isnan(old) & np.isnan(new))] = 0.0
-    worst = int(first_largest(change))
-    words_of_point = [
+    change[(new_mu == old_mu) | (np.isnan(old_mu) & np.isnan(new_mu))] = 0.0
+    worst_index = int(first_largest(change))
+    texts_of_point = [
         f"{value:.4g} {tables.unit_of(name)}"
-        for name, value in zip(before.law.conditions, conditions[worst], strict=True)
+        for name, value in zip(before.law.conditions, conditions[worst_index], strict=True)
         if np.isfinite(value)
     ]
-    words_of_point.append(f"S {slip[worst]:.4g}")
+    texts_of_point.append(f"S {slip[worst_index]:.4g}")
     return {
-        "before": old[worst],
-        "after": new[worst],
-        "change": change[worst],
-        "where": ", ".join(words_of_point),
+        "before": old_mu[worst_index],
+        "after": new_mu[worst_index],
+        "change": change[worst_index],
+        "where": ", ".join(texts_of_point),
     }
 
 

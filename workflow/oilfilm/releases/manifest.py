@@ -27,7 +27,7 @@ PINNED_MANIFEST = "pinned-manifest.json"
 CHECKSUMS = "SHA256SUMS"  # the hashes of a manifest, for `sha256sum -c`
 SIGNATURE = "SHA256SUMS.sig"  # signature of the checksums, by `ssh-keygen`
 # Files of a release that its manifest does not name.
-BESIDE = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
+UNLISTED_FILES = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
 # Files of every release.
 CONFIG = "config.yaml"
 LOCK = "requirements.lock"
@@ -58,7 +58,7 @@ class FileRecord(Group):
     size: int = key("Bytes.", ge=0, le=2**53)
 
     @classmethod
-    def of(cls, file: Path, path: str) -> "FileRecord":
+    def from_file(cls, file: Path, path: str) -> "FileRecord":
         """The record of an existing file.
 
         Args:
@@ -121,7 +121,7 @@ class MadeFrom(Group):
     @property
     def version(self) -> str:
         """Tag and the first 12 hex digits of the hash over what the release was made from."""
-        return f"{self.tag}-{_digest(self.model_dump())[:12]}"
+        return f"{self.tag}-{_digest_of_content(self.model_dump())[:12]}"
 
 
 class Manifest(Group):
@@ -142,7 +142,7 @@ class Manifest(Group):
     sha256: Sha256
 
     @classmethod
-    def of(
+    def from_records(
         cls, made_from: MadeFrom, files: list[FileRecord], samples: list[FileRecord]
     ) -> "Manifest":
         """The manifest of a release, with its version and the hash over its other keys."""
@@ -153,11 +153,11 @@ class Manifest(Group):
             "files": [record.model_dump() for record in files],
             "samples": [record.model_dump() for record in samples],
         }
-        return cls(**content, sha256=_digest(content))
+        return cls(**content, sha256=_digest_of_content(content))
 
     def text(self) -> str:
         """The manifest as it is written."""
-        return canonical(self.model_dump())
+        return canonical_json(self.model_dump())
 
 
 def checksums(manifest: Manifest) -> str:
@@ -167,7 +167,7 @@ def checksums(manifest: Manifest) -> str:
     return listing(hashes)
 
 
-def canonical(content: Any) -> str:
+def canonical_json(content: Any) -> str:
     """JSON that is the same for the same content."""
     return json.dumps(content, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
 
@@ -177,15 +177,15 @@ def sha256_of(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _digest(content: Any) -> str:
+def _digest_of_content(content: Any) -> str:
     """sha256 of a content's canonical JSON."""
-    return sha256_of(canonical(content))
+    return sha256_of(canonical_json(content))
 
 
 def records_digest(records: Iterable[FileRecord]) -> str:
     """One hash over several files: their paths, hashes and sizes."""
     by_path = sorted(records, key=lambda record: record.path)
-    return _digest([record.model_dump() for record in by_path])
+    return _digest_of_content([record.model_dump() for record in by_path])
 
 
 def read_manifest(folder: Path) -> tuple[Manifest, bool]:
@@ -222,18 +222,20 @@ def _parse(path: Path) -> Manifest:
         content = json.loads(text, object_pairs_hook=_object_of_few_keys)
     except (OSError, ValueError, RecursionError) as error:
         raise OilfilmError(f"{path}: cannot be read as JSON ({error}).") from None
-    mistake = first_mistake(content, Manifest)
-    if mistake:
+    first_mistake_text = first_mistake(content, Manifest)
+    if first_mistake_text:
         # a quoted value may be as long as the file
-        raise OilfilmError(f"{path}: {mistake[:_QUOTED_LETTERS_MAX]}")
-    stated = Manifest(**content)
-    contradiction = _contradiction(stated)
+        raise OilfilmError(f"{path}: {first_mistake_text[:_QUOTED_LETTERS_MAX]}")
+    stated_manifest = Manifest(**content)
+    contradiction = _contradiction(stated_manifest)
     if contradiction:
         raise OilfilmError(f"{path}: {contradiction}")
-    manifest = Manifest.of(stated.made_from, stated.files, stated.samples)
+    manifest = Manifest.from_records(
+        stated_manifest.made_from, stated_manifest.files, stated_manifest.samples
+    )
     if manifest.text() != text:
         raise OilfilmError(
-            f"{path}: is not as it was written: version {stated.version}, but its content "
+            f"{path}: is not as it was written: version {stated_manifest.version}, but its content "
             f"gives {manifest.version}. It is damaged or was altered."
         )
     return manifest
@@ -260,22 +262,22 @@ def _contradiction(manifest: Manifest) -> str:
     for record in made_from.raw:
         if not re.match(r"data/raw/[^/]+/.", record.path):
             return f"names the raw log {record.path!r}; expected data/raw/<campaign>/<log>."
-    if len(files) < len(manifest.files) or files.keys() & BESIDE:
+    if len(files) < len(manifest.files) or files.keys() & UNLISTED_FILES:
         return "names a file twice, or itself."
-    code = []
+    code_records = []
     for path, record in files.items():
         if path.startswith(f"{CODE}/"):
-            code.append(record.model_copy(update={"path": path.removeprefix(f"{CODE}/")}))
-    digests = {path: record.sha256 for path, record in files.items()}
-    digests[CODE] = records_digest(code)
-    stated = {
+            code_records.append(record.model_copy(update={"path": path.removeprefix(f"{CODE}/")}))
+    digest_of_file = {path: record.sha256 for path, record in files.items()}
+    digest_of_file[CODE] = records_digest(code_records)
+    stated_digests = {
         CODE: made_from.code,
         CONFIG: made_from.config,
         LOCK: made_from.lock,
-        ENVIRONMENT: _digest(made_from.environment.model_dump()),
+        ENVIRONMENT: _digest_of_content(made_from.environment.model_dump()),
     }
-    for name, digest in stated.items():
-        if digests.get(name) != digest:
+    for name, digest in stated_digests.items():
+        if digest_of_file.get(name) != digest:
             return f"its {name} does not match the inputs that it states. It was altered."
     return ""
 

@@ -33,7 +33,7 @@ from oilfilm.releases.manifest import (
     FileRecord,
     MadeFrom,
     Manifest,
-    canonical,
+    canonical_json,
     checksums,
     sha256_of,
 )
@@ -155,7 +155,7 @@ def _raw_records(run: FinishedRun) -> list[FileRecord]:
     for path, digest in sorted(run.raw.items()):
         local_copy = run.root / run.copies / path
         file = local_copy if local_copy.is_file() else run.root / path
-        record = FileRecord.of(file, path)
+        record = FileRecord.from_file(file, path)
         if record.sha256 != digest:
             raise OilfilmError(
                 f"{path}: has changed since the run read it (sha256 {record.sha256[:12]}, "
@@ -197,30 +197,30 @@ def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) ->
     Returns:
         The manifest.
     """
-    results = run.below_results()
-    _refuse_damaged(run, results)
-    copied = {LOCK: run.home / RUN_LOCK}
-    for name, path in results.items():
+    result_files = run.below_results()
+    _refuse_damaged(run, result_files)
+    source_of_file = {LOCK: run.home / RUN_LOCK}
+    for name, path in result_files.items():
         if not name.startswith(_SAMPLES):
-            copied[name] = path
+            source_of_file[name] = path
     for name, path in code_files(run.home).items():
-        copied[f"{CODE}/{name}"] = path
-    for name, path in copied.items():
+        source_of_file[f"{CODE}/{name}"] = path
+    for name, path in source_of_file.items():
         copy_file(path, folder / name)
-    texts = {
+    text_of_file = {
         CONFIG: config,
-        ENVIRONMENT: canonical(made_from.environment.model_dump()),
+        ENVIRONMENT: canonical_json(made_from.environment.model_dump()),
         "tables/datapackage.json": data_package(
             run.settings, folder / "tables", folder.glob("tables/*.parquet")
         ),
     }
-    if _REPORT in copied:
+    if _REPORT in source_of_file:
         page = (folder / _REPORT).read_bytes().decode("utf-8")
-        texts[_REPORT] = with_release(page, made_from.version)
-    for name, text in texts.items():
+        text_of_file[_REPORT] = with_release(page, made_from.version)
+    for name, text in text_of_file.items():
         (folder / name).write_bytes(text.encode("utf-8"))
-    records = [FileRecord.of(folder / name, name) for name in files_below(folder)]
-    manifest = Manifest.of(made_from, records, _sample_records(results))
+    records = [FileRecord.from_file(folder / name, name) for name in files_below(folder)]
+    manifest = Manifest.from_records(made_from, records, _sample_records(result_files))
     (folder / MANIFEST).write_bytes(manifest.text().encode("utf-8"))
     (folder / CHECKSUMS).write_bytes(checksums(manifest).encode("utf-8"))
     return manifest
@@ -259,12 +259,12 @@ def _refuse_other(folder: Path, manifest: Manifest) -> None:
             "`snakemake release` again."
         )
     if stored.manifest.text() != manifest.text():
-        old = {*stored.manifest.files, *stored.manifest.samples}
-        new = {*manifest.files, *manifest.samples}
-        first = min(record.path for record in old ^ new)
+        old_records = {*stored.manifest.files, *stored.manifest.samples}
+        new_records = {*manifest.files, *manifest.samples}
+        first_path = min(record.path for record in old_records ^ new_records)
         raise OilfilmError(
             f"{folder}: exists and is left as it is, but the same inputs, configuration and code "
-            f"have now given other bytes, first in {first}. A release never changes: "
+            f"have now given other bytes, first in {first_path}. A release never changes: "
             f"`oilfilm verify {folder} --rebuild` says which of the two can be made again."
         )
 
@@ -319,14 +319,14 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> Settings:
     try:
         settings = Settings.of(config)
         check(config["campaign"], Campaign, lambda steps: "campaign")
-        texts = unresolve(settings)
+        text_of_config_file = unresolve(settings)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError, OilfilmError) as error:
         raise OilfilmError(
             f"{stored.folder}: config.yaml is not a configuration of this version of oilfilm "
             f"({error}). If the release was made by another version, rebuild it with a clone of "
             f"that version; its code is in the folder {CODE}/ of the release."
         ) from error
-    for path, text in texts.items():
+    for path, text in text_of_config_file.items():
         target = folder / "config" / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")
@@ -338,7 +338,10 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> Settings:
         source = root / record.path
         if source.is_file():
             copy_file(source, folder / record.path)
-        if not source.is_file() or FileRecord.of(folder / record.path, record.path) != record:
+        if (
+            not source.is_file()
+            or FileRecord.from_file(folder / record.path, record.path) != record
+        ):
             raise OilfilmError(
                 f"{source}: is not the log that release {stored.name} was made from. "
                 "Put the original back, then try again."

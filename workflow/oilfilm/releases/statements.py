@@ -57,7 +57,7 @@ class Statement(NamedTuple):
 
 
 def changed_statements(
-    before: ReadTable, after: ReadTable, error_change: float
+    read_before: ReadTable, read_after: ReadTable, error_change: float
 ) -> Iterator[Statement]:
     """Every statement of a table that is in both of two results and differs.
 
@@ -65,27 +65,27 @@ def changed_statements(
     interval may differ by a share.
 
     Args:
-        before: Gives the tables of the first; a pin keeps some of them.
-        after: Gives those of the second.
+        read_before: Gives the tables of the first; a pin keeps some of them.
+        read_after: Gives those of the second.
         error_change: Largest change of an error or width, relative to the first.
     """
     studies.declare_tables(studies.available())
     for name, table in sorted(tables.TABLES.items()):
         if not table.key:
             continue
-        old, new = before(name), after(name)
+        old, new = read_before(name), read_after(name)
         if old is None or new is None:
             continue
         keys = list(table.key)
         old, new = old.set_index(keys), new.set_index(keys)
         yield from _rows_of_one_table(name, old.index, new.index)
-        both = old.index.intersection(new.index, sort=False)
-        old, new = old.loc[both], new.loc[both]
+        common_rows = old.index.intersection(new.index, sort=False)
+        old, new = old.loc[common_rows], new.loc[common_rows]
         columns = [column for column in table.columns if column.name in old and column.name in new]
         for column in columns:
             if column.name not in _SOURCES:
-                changed = _is_changed(column, old, new, error_change)
-                yield from _statements_of_column(name, column, old, new, changed)
+                is_changed = _is_changed(column, old, new, error_change)
+                yield from _statements_of_column(name, column, old, new, is_changed)
 
 
 def _rows_of_one_table(name: str, old: pd.Index, new: pd.Index) -> Iterator[Statement]:
@@ -97,8 +97,8 @@ def _rows_of_one_table(name: str, old: pd.Index, new: pd.Index) -> Iterator[Stat
         for index in indices[:_MOST_ROWS]:
             yield Statement(name, _row_name(index), "", before, after, counts_data=True)
         if len(indices) > _MOST_ROWS:
-            more = f"{len(indices) - _MOST_ROWS} more rows"
-            yield Statement(name, more, "", before, after, counts_data=True)
+            count_of_rest = f"{len(indices) - _MOST_ROWS} more rows"
+            yield Statement(name, count_of_rest, "", before, after, counts_data=True)
 
 
 def _is_changed(
@@ -121,7 +121,7 @@ def _is_changed(
 
 
 def _moved_too_far(
-    before: pd.Series, after: pd.Series, share: float, size: FloatArray | float = 0.0
+    before: pd.Series, after: pd.Series, share: float, size_of_terms: FloatArray | float = 0.0
 ) -> pd.Series:
     """Where an error or a width has moved by more than a share of its first value.
 
@@ -129,11 +129,11 @@ def _moved_too_far(
         before: First values.
         after: Second values, of the same rows.
         share: The largest change that counts as none.
-        size: Size of the terms where the values are differences.
+        size_of_terms: Size of the terms where the values are differences.
     """
     with np.errstate(invalid="ignore"):
-        moved = (after - before).abs()
-    differs = exceeds(moved, share * before.abs(), size)
+        size_of_change = (after - before).abs()
+    differs = exceeds(size_of_change, share * before.abs(), size_of_terms)
     one_is_infinite = np.isinf(before) != np.isinf(after)
     return pd.Series(differs | one_is_infinite, index=before.index)
 
@@ -148,12 +148,12 @@ def _upper_end(name: str) -> str:
 
 
 def _statements_of_column(
-    table: str, column: Column, old: pd.DataFrame, new: pd.DataFrame, changed: pd.Series
+    table: str, column: Column, old: pd.DataFrame, new: pd.DataFrame, is_changed: pd.Series
 ) -> Iterator[Statement]:
     """The changed rows of a column; of the lower end of an interval its whole width."""
     is_count = column.type == "integer"
     upper = _upper_end(column.name)
-    positions = np.flatnonzero(changed.to_numpy()).tolist()
+    positions = np.flatnonzero(is_changed.to_numpy()).tolist()
     for position in positions[:_MOST_ROWS]:
         values = []
         for frame in (old, new):
@@ -164,8 +164,8 @@ def _statements_of_column(
         row = _row_name(old.index[position])
         yield Statement(table, row, column.name, values[0], values[1], is_count)
     if len(positions) > _MOST_ROWS:
-        more = f"{len(positions) - _MOST_ROWS} more rows"
-        yield Statement(table, more, column.name, "", "", is_count)
+        count_of_rest = f"{len(positions) - _MOST_ROWS} more rows"
+        yield Statement(table, count_of_rest, column.name, "", "", is_count)
 
 
 def _row_name(index: object) -> str:
@@ -198,14 +198,14 @@ def changed_lines(
     if not with_numbers:
         old, new = list(map(_without_numbers, old)), list(map(_without_numbers, new))
     matcher = SequenceMatcher(a=old, b=new, autojunk=False)
-    for tag, first, last, first_new, last_new in matcher.get_opcodes():
-        if tag == "equal":
+    for kind_of_change, first_old, last_old, first_new, last_new in matcher.get_opcodes():
+        if kind_of_change == "equal":
             continue
-        yield from (("A", line) for line in before[first:last])
+        yield from (("A", line) for line in before[first_old:last_old])
         yield from (("B", line) for line in after[first_new:last_new])
 
 
 def _without_numbers(line: str) -> str:
     """A line with `#` in place of each number that is no count; runs of blanks are one blank."""
-    words = _COUNT_OR_NUMBER.sub(lambda match: match[0] if " of " in match[0] else "#", line)
-    return " ".join(words.split())
+    marked_line = _COUNT_OR_NUMBER.sub(lambda match: match[0] if " of " in match[0] else "#", line)
+    return " ".join(marked_line.split())

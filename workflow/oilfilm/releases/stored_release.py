@@ -22,10 +22,10 @@ from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.base.digests import file_digest, files_below
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.releases.manifest import (
-    BESIDE,
     CHECKSUMS,
     CONFIG,
     PINNED_MANIFEST,
+    UNLISTED_FILES,
     FileRecord,
     Manifest,
     checksums,
@@ -96,21 +96,25 @@ class StoredRelease:
         `SHA256SUMS` must be there and name every file. A folder with the name of a release must
         have the name of this one. For a pin, only the files that it keeps are checked.
         """
-        present = set(files_below(self.folder))
+        files_present = set(files_below(self.folder))
         sentences = [
             f"{printable(path)}: is extra: the manifest does not name it."
-            for path in present - BESIDE - self.files.keys()
+            for path in files_present - UNLISTED_FILES - self.files.keys()
         ]
         if self.pinned:
-            expected = [record for path, record in self.files.items() if path in present]
+            expected_records = [
+                checksums_record
+                for path, checksums_record in self.files.items()
+                if path in files_present
+            ]
         else:
             # the file that `sha256sum -c` reads and that a signature covers
-            text = checksums(self.manifest).encode()
-            digest = sha256(text).hexdigest()
-            record = FileRecord(path=CHECKSUMS, sha256=digest, size=len(text))
-            expected = [*self.files.values(), record]
+            checksums_text = checksums(self.manifest).encode()
+            digest = sha256(checksums_text).hexdigest()
+            checksums_record = FileRecord(path=CHECKSUMS, sha256=digest, size=len(checksums_text))
+            expected_records = [*self.files.values(), checksums_record]
             sentences.append(self._wrong_folder_name())
-        sentences += [self.mismatch(record) for record in expected]
+        sentences += [self.mismatch(checksums_record) for checksums_record in expected_records]
         return sorted(filter(None, sentences))
 
     def _wrong_folder_name(self) -> str:
@@ -269,7 +273,7 @@ def fetch_release(address: str, folder: Path) -> None:
             ) from None
         try:
             changes = StoredRelease.open(temporary).changes()
-        except OilfilmError as mistake:
-            raise OilfilmError(str(mistake).replace(str(temporary), address)) from None
+        except OilfilmError as error:
+            raise OilfilmError(str(error).replace(str(temporary), address)) from None
         if changes:
             raise OilfilmError(f"{address}: is not as it was released: {changes[0]}")

@@ -33,16 +33,16 @@ def code_files(home: Path) -> dict[str, Path]:
         home: Folder of the workflow, as `home.HOME`. Where it has no library, the files
             of the installed packages get the paths that they have in a clone.
     """
-    trees = {name: home / name for name in _PATHS_OF_CODE}
+    folder_of_tree = {name: home / name for name in _PATHS_OF_CODE}
     if not (home / _LIBRARY).is_dir():
-        trees[_LIBRARY] = PACKAGE
+        folder_of_tree[_LIBRARY] = PACKAGE
         for name in studies.available():
-            trees[f"workflow/{name}"] = studies.folder(name)
+            folder_of_tree[f"workflow/{name}"] = studies.folder(name)
     files = {}
-    for name, top in trees.items():
+    for name, top in folder_of_tree.items():
         for path in _files_of_code(top):
-            parts = path.relative_to(top).parts
-            files["/".join((name, *parts))] = path
+            path_parts = path.relative_to(top).parts
+            files["/".join((name, *path_parts))] = path
     return dict(sorted(files.items()))
 
 
@@ -67,7 +67,9 @@ def copy_file(source: Path, target: Path) -> None:
 
 def code_tree_digest(home: Path) -> str:
     """One hash over all of the code."""
-    return records_digest(FileRecord.of(file, path) for path, file in code_files(home).items())
+    return records_digest(
+        FileRecord.from_file(file, path) for path, file in code_files(home).items()
+    )
 
 
 def environment(home: Path) -> Environment:

@@ -24,7 +24,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import SLIP_SCALE, scaled_slip
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES
-from oilfilm.traction.expression import Form, Language, in_steps
+from oilfilm.traction.expression import Form, Language, straight_line_form
 from oilfilm.traction.law import Law, to_internal
 
 # Nodes of the surface in the page: along a condition its tested levels and their middles, or a
@@ -461,7 +461,7 @@ def law_script(laws: Iterable[Law]) -> str:
 
 def _law_function(law: Law) -> str:
     """One entry of the table `LAWS`."""
-    steps, (mu,) = in_steps(law.graphs[:1])
+    steps, (mu,) = straight_line_form(law.graphs[:1])
     arguments = ", ".join(law.local_constants)
     lines = "".join(f"    const {name} = {JAVASCRIPT.write(node)};\n" for name, node in steps)
     return (

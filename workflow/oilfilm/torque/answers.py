@@ -21,6 +21,7 @@ from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oils, best_shares
 from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, UNCERTAIN
 
+# Columns of an operating point of a bearing for which an answer is wanted (duty point).
 DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
 # Most operating points of a campaign with shares of variance, which take as long as ten intervals.
 _MOST_SHARED_POINTS = 8
@@ -28,7 +29,7 @@ _MOST_SHARED_POINTS = 8
 _BY_TRACTION_TESTS = ("law", "runs", "rig")
 # Everything else together: what is left where the law and its rig are exact. The scatter of runs is
 # among it, because one more run does not make the next one scatter less.
-_BESIDE_THE_LAW = {
+_IRREDUCIBLE_CAUSES = {
     "irreducible": tuple(
         name for cause, names in UNCERTAIN.items() if cause not in ("law", "rig") for name in names
     )
@@ -160,18 +161,20 @@ def answers(
         shares_at: Which rows of `Answers.points` shall have shares of variance.
     """
     cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
-    terms, draws, drawing = cases.assessed(settings.seed)
+    results, draws, drawing = cases.assessed(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
     lambda_limit = settings.gates.lambda_limit
-    terms = terms.assign(**best_shares(draws, len(oils), slip_limit, lambda_limit))
-    best = best_oils(terms, slip_limit, lambda_limit)
-    names = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
-    terms = terms.merge(best[[*names, "best_oil"]], on=names, how="left")
-    shares = drawing.shares(np.flatnonzero(shares_at(terms)))
-    keys = terms[["oil", "bearing", *names]]
-    shares = shares.join(keys, on="point")
+    results = results.assign(**best_shares(draws, len(oils), slip_limit, lambda_limit))
+    best_oil_of_points = best_oils(results, slip_limit, lambda_limit)
+    point_columns = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
+    results = results.merge(
+        best_oil_of_points[[*point_columns, "best_oil"]], on=point_columns, how="left"
+    )
+    shares = drawing.shares(np.flatnonzero(shares_at(results)))
+    key_columns = results[["oil", "bearing", *point_columns]]
+    shares = shares.join(key_columns, on="point")
     law_errors = pd.Series(drawing.law_errors, drawing.drawn_points)
-    return Answers(terms, _with_ranges(shares, law_errors, oils, bearing))
+    return Answers(results, _with_ranges(shares, law_errors, oils, bearing))
 
 
 def named_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[str, pd.DataFrame]:
@@ -186,7 +189,7 @@ def named_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[str,
         return {name: tables.empty(name) for name in names}
     bearing = settings.tested_bearing()
     points = operating_points(bearing, *duty_points(settings, bearing).T).drop_duplicates()
-    has_shares = _chosen_points(len(points))
+    has_shares = _has_shares(len(points))
     answered = answers(
         oils,
         bearing,
@@ -239,32 +242,32 @@ def budgets(
         settings: `bearing` and `seed`.
     """
     points = operating_points(bearing, *duty.T)
-    terms, _, drawing = Cases(bearing, [CaseGroup(oil, "stress", points)]).assessed(settings.seed)
+    results, _, drawing = Cases(bearing, [CaseGroup(oil, "stress", points)]).assessed(settings.seed)
     uncertainties = {
-        "torque": terms["torque_n_m_uncertainty"] / terms["torque_n_m"],
-        "cage_slip": terms["cage_slip_uncertainty"],
+        "torque": results["torque_n_m_uncertainty"] / results["torque_n_m"],
+        "cage_slip": results["cage_slip_uncertainty"],
     }
-    shares_by_cause = drawing.shares(np.flatnonzero(_chosen_points(len(points))))
-    irreducible = drawing.shares(np.arange(len(points)), _BESIDE_THE_LAW).set_index("point")
+    shares_by_cause = drawing.shares(np.flatnonzero(_has_shares(len(points))))
+    irreducible = drawing.shares(np.arange(len(points)), _IRREDUCIBLE_CAUSES).set_index("point")
     columns = {"torque": "torque_share", "cage_slip": "slip_share"}
     budget_by_target = {}
     for target, uncertainty in uncertainties.items():
         rms = float(np.sqrt((uncertainty**2).mean()))
-        share_left = irreducible[columns[target]].reindex(terms.index).astype(float)
+        share_left = irreducible[columns[target]].reindex(results.index).astype(float)
         irreducible_uncertainty = (uncertainty * np.sqrt(share_left)).to_numpy(dtype=float)
-        median = shares_by_cause.groupby("variance_cause")[columns[target]].median().dropna()
-        if median.empty:
+        median_share = shares_by_cause.groupby("variance_cause")[columns[target]].median().dropna()
+        if median_share.empty:
             budget_by_target[target] = Budget(rms, irreducible_uncertainty, "", np.nan, np.nan)
             continue
-        cause = str(median.idxmax())
-        law_share = float(median[list(_BY_TRACTION_TESTS)].sum())
+        cause = str(median_share.idxmax())
+        law_share = float(median_share[list(_BY_TRACTION_TESTS)].sum())
         budget_by_target[target] = Budget(
-            rms, irreducible_uncertainty, cause, float(median[cause]), law_share
+            rms, irreducible_uncertainty, cause, float(median_share[cause]), law_share
         )
     return budget_by_target
 
 
-def _chosen_points(count: int) -> BoolArray:
+def _has_shares(count: int) -> BoolArray:
     """Which of some points have shares of variance: evenly spaced ones, shape (count,)."""
     chosen = np.linspace(0, count - 1, min(count, _MOST_SHARED_POINTS)).round().astype(int)
     return np.isin(np.arange(count), chosen)
@@ -286,22 +289,26 @@ def _with_ranges(
     """
     settings = oils[0].settings
     uncertain = {**bearing.uncertain, **settings.uncertain()}
-    low = {name: CAUSES[name].scale * uncertain[name].low for name in INPUTS}
-    high = {name: CAUSES[name].scale * uncertain[name].high for name in INPUTS}
-    relative = {term: getattr(settings.term_uncertainty, term) for term in FACTOR_TERMS}
-    standard = shares["variance_cause"].map(relative).astype(float)
+    lowest_by_cause = {name: CAUSES[name].scale * uncertain[name].low for name in INPUTS}
+    highest_by_cause = {name: CAUSES[name].scale * uncertain[name].high for name in INPUTS}
+    relative_by_cause = {term: getattr(settings.term_uncertainty, term) for term in FACTOR_TERMS}
+    standard_uncertainty = shares["variance_cause"].map(relative_by_cause).astype(float)
     is_law = shares["variance_cause"] == "law"
-    standard = standard.where(~is_law, shares["point"].map(law_errors))
+    standard_uncertainty = standard_uncertainty.where(~is_law, shares["point"].map(law_errors))
     for oil in oils:
         is_of_oil = shares["oil"] == oil.name
         run_sd = np.nan_to_num(oil.laws["stress"].fitted.coefficients.run_sd)
-        viscosity = settings.stand_in_uncertainty.viscosity * oil.oil.stand_in
-        standard = standard.mask(is_of_oil & (shares["variance_cause"] == "runs"), run_sd)
-        standard = standard.mask(is_of_oil & (shares["variance_cause"] == "viscosity"), viscosity)
+        viscosity = settings.stand_in_uncertainty.viscosity * oil.properties.stand_in
+        standard_uncertainty = standard_uncertainty.mask(
+            is_of_oil & (shares["variance_cause"] == "runs"), run_sd
+        )
+        standard_uncertainty = standard_uncertainty.mask(
+            is_of_oil & (shares["variance_cause"] == "viscosity"), viscosity
+        )
     return shares.assign(
-        range_low=shares["variance_cause"].map(low).astype(float),
-        range_high=shares["variance_cause"].map(high).astype(float),
-        standard_uncertainty=standard,
+        range_low=shares["variance_cause"].map(lowest_by_cause).astype(float),
+        range_high=shares["variance_cause"].map(highest_by_cause).astype(float),
+        standard_uncertainty=standard_uncertainty,
     )
 
 
@@ -329,13 +336,18 @@ def range_text(row: "pd.Series[float]") -> str:
     return "as stated in the rig's file"
 
 
-def what_to_measure(shares: pd.DataFrame, column: str, least: float = 0.1) -> list[tuple[str, str]]:
+def what_to_measure(
+    shares: pd.DataFrame, column: str, smallest_share: float = 0.1
+) -> list[tuple[str, str]]:
     """The causes of the most variance, the largest first, and what would make each known.
 
     Args:
         shares: Rows of `Answers.shares`, of one point or of several.
         column: `torque_share` or `slip_share`; the median over the points counts.
-        least: Smallest share that is named.
+        smallest_share: Smallest share that is named.
     """
-    median = shares.groupby("variance_cause")[column].median().sort_values(ascending=False)
-    return [(str(cause), CAUSES[str(cause)].measure) for cause in median.index[median >= least]]
+    median_share = shares.groupby("variance_cause")[column].median().sort_values(ascending=False)
+    return [
+        (str(cause), CAUSES[str(cause)].measure)
+        for cause in median_share.index[median_share >= smallest_share]
+    ]

@@ -34,7 +34,7 @@ from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_g
 from oilfilm.torque.torque_uncertainty import (
     FACTOR_TERMS,
     Drawing,
-    Group,
+    OilAndLaw,
     has_draws,
     random_factor,
     with_uncertainty,
@@ -43,7 +43,7 @@ from oilfilm.traction import BEARING_LAW_NAMES
 
 _LOAD_SPEED_TEMPERATURE = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 # Quantities whose tested range is compared with the conditions in a bearing.
-_TESTED = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
+_TESTED_QUANTITIES = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
 # Largest residual in tables, relative to the load of a ball; null above.
 _LARGEST_RESIDUAL = 1e9
 # Factors on all traction, between which the inversion interpolates; the middle one is 1.
@@ -67,7 +67,7 @@ class OilInBearing:
 
     Attributes:
         name: Name in config/oils.
-        oil: Its properties.
+        properties: Its properties.
         laws: Laws by load variable. The keys `LOAD_VARIABLES` have the campaign's law, evaluated
             with maximum Hertz pressure (`stress`), load or dimensionless load. Further keys are
             names of laws on load.
@@ -76,7 +76,7 @@ class OilInBearing:
     """
 
     name: str
-    oil: Oil
+    properties: Oil
     laws: Mapping[str, LawInBearing]
     tested: Mapping[str, tuple[float, float]]
     settings: BearingSettings
@@ -110,15 +110,15 @@ class OilInBearing:
             load_variable: Key of `laws`; `stress` is maximum Hertz pressure.
             traction_factor: Factor on all traction. It broadcasts like the load.
         """
-        load, speed, temperature, factor = np.broadcast_arrays(
+        load_n, speed_rpm, temperature_c, traction_factors = np.broadcast_arrays(
             np.atleast_1d(axial_load_n), inner_speed_rpm, inlet_temperature_c, traction_factor
         )
         points = pd.DataFrame(
             {
-                "axial_load_n": load,
-                "inner_speed_rpm": speed,
-                "inlet_temperature_c": temperature,
-                "traction_factor": factor,
+                "axial_load_n": load_n,
+                "inner_speed_rpm": speed_rpm,
+                "inlet_temperature_c": temperature_c,
+                "traction_factor": traction_factors,
             }
         )
         return Cases(bearing, [CaseGroup(self, load_variable, points)]).run()
@@ -161,17 +161,17 @@ class Cases:
             inputs: Uncertain inputs of each point; by default the values of bearing and settings.
         """
         self.oils = [oil for oil, _, _ in groups]
-        self.laws = [oil.laws[variable] for oil, variable, _ in groups]
+        self.laws = [oil.laws[load_variable] for oil, load_variable, _ in groups]
         self._points_of_group = [len(points) for _, _, points in groups]
         tables_of_groups = []
         lubrications = []
-        for oil, variable, points in groups:
+        for oil, load_variable, points in groups:
             tables_of_groups.append(
-                points.assign(oil=oil.name, bearing=bearing.name, load_variable=variable)
+                points.assign(oil=oil.name, bearing=bearing.name, load_variable=load_variable)
             )
             lubrications.append(
                 Lubrication.flooded(
-                    oil.oil,
+                    oil.properties,
                     points["inlet_temperature_c"].to_numpy(dtype=float),
                     oil.settings.drag_coefficient,
                     oil.settings.oil_volume_fraction,
@@ -183,9 +183,9 @@ class Cases:
             traction_factor = self.points["traction_factor"].to_numpy()
             lubrication = lubrication.with_traction_factor(traction_factor)
         law = law_of_groups(self.laws, self._points_of_group)
-        load = self.points["axial_load_n"].to_numpy(dtype=float)
-        speed = self.points["inner_speed_rpm"].to_numpy(dtype=float)
-        operating_points = OperatingPoints.axial(load, speed * RAD_S_PER_RPM)
+        load_n = self.points["axial_load_n"].to_numpy(dtype=float)
+        speed_rpm = self.points["inner_speed_rpm"].to_numpy(dtype=float)
+        operating_points = OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM)
         if inputs is None:
             inputs = Inputs.joined(
                 [
@@ -209,19 +209,23 @@ class Cases:
     def _terms(self, equilibrium: FrictionEquilibrium) -> pd.DataFrame:
         """Columns of `torque_terms`, the verdict on pressure, and the columns of the points."""
         tested = {}
-        for quantity in _TESTED:
+        for quantity in _TESTED_QUANTITIES:
             range_of_point = self._for_each_point([oil.tested[quantity] for oil in self.oils])
             # first row: lowest level of each point; second row: highest
             tested[quantity] = range_of_point.T
-        stress_ratios = [oil.oil.limiting_stress_ratio for oil in self.oils]
+        stress_ratios = [oil.properties.limiting_stress_ratio for oil in self.oils]
         terms = _null_without_equilibrium(
             torque_terms(equilibrium, tested, self._for_each_point(stress_ratios))
         )
-        long_term, peak = self._settings.pressure_limits_gpa
+        long_term_limit_gpa, peak_limit_gpa = self._settings.pressure_limits_gpa
         pressures = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
-        pressure = terms[pressures].max(axis=1)
+        larger_pressure_gpa = terms[pressures].max(axis=1)
         terms["pressure_verdict"] = np.select(
-            [np.isnan(pressure), pressure > peak, pressure > long_term],
+            [
+                np.isnan(larger_pressure_gpa),
+                larger_pressure_gpa > peak_limit_gpa,
+                larger_pressure_gpa > long_term_limit_gpa,
+            ],
             ["not known", "above peak", "above long-term"],
             "within",
         )
@@ -247,28 +251,34 @@ class Cases:
             `other_cage_slip` and `other_torque_n_m` where there are several, and `bistable`. Then
             the draws of `Drawing.results`, and the drawing, which gives the shares of variance.
         """
-        motions = equilibria(self.problem)
-        calculated = self._terms(motions.fastest)
-        groups = []
+        all_equilibria = equilibria(self.problem)
+        results = self._terms(all_equilibria.fastest)
+        oils_and_laws = []
         for oil, law in zip(self.oils, self.laws, strict=True):
-            groups.append(Group(oil.name, oil.oil, law))
-        group_of_point = self._for_each_point(np.arange(len(groups)))
+            oils_and_laws.append(OilAndLaw(oil.name, oil.properties, law))
+        group_of_point = self._for_each_point(np.arange(len(oils_and_laws)))
         settings = self._settings
-        drawing = Drawing(motions.fastest, groups, group_of_point, calculated, settings, seed)
+        drawing = Drawing(
+            all_equilibria.fastest, oils_and_laws, group_of_point, results, settings, seed
+        )
         draws = drawing.results()
         speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
         has_refits = np.array([has_draws(law.fitted) for law in self.laws])
-        was_drawn = has_refits[group_of_point] & calculated["converged"].to_numpy(dtype=bool)
-        terms = with_uncertainty(calculated, draws, was_drawn, speed_rad_s, settings.uncertainty)
-        several = motions.count > 1
+        was_drawn = has_refits[group_of_point] & results["converged"].to_numpy(dtype=bool)
+        terms = with_uncertainty(results, draws, was_drawn, speed_rad_s, settings.uncertainty)
+        has_several = all_equilibria.count > 1
         # an incomplete search may find several equilibria, but not that there is only one
-        several_is_known = (motions.count > 0) & (motions.complete | several)
-        several_or_null = pd.Series(several, terms.index, dtype="boolean").where(several_is_known)
+        several_is_known = (all_equilibria.count > 0) & (all_equilibria.complete | has_several)
+        several_or_null = pd.Series(has_several, terms.index, dtype="boolean").where(
+            several_is_known
+        )
         # true if either is true, false if both are false, else null
         terms["bistable"] = several_or_null | terms["draws_split"]
-        terms["equilibria"] = motions.count
-        terms["other_cage_slip"] = np.where(several, motions.slowest.cage_slip(), np.nan)
-        terms["other_torque_n_m"] = np.where(several, motions.slowest.torque_n_m(), np.nan)
+        terms["equilibria"] = all_equilibria.count
+        terms["other_cage_slip"] = np.where(has_several, all_equilibria.slowest.cage_slip(), np.nan)
+        terms["other_torque_n_m"] = np.where(
+            has_several, all_equilibria.slowest.torque_n_m(), np.nan
+        )
         return terms, draws, drawing
 
 
@@ -294,8 +304,8 @@ def oils_in_bearings(
             that is stated for conditions beyond the tests (`bearing.law_error_beyond`).
     """
     # a law on load holds for the ball of its rig: all rigs must have the same ball
-    rig = settings.common_contact()
-    if rig is None:
+    rig_contact = settings.common_contact()
+    if rig_contact is None:
         return []
     refits_of_law: dict[Any, pd.DataFrame] = {}
     if refits is not None:
@@ -304,14 +314,14 @@ def oils_in_bearings(
     quality_of_oil = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
     oils = []
     for oil_name in settings.oils:
-        oil = settings.properties_of(oil_name)
-        if oil is None or oil_name not in quality_of_oil:
+        oil_properties = settings.properties_of(oil_name)
+        if oil_properties is None or oil_name not in quality_of_oil:
             continue
         fit_quality = quality_of_oil[oil_name]
         available_laws = laws_of(oil_name, settings)
         fitted_laws = set(coefficients.loc[coefficients["oil"] == oil_name, "law"])
         law_names = _law_names(fit_quality["law"], fitted_laws & set(available_laws))
-        fits = {}
+        fit_by_law = {}
         for law_name in set(law_names.values()):
             fit = FittedLaw.from_tables(
                 coefficients,
@@ -323,16 +333,16 @@ def oils_in_bearings(
             )
             if surface_of is not None:
                 fit = replace(fit, read_surface=partial(surface_of, oil_name))
-            fits[law_name] = fit
-        laws = _laws_in_bearing(fits, law_names, rig, settings.bearing)
+            fit_by_law[law_name] = fit
+        laws = _laws_in_bearing(fit_by_law, law_names, rig_contact, settings.bearing)
         # the campaign's law follows all conditions
         if "stress" in laws:
             tested = {}
-            for quantity in _TESTED:
+            for quantity in _TESTED_QUANTITIES:
                 lowest = float(fit_quality[f"tested_min_{quantity}"])
                 highest = float(fit_quality[f"tested_max_{quantity}"])
                 tested[quantity] = (lowest, highest)
-            oils.append(OilInBearing(oil_name, oil, laws, tested, settings.bearing))
+            oils.append(OilInBearing(oil_name, oil_properties, laws, tested, settings.bearing))
     return oils
 
 
@@ -369,25 +379,27 @@ def _law_names(configured_law: str, fitted_laws: Collection[str]) -> dict[str, s
 
 
 def _laws_in_bearing(
-    fits: Mapping[str, FittedLaw],
+    fit_by_law: Mapping[str, FittedLaw],
     law_names: Mapping[str, str],
-    rig: Contact,
+    rig_contact: Contact,
     settings: BearingSettings,
 ) -> dict[str, LawInBearing]:
     """Laws by load variable, without those that do not follow all conditions of a bearing.
 
     Args:
-        fits: Fitted laws by their names.
+        fit_by_law: Fitted laws by their names.
         law_names: Name of the law for each load variable.
-        rig: Contact of the traction rig.
+        rig_contact: Contact of the traction rig.
         settings: Section `bearing` of the settings.
     """
     floor = settings.law_floor.model_dump()
     laws = {}
-    for variable, law_name in law_names.items():
-        coefficients = fits[law_name].coefficients
+    for load_variable, law_name in law_names.items():
+        coefficients = fit_by_law[law_name].coefficients
         if coefficients.followed.all() and not np.isnan(coefficients.constants).any():
-            laws[variable] = LawInBearing.from_fit(fits[law_name], variable, rig, floor)
+            laws[load_variable] = LawInBearing.from_fit(
+                fit_by_law[law_name], load_variable, rig_contact, floor
+            )
     return laws
 
 
@@ -403,16 +415,16 @@ def _null_without_equilibrium(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     )
     return pd.DataFrame(columns).assign(
         converged=converged,
-        held_by_band=_known_flag(terms["held_by_band"], converged),
-        outside_law=_known_flag(terms["outside_law"], converged),
-        film_in_range=_known_flag(terms["film_in_range"], converged),
+        held_by_band=_flag_or_null(terms["held_by_band"], converged),
+        outside_law=_flag_or_null(terms["outside_law"], converged),
+        film_in_range=_flag_or_null(terms["film_in_range"], converged),
         residual=np.where(residual < _LARGEST_RESIDUAL, residual, np.nan),
         no_equilibrium=reason.astype(object),
         widest_contact=terms["widest_contact"],
     )
 
 
-def _known_flag(flag: FloatArray, is_known: BoolArray) -> "pd.Series[bool]":
+def _flag_or_null(flag: FloatArray, is_known: BoolArray) -> "pd.Series[bool]":
     """A flag that is null where it is not known."""
     return pd.Series(flag.astype(bool), dtype="boolean").where(is_known)
 
@@ -443,15 +455,15 @@ def torque_table(
     groups: list[CaseGroup] = []
     for oil in measured_oils:
         plateaus = measured[measured["oil"] == oil.name]
-        groups += [CaseGroup(oil, variable, plateaus) for variable in oil.laws]
+        groups += [CaseGroup(oil, load_variable, plateaus) for load_variable in oil.laws]
     bearing = settings.tested_bearing()
     calculated, _, _ = Cases(bearing, groups).assessed(settings.seed)
-    terms = _compared(bearing, calculated, measured_oils, settings)
-    inversion = _inversion(bearing, measured_oils, terms, settings)
+    terms = _compared_with_measured(bearing, calculated, measured_oils, settings)
+    inversion = _inversion_table(bearing, measured_oils, terms, settings)
     return joined([terms], "torque"), joined([inversion], "torque_inversion")
 
 
-def _compared(
+def _compared_with_measured(
     bearing: Bearing, terms: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
 ) -> pd.DataFrame:
     """Calculated torque compared with the measured torque, and the estimates of catalogues.
@@ -459,40 +471,55 @@ def _compared(
     The calculated torque has the uncertainty of the side of its interval on which the measured one
     is, because the two sides are not alike.
     """
-    uncertainty = np.hypot(
-        terms["measured_torque_n_m_se"].to_numpy(), _calibration_n_m(terms, settings)
+    measured_uncertainty_n_m = np.hypot(
+        terms["measured_torque_n_m_se"].to_numpy(), _calibration_uncertainty_n_m(terms, settings)
     )
-    torque = terms["torque_n_m"]
-    difference = torque - terms["measured_torque_n_m"]
-    below, above = torque - terms["torque_n_m_lower"], terms["torque_n_m_upper"] - torque
+    torque_n_m = terms["torque_n_m"]
+    difference_n_m = torque_n_m - terms["measured_torque_n_m"]
+    below_n_m = torque_n_m - terms["torque_n_m_lower"]
+    above_n_m = terms["torque_n_m_upper"] - torque_n_m
     # a torque beyond an end of its own interval has nothing on that side
-    side = below.where(difference > 0, above).clip(lower=0)
-    compatibility = difference / np.hypot(side / _STANDARD_IN_SIDE, uncertainty)
-    compatible = np.abs(compatibility) <= settings.bearing.compatible_uncertainties
-    verdict = np.select(
-        [np.isnan(compatibility), compatible], ["not known", "compatible"], "not compatible"
+    interval_side_n_m = below_n_m.where(difference_n_m > 0, above_n_m).clip(lower=0)
+    compatibility = difference_n_m / np.hypot(
+        interval_side_n_m / _STANDARD_IN_SIDE, measured_uncertainty_n_m
     )
-    load, speed, temperature = terms[_LOAD_SPEED_TEMPERATURE].to_numpy().T
-    viscosity = np.empty(len(terms))
+    is_compatible = np.abs(compatibility) <= settings.bearing.compatible_uncertainties
+    verdict = np.select(
+        [np.isnan(compatibility), is_compatible], ["not known", "compatible"], "not compatible"
+    )
+    load_n, speed_rpm, temperature_c = terms[_LOAD_SPEED_TEMPERATURE].to_numpy().T
+    kinematic_viscosity_m2_s = np.empty(len(terms))
     for oil in oils:
         is_oil = terms["oil"].to_numpy() == oil.name
-        viscosity[is_oil] = oil.oil.kinematic_viscosity_m2_s(temperature[is_oil])
-    pitch = bearing.pitch_diameter_m
+        kinematic_viscosity_m2_s[is_oil] = oil.properties.kinematic_viscosity_m2_s(
+            temperature_c[is_oil]
+        )
+    pitch_diameter_m = bearing.pitch_diameter_m
     palmgren = settings.bearing.palmgren
     return terms.assign(
-        measured_torque_n_m_uncertainty=uncertainty,
+        measured_torque_n_m_uncertainty=measured_uncertainty_n_m,
         relative_error=terms["torque_n_m"] / terms["measured_torque_n_m"] - 1,
         compatibility=compatibility,
         verdict=verdict,
         palmgren_torque_n_m=palmgren_torque_n_m(
-            load, speed, viscosity, pitch, bearing.contact_angle_rad, palmgren.f0, palmgren.f1
+            load_n,
+            speed_rpm,
+            kinematic_viscosity_m2_s,
+            pitch_diameter_m,
+            bearing.contact_angle_rad,
+            palmgren.f0,
+            palmgren.f1,
         ),
-        skf_torque_n_m=skf_torque_n_m(load, speed, viscosity, pitch),
-        skf_valid=reaches(settings.bearing.skf_pitch_speed_max, speed * pitch * MM_PER_M),
+        skf_torque_n_m=skf_torque_n_m(
+            load_n, speed_rpm, kinematic_viscosity_m2_s, pitch_diameter_m
+        ),
+        skf_valid=reaches(
+            settings.bearing.skf_pitch_speed_max, speed_rpm * pitch_diameter_m * MM_PER_M
+        ),
     )
 
 
-def _inversion(
+def _inversion_table(
     bearing: Bearing, oils: Sequence[OilInBearing], terms: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
     """Traction that gives the measured torque, with one factor on all traction.
@@ -504,42 +531,45 @@ def _inversion(
     """
     # one oil after the other, in the order of `oils`
     plateaus = terms[terms["load_variable"] == "stress"].reset_index(drop=True)
-    count = len(plateaus)
+    plateau_count = len(plateaus)
     # each plateau with every factor; the order of the plateaus stays the same
     repeated_rows = np.repeat(plateaus.index, len(_TRACTION_FACTORS))
-    scaled = plateaus.loc[repeated_rows, ["oil", *_LOAD_SPEED_TEMPERATURE]].assign(
-        traction_factor=np.tile(_TRACTION_FACTORS, count)
+    plateau_factors = plateaus.loc[repeated_rows, ["oil", *_LOAD_SPEED_TEMPERATURE]].assign(
+        traction_factor=np.tile(_TRACTION_FACTORS, plateau_count)
     )
-    groups = [CaseGroup(oil, "stress", scaled[scaled["oil"] == oil.name]) for oil in oils]
+    groups = [
+        CaseGroup(oil, "stress", plateau_factors[plateau_factors["oil"] == oil.name])
+        for oil in oils
+    ]
     calculated = Cases(bearing, groups).run()
 
     def column_by_factor(column: str) -> FloatArray:
         """A calculated column, shape (factors, plateaus)."""
         values = calculated[column].to_numpy()
-        return np.asarray(values.reshape(count, len(_TRACTION_FACTORS)).T)
+        return np.asarray(values.reshape(plateau_count, len(_TRACTION_FACTORS)).T)
 
-    torque = column_by_factor("torque_n_m")
+    torque_n_m = column_by_factor("torque_n_m")
     mean_mu = column_by_factor("mean_traction_coefficient")
-    excess_torque = torque - plateaus["measured_torque_n_m"].to_numpy()
+    excess_torque_n_m = torque_n_m - plateaus["measured_torque_n_m"].to_numpy()
     # shape (pairs of neighbouring factors, plateaus)
-    encloses = excess_torque[:-1] * excess_torque[1:] <= 0
+    encloses = excess_torque_n_m[:-1] * excess_torque_n_m[1:] <= 0
     is_enclosed = encloses.any(axis=0)
-    lower_factor = (_nearest_pair(encloses), np.arange(count))
-    torque_step = np.diff(torque, axis=0)[lower_factor]
-    mu_step = np.diff(mean_mu, axis=0)[lower_factor]
-    mu_at_lower_factor = np.where(is_enclosed, mean_mu[lower_factor], np.nan)
+    lower_factor_index = (_nearest_pair(encloses), np.arange(plateau_count))
+    torque_step_n_m = np.diff(torque_n_m, axis=0)[lower_factor_index]
+    mu_step = np.diff(mean_mu, axis=0)[lower_factor_index]
+    mu_at_lower_factor = np.where(is_enclosed, mean_mu[lower_factor_index], np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.where(torque_step != 0, mu_step / torque_step, np.inf)
-        mu = mu_at_lower_factor - excess_torque[lower_factor] * slope
-        random_uncertainty = np.abs(slope) * plateaus["measured_torque_n_m_se"].to_numpy()
-        systematic_uncertainty = np.abs(slope) * _traction_torque_uncertainty_n_m(
+        mu_per_n_m = np.where(torque_step_n_m != 0, mu_step / torque_step_n_m, np.inf)
+        mu = mu_at_lower_factor - excess_torque_n_m[lower_factor_index] * mu_per_n_m
+        random_uncertainty = np.abs(mu_per_n_m) * plateaus["measured_torque_n_m_se"].to_numpy()
+        systematic_uncertainty = np.abs(mu_per_n_m) * _traction_torque_uncertainty_n_m(
             plateaus, settings
         )
     is_solved = (
         np.isfinite(mu) & np.isfinite(random_uncertainty) & np.isfinite(systematic_uncertainty)
     )
     # without the torque of both neighbouring factors nothing is known
-    is_unknown = np.isnan(torque).any(axis=0) & ~is_enclosed
+    is_unknown = np.isnan(torque_n_m).any(axis=0) & ~is_enclosed
     verdict = np.select(
         [is_unknown, ~is_solved, np.hypot(random_uncertainty, systematic_uncertainty) < mu],
         ["not known", "no solution", "determined"],
@@ -580,27 +610,29 @@ def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) ->
     """
     # the middles of the slices stand for the distribution
     probabilities = (np.arange(_NORMAL_SLICES) + 0.5) / _NORMAL_SLICES
-    normal = scipy.special.ndtri(probabilities)
+    normal_numbers = scipy.special.ndtri(probabilities)
     bearing = settings.bearing
-    relative = {term: random_factor(bearing, term, normal).std() for term in FACTOR_TERMS}
+    relative_by_term = {
+        term: random_factor(bearing, term, normal_numbers).std() for term in FACTOR_TERMS
+    }
     ranges = {**settings.tested_bearing().uncertain, **bearing.uncertain()}
     for term, names in _RANGES_OF_TERM.items():
-        spreads = [
+        relative_spreads = [
             ranges[name].quantiles(probabilities).std() / ranges[name].value for name in names
         ]
-        relative[term] = np.linalg.norm(spreads)
-    uncertainties = [_calibration_n_m(terms, settings)]
-    for term, spread in relative.items():
+        relative_by_term[term] = np.linalg.norm(relative_spreads)
+    uncertainties_n_m = [_calibration_uncertainty_n_m(terms, settings)]
+    for term, spread in relative_by_term.items():
         # the momentum is null where the flow is not known, and the torque is one without it
-        uncertainties.append(np.nan_to_num(spread * terms[f"{term}_torque_n_m"].to_numpy()))
-    return np.asarray(np.linalg.norm(uncertainties, axis=0))
+        uncertainties_n_m.append(np.nan_to_num(spread * terms[f"{term}_torque_n_m"].to_numpy()))
+    return np.asarray(np.linalg.norm(uncertainties_n_m, axis=0))
 
 
-def _calibration_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
+def _calibration_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the measured torque by offset and gain of the sensor."""
     calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
-    gain = calibration.torque_relative * terms["measured_torque_n_m"].to_numpy()
-    return np.hypot(calibration.torque_n_m, gain)
+    gain_n_m = calibration.torque_relative * terms["measured_torque_n_m"].to_numpy()
+    return np.hypot(calibration.torque_n_m, gain_n_m)
 
 
 def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
@@ -669,15 +701,15 @@ def _map_of_cage_slip(
     if not oils or not temperatures_c:
         return tables.empty(table)
     bearing = settings.tested_bearing()
-    temperature, pitch_speed, load = np.meshgrid(
+    temperature_c, pitch_speed_mm_rpm, load_n = np.meshgrid(
         temperatures_c, pitch_speeds_mm_rpm, loads_n, indexing="ij"
     )
     points = pd.DataFrame(
         {
-            "axial_load_n": load.ravel(),
-            "pitch_speed_mm_rpm": pitch_speed.ravel(),
-            "inner_speed_rpm": pitch_speed.ravel() / (bearing.pitch_diameter_m * MM_PER_M),
-            "inlet_temperature_c": temperature.ravel(),
+            "axial_load_n": load_n.ravel(),
+            "pitch_speed_mm_rpm": pitch_speed_mm_rpm.ravel(),
+            "inner_speed_rpm": pitch_speed_mm_rpm.ravel() / (bearing.pitch_diameter_m * MM_PER_M),
+            "inlet_temperature_c": temperature_c.ravel(),
         }
     )
     cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
@@ -696,12 +728,12 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
     if not oils:
         return tables.empty("size_effect")
     bearing = settings.tested_bearing()
-    variation = settings.bearing.size_effect
+    size_settings = settings.bearing.size_effect
     # what is varied, the bearing, and the factor on its size
     variants: list[tuple[str, Bearing, float]] = []
-    for size_factor in variation.ball_size_factors:
-        variants.append(("ball size", _scaled(bearing, size_factor), size_factor))
-    for groove in variation.groove_curvatures:
+    for size_factor in size_settings.ball_size_factors:
+        variants.append(("ball size", _scaled_bearing(bearing, size_factor), size_factor))
+    for groove in size_settings.groove_curvatures:
         variant = replace(bearing, groove_curvature=(groove, groove))
         variants.append(("conformity", variant, 1.0))
     terms_of_variants = []
@@ -709,32 +741,38 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
         # areas of contact grow with the square of the size, surface speeds with the size
         point = pd.DataFrame(
             {
-                "axial_load_n": [variation.axial_load_n * size_factor**2],
-                "inner_speed_rpm": variation.inner_speed_rpm / size_factor,
-                "inlet_temperature_c": variation.inlet_temperature_c,
+                "axial_load_n": [size_settings.axial_load_n * size_factor**2],
+                "inner_speed_rpm": size_settings.inner_speed_rpm / size_factor,
+                "inlet_temperature_c": size_settings.inlet_temperature_c,
             }
         )
-        groups = [CaseGroup(oil, variable, point) for oil in oils for variable in oil.laws]
+        groups = [
+            CaseGroup(oil, load_variable, point) for oil in oils for load_variable in oil.laws
+        ]
         terms = Cases(variant, groups).run()
-        traction = terms.set_index(["oil", "load_variable"])["traction_torque_n_m"]
+        torque_by_oil_and_variable = terms.set_index(["oil", "load_variable"])[
+            "traction_torque_n_m"
+        ]
         # of the oil of each row
-        by_stress = traction.xs("stress", level="load_variable")[terms["oil"]].to_numpy()
+        stress_torque_n_m = torque_by_oil_and_variable.xs("stress", level="load_variable")[
+            terms["oil"]
+        ].to_numpy()
         terms_of_variants.append(
             terms.assign(
                 varied=varied,
                 ball_diameter_mm=variant.ball_diameter_m * MM_PER_M,
                 groove_curvature=variant.groove_curvature[0],
-                relative_to_stress=terms["traction_torque_n_m"] / by_stress - 1,
+                relative_to_stress=terms["traction_torque_n_m"] / stress_torque_n_m - 1,
             )
         )
-    table = joined(terms_of_variants, "size_effect")
+    joined_table = joined(terms_of_variants, "size_effect")
     rank_of_oil = {oil.name: rank for rank, oil in enumerate(oils)}
-    return table.sort_values(
+    return joined_table.sort_values(
         "oil", key=lambda names: names.map(rank_of_oil), kind="stable", ignore_index=True
     )
 
 
-def _scaled(bearing: Bearing, factor: float) -> Bearing:
+def _scaled_bearing(bearing: Bearing, factor: float) -> Bearing:
     """A bearing with all lengths scaled, except the roughness.
 
     The flow of oil is scaled with the area of its section.
@@ -745,7 +783,7 @@ def _scaled(bearing: Bearing, factor: float) -> Bearing:
         land_width_m=factor * bearing.cage.land_width_m,
         land_clearance_m=factor * bearing.cage.land_clearance_m,
     )
-    larger = {
+    scaled_inputs = {
         name: bearing.uncertain[name].scaled(factor**power) for name, power in _SIZE_POWERS.items()
     }
     return replace(
@@ -753,7 +791,7 @@ def _scaled(bearing: Bearing, factor: float) -> Bearing:
         ball_diameter_m=factor * bearing.ball_diameter_m,
         pitch_diameter_m=factor * bearing.pitch_diameter_m,
         cage=cage,
-        uncertain={**bearing.uncertain, **larger},
+        uncertain={**bearing.uncertain, **scaled_inputs},
     )
 
 

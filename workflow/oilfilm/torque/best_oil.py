@@ -36,24 +36,24 @@ def operating_points(cage_slip: pd.DataFrame) -> pd.DataFrame:
 
 def by_oil(cage_slip: pd.DataFrame, oils: Sequence[str], *columns: str) -> list[FloatArray]:
     """Columns of the table of cage slip, each of shape (oils, operating points)."""
-    wide = cage_slip.pivot(index=OPERATING_POINT, columns="oil", values=list(columns))
-    wide = wide.loc[pd.MultiIndex.from_frame(operating_points(cage_slip))]
-    return [wide[name][list(oils)].to_numpy(dtype=float).T for name in columns]
+    columns_by_oil = cage_slip.pivot(index=OPERATING_POINT, columns="oil", values=list(columns))
+    columns_by_oil = columns_by_oil.loc[pd.MultiIndex.from_frame(operating_points(cage_slip))]
+    return [columns_by_oil[name][list(oils)].to_numpy(dtype=float).T for name in columns]
 
 
 # Entry for an oil's name in tables.
 NOT_KNOWN = "not known"
 
 
-def enough_film(film: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolArray]:
+def enough_film(lambda_ratio: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolArray]:
     """Whether a film is thick enough, and whether it may be: an unknown film may be.
 
     Args:
-        film: Film thickness over roughness; NaN where it is not known.
+        lambda_ratio: Film thickness over roughness; NaN where it is not known.
         lambda_limit: A film is full above this ratio.
     """
-    is_enough = exceeds(film, lambda_limit)
-    return is_enough, is_enough | np.isnan(film)
+    is_enough = exceeds(lambda_ratio, lambda_limit)
+    return is_enough, is_enough | np.isnan(lambda_ratio)
 
 
 def best_index(
@@ -67,12 +67,12 @@ def best_index(
         has_film: Whether the film is thick enough, of the same shape.
         slip_limit: Largest cage slip of a held cage.
     """
-    candidate = has_film & np.isfinite(slip)
-    holds_cage = candidate & reaches(slip_limit, slip)
+    is_candidate = has_film & np.isfinite(slip)
+    holds_cage = is_candidate & reaches(slip_limit, slip)
     smallest_torque = first_smallest(np.where(holds_cage, torque, np.inf), axis=0)
-    smallest_slip = first_smallest(np.where(candidate, slip, np.inf), axis=0)
+    smallest_slip = first_smallest(np.where(is_candidate, slip, np.inf), axis=0)
     best = np.where(holds_cage.any(axis=0), smallest_torque, smallest_slip)
-    return np.where(candidate.any(axis=0), best, -1)
+    return np.where(is_candidate.any(axis=0), best, -1)
 
 
 @dataclass(frozen=True)
@@ -96,25 +96,29 @@ class Best:
 
 
 def best_of(
-    slip: FloatArray, torque: FloatArray, film: FloatArray, slip_limit: float, lambda_limit: float
+    slip: FloatArray,
+    torque: FloatArray,
+    lambda_ratio: FloatArray,
+    slip_limit: float,
+    lambda_limit: float,
 ) -> Best:
     """The best oil of each operating point, and whether it is known.
 
     Args:
         slip: Cage slip, shape (oils, ...); NaN without an equilibrium.
         torque: Friction torque, of the same shape.
-        film: Film thickness over roughness, of the same shape; NaN where it is not known.
+        lambda_ratio: Film thickness over roughness, of the same shape; NaN where it is not known.
         slip_limit: Largest cage slip of a held cage.
         lambda_limit: A film is full above this ratio.
     """
-    has_film, may_have_film = enough_film(film, lambda_limit)
-    best = best_index(slip, torque, has_film, slip_limit)
+    has_film, may_have_film = enough_film(lambda_ratio, lambda_limit)
+    best_oil = best_index(slip, torque, has_film, slip_limit)
     best_with_unknown_films = best_index(slip, torque, may_have_film, slip_limit)
     without_equilibrium = may_have_film & ~np.isfinite(slip)
     return Best(
-        oil=best,
+        oil=best_oil,
         lacks_equilibrium=np.asarray(without_equilibrium.any(axis=0)),
-        lacks_film=np.asarray(best_with_unknown_films != best),
+        lacks_film=np.asarray(best_with_unknown_films != best_oil),
     )
 
 
@@ -125,8 +129,8 @@ def best_oils(cage_slip: pd.DataFrame, slip_limit: float, lambda_limit: float) -
     equilibrium or film may be better.
     """
     oils = list(dict.fromkeys(cage_slip["oil"]))
-    slip, torque, film = by_oil(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio")
-    best = best_of(slip, torque, film, slip_limit, lambda_limit)
+    slip, torque, lambda_ratio = by_oil(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio")
+    best = best_of(slip, torque, lambda_ratio, slip_limit, lambda_limit)
     oil_names = np.array([*oils, ""])[best.oil]
     return operating_points(cage_slip).assign(
         best_oil=np.where(best.is_known, oil_names, NOT_KNOWN)
@@ -152,17 +156,24 @@ def best_shares(
         The columns `best_share`, `draws_answered` and `draws_unanswered` of the table of cage slip,
         each of shape (oil_count * points,). The share is null where no draw has an answer.
     """
-    quantities, count, columns = draws.shape
-    draws_by_oil = draws.reshape(quantities, count, oil_count, columns // oil_count)
-    torque, slip, film = draws_by_oil.swapaxes(1, 2)
-    best = best_of(slip, torque, film, slip_limit, lambda_limit)
-    answered = best.is_known.sum(axis=0)
-    counts = np.array([(best.is_known & (best.oil == oil)).sum(axis=0) for oil in range(oil_count)])
-    shares = np.divide(counts, answered, out=np.full(counts.shape, np.nan), where=answered > 0)
+    quantity_count, draw_count, column_count = draws.shape
+    draws_by_oil = draws.reshape(quantity_count, draw_count, oil_count, column_count // oil_count)
+    torque, slip, lambda_ratio = draws_by_oil.swapaxes(1, 2)
+    best = best_of(slip, torque, lambda_ratio, slip_limit, lambda_limit)
+    answered_draws = best.is_known.sum(axis=0)
+    draws_with_best_oil = np.array(
+        [(best.is_known & (best.oil == oil)).sum(axis=0) for oil in range(oil_count)]
+    )
+    shares = np.divide(
+        draws_with_best_oil,
+        answered_draws,
+        out=np.full(draws_with_best_oil.shape, np.nan),
+        where=answered_draws > 0,
+    )
     return {
         "best_share": shares.ravel(),
-        "draws_answered": np.tile(answered, oil_count),
-        "draws_unanswered": np.tile(count - answered, oil_count),
+        "draws_answered": np.tile(answered_draws, oil_count),
+        "draws_unanswered": np.tile(draw_count - answered_draws, oil_count),
     }
 
 
@@ -179,10 +190,10 @@ def stays_best(cage_slip: pd.DataFrame, share: float) -> pd.DataFrame:
         `draws_answered` and `draws_unanswered`.
     """
     columns = ["best_share", "draws_answered", "draws_unanswered"]
-    points = cage_slip.groupby(OPERATING_POINT, sort=False)[columns].max()
-    answered, unanswered = points["draws_answered"], points["draws_unanswered"]
-    best_draws = points["best_share"].fillna(0.0) * answered
+    draws_of_points = cage_slip.groupby(OPERATING_POINT, sort=False)[columns].max()
+    answered, unanswered = draws_of_points["draws_answered"], draws_of_points["draws_unanswered"]
+    best_draws = draws_of_points["best_share"].fillna(0.0) * answered
     needed_draws = share * (answered + unanswered)
     surely = reaches(best_draws, needed_draws)
     perhaps = ~surely & reaches(best_draws + unanswered, needed_draws)
-    return points.assign(surely=surely, perhaps=perhaps)
+    return draws_of_points.assign(surely=surely, perhaps=perhaps)

@@ -64,15 +64,16 @@ class PlannedRig:
 def _only_rig(settings: Settings) -> tuple[str, Rig]:
     """Name and file of the rig of the next tests."""
     rigs = settings.rigs
-    limited = [name for name, rig in rigs.items() if rig.limits is not None]
-    if len(limited) == 1:
-        name = limited[0]
+    rigs_with_limits = [name for name, rig in rigs.items() if rig.limits is not None]
+    if len(rigs_with_limits) == 1:
+        name = rigs_with_limits[0]
     elif len(rigs) == 1:
         name = next(iter(rigs))
     else:
         raise OilfilmError(
-            f"the campaign has the rigs {', '.join(rigs)}; {len(limited)} of them have `limits`. A "
-            "plan is for one rig: write `limits` in the file of that rig alone (config/rigs)."
+            f"the campaign has the rigs {', '.join(rigs)}; {len(rigs_with_limits)} of them have "
+            "`limits`. A plan is for one rig: write `limits` in the file of that rig alone "
+            "(config/rigs)."
         )
     return name, rigs[name]
 
@@ -104,10 +105,10 @@ class JudgedTests:
     def left_out(self) -> dict[str, int]:
         """Number of tests that cannot be run, by the first limit that a test is beyond."""
         counts = {}
-        remaining = np.ones(len(self.load_n), dtype=bool)
+        not_counted = np.ones(len(self.load_n), dtype=bool)
         for limit, is_beyond in self.is_beyond.items():
-            counts[limit] = int((remaining & is_beyond).sum())
-            remaining &= ~is_beyond
+            counts[limit] = int((not_counted & is_beyond).sum())
+            not_counted &= ~is_beyond
         return counts
 
     @property
@@ -155,49 +156,49 @@ def judge_tests(
         slip: Slips of a test in ascending order, shape (slips,).
         mu: Expected traction coefficient, of a shape that broadcasts with (tests, slips).
     """
-    pressure, speed, temperature = conditions.T
-    load = rig.contact.load_n(pressure)
-    shape = (len(conditions), len(slip))
-    is_reached = np.broadcast_to(reaches(rig.limits.slide_roll_ratio, slip), shape).copy()
-    lambda_ratio = np.full(shape, np.nan)
+    pressure_gpa, speed_m_s, temperature_c = conditions.T
+    load_n = rig.contact.load_n(pressure_gpa)
+    tests_and_slips = (len(conditions), len(slip))
+    is_reached = np.broadcast_to(reaches(rig.limits.slide_roll_ratio, slip), tests_and_slips).copy()
+    lambda_ratio = np.full(tests_and_slips, np.nan)
     if film is not None:
         _, lambda_ratio = contact_film(
             film.oil,
             film.contact,
             film.thickness,
-            load_n=load[:, np.newaxis],
-            entrainment_speed_m_s=speed[:, np.newaxis],
-            inlet_temperature_c=temperature[:, np.newaxis],
+            load_n=load_n[:, np.newaxis],
+            entrainment_speed_m_s=speed_m_s[:, np.newaxis],
+            inlet_temperature_c=temperature_c[:, np.newaxis],
             slide_roll_ratio=slip,
         )
     # in the order of the message
     is_beyond: dict[str, BoolArray] = {
-        "the rig's largest pressure": exceeds(pressure, rig.limits.max_hertz_pressure_gpa),
-        "the rig's largest speed": exceeds(speed, rig.limits.entrainment_speed_m_s),
-        "the rig's highest temperature": exceeds(temperature, rig.limits.inlet_temperature_c),
+        "the rig's largest pressure": exceeds(pressure_gpa, rig.limits.max_hertz_pressure_gpa),
+        "the rig's largest speed": exceeds(speed_m_s, rig.limits.entrainment_speed_m_s),
+        "the rig's highest temperature": exceeds(temperature_c, rig.limits.inlet_temperature_c),
     }
     full_scale = rig.full_scale
     if full_scale is not None:
-        faster_surface = speed[:, np.newaxis] * (1 + slip / 2)
+        faster_surface_m_s = speed_m_s[:, np.newaxis] * (1 + slip / 2)
         if "surface_speed_m_s" not in full_scale.assumed:
-            is_reached &= reaches(full_scale.surface_speed_m_s, faster_surface)
-        force = np.broadcast_to(load[:, np.newaxis] * mu, shape).max(axis=1)
+            is_reached &= reaches(full_scale.surface_speed_m_s, faster_surface_m_s)
+        largest_force_n = np.broadcast_to(load_n[:, np.newaxis] * mu, tests_and_slips).max(axis=1)
         is_beyond_sensor = {
-            "load_n": ("load", exceeds(load, full_scale.load_n)),
-            "traction_force_n": ("force", exceeds(force, full_scale.traction_force_n)),
-            "temperature_c": ("temperature", exceeds(temperature, full_scale.temperature_c)),
+            "load_n": ("load", exceeds(load_n, full_scale.load_n)),
+            "traction_force_n": ("force", exceeds(largest_force_n, full_scale.traction_force_n)),
+            "temperature_c": ("temperature", exceeds(temperature_c, full_scale.temperature_c)),
         }
-        for key, (sensor, beyond) in is_beyond_sensor.items():
+        for key, (sensor, is_beyond_full_scale) in is_beyond_sensor.items():
             # an assumed full scale must not contradict limits that are stated
             if key not in full_scale.assumed:
-                is_beyond[f"the {sensor} sensor's full scale"] = beyond
+                is_beyond[f"the {sensor} sensor's full scale"] = is_beyond_full_scale
     slips_reached = is_reached.sum(axis=1)
     smallest_load_n = rig.limits.smallest_load_n or 0.0
     is_beyond |= {
-        "the rig's smallest load": exceeds(smallest_load_n, load),
+        "the rig's smallest load": exceeds(smallest_load_n, load_n),
         "slips that the rig reaches at this speed": np.asarray(slips_reached < _FEWEST_SLIPS),
     }
     if film is not None:
         is_thin = is_reached & ~exceeds(lambda_ratio, lambda_limit)
         is_beyond[f"a full film (lambda > {lambda_limit:g})"] = np.asarray(is_thin.any(axis=1))
-    return JudgedTests(load, slip, is_reached, lambda_ratio, is_beyond)
+    return JudgedTests(load_n, slip, is_reached, lambda_ratio, is_beyond)

@@ -66,10 +66,10 @@ def heat_to_oil_w(
 
     Reference: first law of thermodynamics for a steady flow.
     """
-    mean = (np.asarray(inlet_temperature_c) + outlet_temperature_c) / 2
-    mass_flow = oil.density_kg_m3(inlet_temperature_c) * supply.flow_m3_s
-    rise = np.asarray(outlet_temperature_c) - inlet_temperature_c
-    return np.asarray(mass_flow * oil.specific_heat_j_kgk(mean) * rise)
+    mean_temperature_c = (np.asarray(inlet_temperature_c) + outlet_temperature_c) / 2
+    mass_flow_kg_s = oil.density_kg_m3(inlet_temperature_c) * supply.flow_m3_s
+    rise_k = np.asarray(outlet_temperature_c) - inlet_temperature_c
+    return np.asarray(mass_flow_kg_s * oil.specific_heat_j_kgk(mean_temperature_c) * rise_k)
 
 
 def heat_balance(
@@ -95,43 +95,45 @@ def heat_balance(
     Returns:
         The balance. A point has none if the oil would leave at more than 400 degC.
     """
-    points = np.arange(len(inlet_temperature_c))
+    point_indices = np.arange(len(inlet_temperature_c))
 
-    def contact_c(rise: FloatArray, which: IndexArray) -> FloatArray:
+    def contact_c(rise_k: FloatArray, which: IndexArray) -> FloatArray:
         """Temperature (degC) of the oil in the contacts at this rise of the oil."""
-        return np.asarray(inlet_temperature_c[which] + supply.outlet_weight * rise)
+        return np.asarray(inlet_temperature_c[which] + supply.outlet_weight * rise_k)
 
-    def excess_cooling_w(rise: FloatArray, which: IndexArray) -> FloatArray:
+    def excess_cooling_w(rise_k: FloatArray, which: IndexArray) -> FloatArray:
         """Heat taken by the oil less the friction heat; 0 in the balance."""
-        inlet = inlet_temperature_c[which]
-        friction_heat = supply.heat_share * friction_heat_w(contact_c(rise, which), which)
-        return heat_to_oil_w(oil, supply, inlet, inlet + rise) - friction_heat
+        inlet_c = inlet_temperature_c[which]
+        friction_heat_to_oil_w = supply.heat_share * friction_heat_w(
+            contact_c(rise_k, which), which
+        )
+        return heat_to_oil_w(oil, supply, inlet_c, inlet_c + rise_k) - friction_heat_to_oil_w
 
-    heat_at_inlet = -excess_cooling_w(np.zeros(len(points)), points)
+    heat_at_inlet_w = -excess_cooling_w(np.zeros(len(point_indices)), point_indices)
     # heat and heat capacity at the inlet temperature overestimate the rise
-    heat_per_kelvin = heat_to_oil_w(oil, supply, inlet_temperature_c, inlet_temperature_c + 1)
-    largest_rise = 1.5 * heat_at_inlet / heat_per_kelvin + 1
-    largest_rise = np.minimum(largest_rise, _HOTTEST_C - inlet_temperature_c)
+    heat_per_kelvin_w = heat_to_oil_w(oil, supply, inlet_temperature_c, inlet_temperature_c + 1)
+    largest_rise_k = 1.5 * heat_at_inlet_w / heat_per_kelvin_w + 1
+    largest_rise_k = np.minimum(largest_rise_k, _HOTTEST_C - inlet_temperature_c)
     # imported here because most jobs import this module and calculate no heat balance
     from scipy.optimize import elementwise  # noqa: PLC0415
 
     root = elementwise.find_root(
         excess_cooling_w,
-        (np.zeros(len(points)), largest_rise),
-        args=(points,),
+        (np.zeros(len(point_indices)), largest_rise_k),
+        args=(point_indices,),
         tolerances={"xatol": _TOLERANCE_K, "frtol": 1e-3 * _LARGEST_ERROR},
     )
-    heat_scale = np.maximum(np.abs(heat_at_inlet), np.finfo(float).tiny)
-    without_heat = heat_at_inlet == 0
-    solved = root.success & (np.abs(root.f_x) <= _LARGEST_ERROR * heat_scale)
-    balanced = without_heat | solved
-    rise = np.where(balanced, np.where(without_heat, 0.0, root.x), np.nan)
-    return HeatBalance(inlet_temperature_c + rise, contact_c(rise, points), balanced)
+    heat_scale_w = np.maximum(np.abs(heat_at_inlet_w), np.finfo(float).tiny)
+    is_without_heat = heat_at_inlet_w == 0
+    is_solved = root.success & (np.abs(root.f_x) <= _LARGEST_ERROR * heat_scale_w)
+    is_balanced = is_without_heat | is_solved
+    rise_k = np.where(is_balanced, np.where(is_without_heat, 0.0, root.x), np.nan)
+    return HeatBalance(inlet_temperature_c + rise_k, contact_c(rise_k, point_indices), is_balanced)
 
 
-_POINT = ["inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
+_POINT_COLUMNS = ["inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
 # Columns that the table has for oil at its inlet temperature and for heated oil.
-_COMPARED = ["torque_n_m", "cage_slip", "lambda_ratio"]
+_COMPARED_COLUMNS = ["torque_n_m", "cage_slip", "lambda_ratio"]
 
 
 def heat_balance_table(
@@ -148,8 +150,8 @@ def heat_balance_table(
     Returns:
         The table `heat_balance`; empty if the oil flow is not known.
     """
-    campaign = present(settings.campaign.torque, "torque", "the campaign")
-    oil_supply = settings.bearings[campaign.bearing].oil_supply
+    torque_test = present(settings.campaign.torque, "torque", "the campaign")
+    oil_supply = settings.bearings[torque_test.bearing].oil_supply
     if oil_supply is None or not oils:
         return tables.empty("heat_balance")
     supply = oil_supply.supply()
@@ -157,71 +159,90 @@ def heat_balance_table(
     plateaus = torque[torque["load_variable"] == "stress"]
     # points of the map have no run
     points = pd.concat([cage_slip.assign(run_id="", first_row=0), plateaus], ignore_index=True)
-    heated = pd.concat(
-        [_heated(oil, bearing, points[points["oil"] == oil.name], supply) for oil in oils],
+    heated_results = pd.concat(
+        [
+            _friction_with_heated_oil(oil, bearing, points[points["oil"] == oil.name], supply)
+            for oil in oils
+        ],
         ignore_index=True,
     )
-    frame = points.merge(heated, on=["run_id", "first_row", "oil", *_POINT], suffixes=("", "_hot"))
-    frame = frame.rename(columns={f"{name}_hot": f"heated_{name}" for name in _COMPARED})
-    frame["best_oil"] = _best_oil_of_rows(frame, cage_slip, settings)
-    heated_map = heated[heated["run_id"] == ""]
-    frame["heated_best_oil"] = _best_oil_of_rows(frame, heated_map, settings)
-    return joined([frame], "heat_balance")
+    with_heated_oil = points.merge(
+        heated_results, on=["run_id", "first_row", "oil", *_POINT_COLUMNS], suffixes=("", "_hot")
+    )
+    with_heated_oil = with_heated_oil.rename(
+        columns={f"{name}_hot": f"heated_{name}" for name in _COMPARED_COLUMNS}
+    )
+    with_heated_oil["best_oil"] = _best_oil_of_rows(with_heated_oil, cage_slip, settings)
+    heated_map = heated_results[heated_results["run_id"] == ""]
+    with_heated_oil["heated_best_oil"] = _best_oil_of_rows(with_heated_oil, heated_map, settings)
+    return joined([with_heated_oil], "heat_balance")
 
 
 def _best_oil_of_rows(
-    frame: pd.DataFrame, cage_slip: pd.DataFrame, settings: Settings
+    rows: pd.DataFrame, cage_slip: pd.DataFrame, settings: Settings
 ) -> "pd.Series[str]":
     """Best oil at the operating point of each row; empty for measured plateaus.
 
     Args:
-        frame: Rows of the table `heat_balance`.
+        rows: Rows of the table `heat_balance`.
         cage_slip: Results at the points of the map, from which the best oil follows.
         settings: Limits of cage slip and film.
     """
     slip_limit = settings.bearing.cage_slip.slip_limit
     best = best_oils(cage_slip, slip_limit, settings.gates.lambda_limit)
-    names = frame[_POINT].merge(best[[*_POINT, "best_oil"]], on=_POINT, how="left")["best_oil"]
-    return names.fillna("").where(frame["run_id"] == "", "")
+    best_oil_names = rows[_POINT_COLUMNS].merge(
+        best[[*_POINT_COLUMNS, "best_oil"]], on=_POINT_COLUMNS, how="left"
+    )["best_oil"]
+    return best_oil_names.fillna("").where(rows["run_id"] == "", "")
 
 
-def _heated(
+def _friction_with_heated_oil(
     oil: OilInBearing, bearing: Bearing, points: pd.DataFrame, supply: OilSupply
 ) -> pd.DataFrame:
     """Friction at the points of one oil, with the oil at the temperature of its heat balance."""
-    speed, _, inlet = points[_POINT].to_numpy(dtype=float).T
-    inlet_problem = Cases(bearing, [CaseGroup(oil, "stress", points[_POINT])]).problem
-    at_inlet = friction_equilibrium(inlet_problem)
+    speed_rpm, _, inlet_c = points[_POINT_COLUMNS].to_numpy(dtype=float).T
+    inlet_problem = Cases(bearing, [CaseGroup(oil, "stress", points[_POINT_COLUMNS])]).problem
+    inlet_equilibrium = friction_equilibrium(inlet_problem)
     # the motion at the last temperature of each point
-    latest_motion = Neighbour.from_unknowns(inlet_problem, at_inlet.solution.unknowns)
+    latest_motion = Neighbour.from_unknowns(inlet_problem, inlet_equilibrium.solution.unknowns)
 
     def friction_heat_w(contact_temperature_c: FloatArray, which: IndexArray) -> FloatArray:
         """Friction heat by the equilibrium near the motion at the last temperature."""
-        heat = np.full(len(which), np.nan)
-        solvable = at_inlet.solution.converged[which] & np.isfinite(contact_temperature_c)
-        solved_points = which[solvable]
-        if len(solved_points) == 0:
-            return heat
-        heated_points = points[_POINT].iloc[solved_points]
-        heated_points = heated_points.assign(inlet_temperature_c=contact_temperature_c[solvable])
+        heat_w = np.full(len(which), np.nan)
+        can_be_solved = inlet_equilibrium.solution.converged[which] & np.isfinite(
+            contact_temperature_c
+        )
+        solvable_points = which[can_be_solved]
+        if len(solvable_points) == 0:
+            return heat_w
+        heated_points = points[_POINT_COLUMNS].iloc[solvable_points]
+        heated_points = heated_points.assign(
+            inlet_temperature_c=contact_temperature_c[can_be_solved]
+        )
         problem = Cases(bearing, [CaseGroup(oil, "stress", heated_points)]).problem
-        motion = friction_equilibrium(problem, latest_motion.at_points(solved_points))
-        converged = motion.solution.converged
-        latest_motion.unknowns[solved_points[converged]] = motion.solution.unknowns[converged]
-        power = motion.torque_n_m() * speed[solved_points] * RAD_S_PER_RPM
-        heat[solvable] = np.where(converged, power, np.nan)
-        return heat
+        equilibrium = friction_equilibrium(problem, latest_motion.at_points(solvable_points))
+        converged = equilibrium.solution.converged
+        latest_motion.unknowns[solvable_points[converged]] = equilibrium.solution.unknowns[
+            converged
+        ]
+        power_w = equilibrium.torque_n_m() * speed_rpm[solvable_points] * RAD_S_PER_RPM
+        heat_w[can_be_solved] = np.where(converged, power_w, np.nan)
+        return heat_w
 
-    balance = heat_balance(friction_heat_w, oil.oil, supply, inlet)
-    temperature = np.where(balance.balanced, balance.contact_temperature_c, inlet)
-    balanced_points = points[_POINT].assign(inlet_temperature_c=temperature)
-    terms = Cases(bearing, [CaseGroup(oil, "stress", balanced_points)]).run(latest_motion)
-    terms.loc[~balance.balanced, _COMPARED] = np.nan
-    keys = points[["run_id", "first_row", "oil", "bearing", "pitch_speed_mm_rpm", *_POINT]]
-    return keys.reset_index(drop=True).assign(
-        **terms[_COMPARED],
-        balanced=pd.Series(balance.balanced, dtype="boolean").where(at_inlet.solution.converged),
-        heat_w=terms["torque_n_m"] * speed * RAD_S_PER_RPM,
+    balance = heat_balance(friction_heat_w, oil.properties, supply, inlet_c)
+    balanced_temperature_c = np.where(balance.balanced, balance.contact_temperature_c, inlet_c)
+    balanced_points = points[_POINT_COLUMNS].assign(inlet_temperature_c=balanced_temperature_c)
+    results = Cases(bearing, [CaseGroup(oil, "stress", balanced_points)]).run(latest_motion)
+    results.loc[~balance.balanced, _COMPARED_COLUMNS] = np.nan
+    key_columns = points[
+        ["run_id", "first_row", "oil", "bearing", "pitch_speed_mm_rpm", *_POINT_COLUMNS]
+    ]
+    return key_columns.reset_index(drop=True).assign(
+        **results[_COMPARED_COLUMNS],
+        balanced=pd.Series(balance.balanced, dtype="boolean").where(
+            inlet_equilibrium.solution.converged
+        ),
+        heat_w=results["torque_n_m"] * speed_rpm * RAD_S_PER_RPM,
         contact_temperature_c=balance.contact_temperature_c,
         outlet_temperature_c=balance.outlet_temperature_c,
     )

@@ -72,9 +72,13 @@ class Levels:
         """The levels of conditions in any order, of which some may be equal."""
         conditions = distinct(conditions)
         values = []
-        numbers = level_numbers(scaled_conditions(conditions), LevelWidths())
-        for column, number in zip(conditions.T, numbers.T, strict=True):
-            values.append(np.array([np.median(column[number == k]) for k in np.unique(number)]))
+        level_numbers_of_rows = level_numbers(scaled_conditions(conditions), LevelWidths())
+        for column, level_of_row in zip(conditions.T, level_numbers_of_rows.T, strict=True):
+            values.append(
+                np.array(
+                    [np.median(column[level_of_row == level]) for level in np.unique(level_of_row)]
+                )
+            )
         return cls(conditions, tuple(values))
 
     @property
@@ -102,26 +106,26 @@ class Levels:
     @property
     def middle(self) -> FloatArray:
         """P, U and T in the middle of the box, shape (3,)."""
-        middle = []
+        middle_values = []
         for dimension, values in enumerate(self.values):
-            _, between, _ = spaced(values[0], values[-1], 3, dimension)
-            middle.append(between)
-        return np.array(middle)
+            _, middle_value, _ = evenly_spaced_values(values[0], values[-1], 3, dimension)
+            middle_values.append(middle_value)
+        return np.array(middle_values)
 
     def nearest(
-        self, target: FloatArray, may_be_taken: BoolArray, compared: BoolArray
+        self, target: FloatArray, may_be_taken: BoolArray, is_compared: BoolArray
     ) -> FloatArray:
         """The condition that is nearest to a target, shape (3,); of equal ones the first.
 
         Args:
             target: P, U and T, shape (3,).
             may_be_taken: Which conditions may be taken, shape (conditions,).
-            compared: Over which of P, U and T the distance is taken, shape (3,).
+            is_compared: Over which of P, U and T the distance is taken, shape (3,).
         """
         scaled = scaled_conditions(self.conditions)
         span = np.maximum(np.ptp(scaled, axis=0), _LEVEL_WIDTHS)
         scaled_distance = (scaled - scaled_conditions(target[np.newaxis])) / span
-        distance = np.sum(scaled_distance[:, compared] ** 2, axis=1)
+        distance = np.sum(scaled_distance[:, is_compared] ** 2, axis=1)
         row = int(first_smallest(np.where(may_be_taken, distance, np.inf)))
         return np.asarray(self.conditions[row])
 
@@ -150,9 +154,9 @@ def distinct(conditions: FloatArray) -> FloatArray:
     Of those that have the same levels the first one is taken.
     """
     ordered = conditions[np.lexsort(conditions.T[::-1])]
-    numbers = level_numbers(scaled_conditions(ordered), LevelWidths())
-    _, first = np.unique(numbers, axis=0, return_index=True)
-    return ordered[np.sort(first)]
+    level_numbers_of_rows = level_numbers(scaled_conditions(ordered), LevelWidths())
+    _, first_rows = np.unique(level_numbers_of_rows, axis=0, return_index=True)
+    return ordered[np.sort(first_rows)]
 
 
 def is_among(conditions: FloatArray, listed: FloatArray) -> BoolArray:
@@ -168,7 +172,7 @@ def is_among(conditions: FloatArray, listed: FloatArray) -> BoolArray:
     return np.all(~_is_wider(scaled - scaled_listed[nearest], _LEVEL_WIDTHS), axis=1)
 
 
-def spaced(lowest: float, highest: float, count: int, dimension: int) -> FloatArray:
+def evenly_spaced_values(lowest: float, highest: float, count: int, dimension: int) -> FloatArray:
     """Values of P, U or T at equal distances in its scale, shape (count,).
 
     Those between the ends have three significant digits, as a set point may have.
@@ -185,11 +189,11 @@ def spaced(lowest: float, highest: float, count: int, dimension: int) -> FloatAr
     """
     ends = np.ones((2, len(CONDITIONS)))
     ends[:, dimension] = lowest, highest
-    first, last = scaled_conditions(ends)
-    scaled = np.linspace(first, last, count)
+    scaled_lowest, scaled_highest = scaled_conditions(ends)
+    scaled = np.linspace(scaled_lowest, scaled_highest, count)
     values = unscaled_conditions(scaled)[:, dimension]
-    between = [float(f"{value:.{_DIGITS}g}") for value in values[1:-1]]
-    return np.array([lowest, *between, highest], dtype=float)
+    rounded_values = [float(f"{value:.{_DIGITS}g}") for value in values[1:-1]]
+    return np.array([lowest, *rounded_values, highest], dtype=float)
 
 
 def lacking_runs(
@@ -246,10 +250,10 @@ def _third_levels(tested: Levels) -> list[PlannedRun]:
         is_between[dimension] = False
         if not is_between.any():
             continue
-        for end in (tested.lowest, tested.highest):
+        for box_end in (tested.lowest, tested.highest):
             target = middle.copy()
-            target[dimension] = end[dimension]
-            on_face = tested.has_level(dimension, end[dimension])
+            target[dimension] = box_end[dimension]
+            on_face = tested.has_level(dimension, box_end[dimension])
             runs.append(_at_middle(tested, target, is_between, on_face))
     return runs
 
@@ -294,8 +298,8 @@ def _middle_and_ends(tested: Levels) -> list[FloatArray]:
     everywhere = np.ones(len(tested.conditions), dtype=bool)
     base_conditions = [tested.nearest(tested.middle, everywhere, all_conditions)]
     for dimension in np.flatnonzero(~tested.is_constant).tolist():
-        for end in (tested.lowest, tested.highest):
-            on_face = tested.has_level(dimension, end[dimension])
+        for box_end in (tested.lowest, tested.highest):
+            on_face = tested.has_level(dimension, box_end[dimension])
             base_conditions.append(tested.nearest(tested.middle, on_face, all_conditions))
     return base_conditions
 
@@ -310,25 +314,25 @@ def _two_levels(
     """
     tested_level = float(np.median(tested.values[dimension]))
     corners = corners_of(tested.lowest, tested.highest)
-    possible = [tested_level]
+    possible_levels = [tested_level]
     for value in levels_to_choose:
         corners[:, dimension] = value
         if runnable(corners).all():
-            possible.append(value)
-    lowest, highest = min(possible), max(possible)
+            possible_levels.append(value)
+    lowest, highest = min(possible_levels), max(possible_levels)
     if tested_level - lowest < highest - tested_level:
         nearer_end, farther_end = lowest, highest
     else:
         nearer_end, farther_end = highest, lowest
-    _, middle, _ = spaced(lowest, highest, 3, dimension)
+    _, middle_level, _ = evenly_spaced_values(lowest, highest, 3, dimension)
     # a tested level in the outer quarter is an end itself
-    _, quarter, _ = spaced(nearer_end, middle, 3, dimension)
-    if abs(tested_level - nearer_end) <= abs(quarter - nearer_end):
-        _, middle, _ = spaced(tested_level, farther_end, 3, dimension)
-        chosen = [middle, farther_end]
+    _, quarter_level, _ = evenly_spaced_values(nearer_end, middle_level, 3, dimension)
+    if abs(tested_level - nearer_end) <= abs(quarter_level - nearer_end):
+        _, middle_level, _ = evenly_spaced_values(tested_level, farther_end, 3, dimension)
+        chosen_levels = [middle_level, farther_end]
     else:
-        chosen = [nearer_end, farther_end]
-    return [value for value in chosen if not tested.has_level(dimension, value).any()]
+        chosen_levels = [nearer_end, farther_end]
+    return [value for value in chosen_levels if not tested.has_level(dimension, value).any()]
 
 
 def _corners(box: Levels) -> list[PlannedRun]:
@@ -359,15 +363,17 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) 
         return []
     values = []
     for dimension, (lowest, highest) in enumerate(box):
-        values.append(spaced(lowest, highest, _FIRST_LEVELS[dimension], dimension))
+        values.append(evenly_spaced_values(lowest, highest, _FIRST_LEVELS[dimension], dimension))
     pressures, speeds, temperatures = values
     temperature_step = len(temperatures) // _TEMPERATURES_PER_PAIR
     rows = []
-    for i, pressure in enumerate(pressures):
-        for j, speed in enumerate(speeds):
-            for number in range(_TEMPERATURES_PER_PAIR):
-                k = (i + j + number * temperature_step) % len(temperatures)
-                rows.append((pressure, speed, temperatures[k]))
+    for pressure_index, pressure in enumerate(pressures):
+        for speed_index, speed in enumerate(speeds):
+            for step_count in range(_TEMPERATURES_PER_PAIR):
+                temperature_index = (
+                    pressure_index + speed_index + step_count * temperature_step
+                ) % len(temperatures)
+                rows.append((pressure, speed, temperatures[temperature_index]))
     return [PlannedRun(row, "first_plan") for row in distinct(np.array(rows))]
 
 
@@ -384,22 +390,22 @@ def _largest_box(
     all_conditions = np.array(list(itertools.product(*levels_to_choose)))
     shape = tuple(len(values) for values in levels_to_choose)
     can_run = runnable(all_conditions).reshape(shape)
-    at_level = scaled_conditions(all_conditions).reshape(*shape, len(CONDITIONS))
+    scaled_levels = scaled_conditions(all_conditions).reshape(*shape, len(CONDITIONS))
     # rows of a box: P, U and T; columns: number of its lowest and of its highest level
     pairs = [list(itertools.combinations_with_replacement(range(count), 2)) for count in shape]
     boxes = np.array(list(itertools.product(*pairs)))
     is_possible = np.ones(len(boxes), dtype=bool)
-    for ends in itertools.product((0, 1), repeat=len(CONDITIONS)):
-        corner = boxes[:, np.arange(len(CONDITIONS)), ends]
+    for end_of_pairs in itertools.product((0, 1), repeat=len(CONDITIONS)):
+        corner = boxes[:, np.arange(len(CONDITIONS)), end_of_pairs]
         is_possible &= can_run[tuple(corner.T)]
     if not is_possible.any():
         return None
     boxes = boxes[is_possible]
-    lowest = at_level[tuple(boxes[:, :, 0].T)]
-    highest = at_level[tuple(boxes[:, :, 1].T)]
+    lowest = scaled_levels[tuple(boxes[:, :, 0].T)]
+    highest = scaled_levels[tuple(boxes[:, :, 1].T)]
     volume = np.prod(highest - lowest + _LEVEL_WIDTHS, axis=1)
-    best = boxes[int(first_largest(volume))]
+    best_box = boxes[int(first_largest(volume))]
     return [
-        (values[low], values[high])
-        for values, (low, high) in zip(levels_to_choose, best, strict=True)
+        (values[low_index], values[high_index])
+        for values, (low_index, high_index) in zip(levels_to_choose, best_box, strict=True)
     ]

@@ -32,7 +32,7 @@ class LawInBearing:
     Attributes:
         fitted: The fitted law.
         load_variable: One of `LOAD_VARIABLES`, or the name of a law on load.
-        rig: Contact of the traction rig on which the law was fitted.
+        rig_contact: Contact of the traction rig on which the law was fitted.
         floor: Smallest level of each condition at which the power laws are evaluated. They have no
             value at zero.
         internal: Internal constants of the law: one row, shape (1, constants), or one row for each
@@ -41,17 +41,17 @@ class LawInBearing:
 
     fitted: FittedLaw
     load_variable: str
-    rig: Contact
+    rig_contact: Contact
     floor: Mapping[str, float]
     internal: FloatArray
 
     @classmethod
     def from_fit(
-        cls, fitted: FittedLaw, load_variable: str, rig: Contact, floor: Mapping[str, float]
+        cls, fitted: FittedLaw, load_variable: str, rig_contact: Contact, floor: Mapping[str, float]
     ) -> "LawInBearing":
         """A fitted law with the constants of its fit."""
         internal = to_internal(fitted.law, fitted.coefficients.constants)
-        return cls(fitted, load_variable, rig, floor, np.atleast_2d(internal))
+        return cls(fitted, load_variable, rig_contact, floor, np.atleast_2d(internal))
 
     def with_constants(self, constants: FloatArray) -> "LawInBearing":
         """The same law with other constants: one row, or one row for each operating point."""
@@ -83,7 +83,7 @@ class LawInBearing:
         # axes: points, contacts, nodes, coefficients of the law, constants of a coefficient
         constants = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)
         sizes = np.exp(np.einsum("...d,...ld->l...", design, constants))
-        mu = law.value(sizes, slide_roll_ratio)
+        mu = law.mu_of_sizes(sizes, slide_roll_ratio)
         # at small slip a law may give more traction than the creep of the bodies allows
         relative_pressure = np.fmax(conditions.relative_pressure, _SMALLEST_RELATIVE_PRESSURE)
         creep = creep_slope(relative_pressure, conditions.ellipticity)
@@ -93,9 +93,9 @@ class LawInBearing:
         """Stress at which the rig's contact has the load variable of the bearing's contact."""
         if self.load_variable == "stress":
             return conditions.max_hertz_pressure_gpa
-        load_ratio = conditions.load_n / self.rig.load_n(1.0)
+        load_ratio = conditions.load_n / self.rig_contact.load_n(1.0)
         if self.load_variable == "dimensionless_load":
-            rig_scale_n = self.rig.reduced_modulus_pa * self.rig.radius_m**2
+            rig_scale_n = self.rig_contact.reduced_modulus_pa * self.rig_contact.radius_m**2
             bearing_scale_n = conditions.reduced_modulus_pa * conditions.radius_x_m**2
             load_ratio = load_ratio * rig_scale_n / bearing_scale_n
         return np.cbrt(load_ratio)
@@ -131,14 +131,14 @@ class JoinedLaw:
         return JoinedLaw([law.at_points(which) for law in self.laws], self.law_of_point[which])
 
 
-def law_of_groups(laws: Sequence[LawInBearing], counts: Sequence[int]) -> TractionLaw:
+def law_of_groups(laws: Sequence[LawInBearing], point_counts: Sequence[int]) -> TractionLaw:
     """The law of operating points in groups, with one law for each group.
 
     Laws that differ only in their constants become one law, with constants for each point.
 
     Args:
         laws: Law of each group.
-        counts: Number of operating points of each group.
+        point_counts: Number of operating points of each group.
     """
     # laws of one kind differ only in their constants
     kind_of_group = [(law.fitted.law, law.load_variable) for law in laws]
@@ -147,12 +147,14 @@ def law_of_groups(laws: Sequence[LawInBearing], counts: Sequence[int]) -> Tracti
     for kind in kinds:
         first_of_kind = laws[kind_of_group.index(kind)]
         internal_of_groups = []
-        for law, group_kind, count in zip(laws, kind_of_group, counts, strict=True):
+        for law, group_kind, point_count in zip(laws, kind_of_group, point_counts, strict=True):
             # groups of another kind have rows as well, which are not used
             internal = law.internal if group_kind == kind else first_of_kind.internal
-            internal_of_groups.append(np.resize(internal, (count, first_of_kind.internal.shape[1])))
+            internal_of_groups.append(
+                np.resize(internal, (point_count, first_of_kind.internal.shape[1]))
+            )
         laws_of_kinds.append(replace(first_of_kind, internal=np.concatenate(internal_of_groups)))
     if len(laws_of_kinds) == 1:
         return laws_of_kinds[0]
-    law_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], counts)
+    law_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], point_counts)
     return JoinedLaw(laws_of_kinds, law_of_point)

@@ -70,7 +70,7 @@ class Candidates:
     left_out: dict[str, int]
 
 
-def candidates(
+def feasible_candidates(
     levels: PlanLevels, rig: PlannedRig, film: Film, lambda_limit: float, information: Information
 ) -> Candidates:
     """The tests at the levels of a plan that a rig can run with a full film.
@@ -89,8 +89,8 @@ def candidates(
     """
     slip = information.slip
     tests = _all_tests(levels)
-    load = rig.contact.load_n(tests["max_hertz_pressure_gpa"].to_numpy())
-    mu = _expected_mu(information, tests, load)
+    load_n = rig.contact.load_n(tests["max_hertz_pressure_gpa"].to_numpy())
+    mu = _expected_mu(information, tests, load_n)
     conditions = tests[list(CONDITIONS)].to_numpy(dtype=float)
     judged = judge_tests(rig, film, lambda_limit, conditions, slip, mu)
     is_feasible = judged.is_feasible
@@ -101,7 +101,7 @@ def candidates(
             "correct the rig's limits."
         )
     tests = tests.assign(
-        load_n=load, slide_roll_ratio=judged.largest_slip, lambda_ratio=judged.smallest_lambda
+        load_n=load_n, slide_roll_ratio=judged.largest_slip, lambda_ratio=judged.smallest_lambda
     )
     feasible_tests = tests[is_feasible].reset_index(drop=True)
     is_reached = judged.is_reached[is_feasible]
@@ -127,14 +127,14 @@ def _all_tests(levels: PlanLevels) -> pd.DataFrame:
     return grid.operating_points()[list(CONDITIONS)]
 
 
-def _expected_mu(information: Information, tests: pd.DataFrame, load: FloatArray) -> FloatArray:
+def _expected_mu(information: Information, tests: pd.DataFrame, load_n: FloatArray) -> FloatArray:
     """mu of the fitted law at each test and measured slip, shape (tests, slips)."""
     law = information.law
     slip = information.slip
-    with_load = tests.assign(load_n=load)
+    with_load = tests.assign(load_n=load_n)
     curves = Curves(
         conditions=with_load[list(law.conditions)].to_numpy(dtype=float),
-        load_n=load,
+        load_n=load_n,
         curve=np.repeat(np.arange(len(tests)), len(slip)),
         slip=np.tile(slip, len(tests)),
     )
@@ -210,7 +210,7 @@ class Request:
     duty: FloatArray
 
 
-def request_of(settings: Settings, bearing: Bearing | None = None) -> Request:
+def request_from_settings(settings: Settings, bearing: Bearing | None = None) -> Request:
     """The request of the settings.
 
     Args:
@@ -248,43 +248,43 @@ def plan_oil(
             f"config/oils/{oil}.yaml and list it under `oils` of the campaign."
         )
     fitted = FittedLaw.from_results(results, oil)
-    beyond = settings.bearing.law_error_beyond
+    law_error_beyond = settings.bearing.law_error_beyond
     points = results.table("points", CURVE_POINTS, oil=oil)
-    information = measured_information(fitted, points, oil, rig.calibration, beyond)
+    information = measured_information(fitted, points, oil, rig.calibration, law_error_beyond)
     film = Film(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels
-    feasible = candidates(levels, rig, film, settings.gates.lambda_limit, information)
+    candidates = feasible_candidates(levels, rig, film, settings.gates.lambda_limit, information)
     plans = []
     targets_in_bearing = [target for target in request.targets if target in BEARING_TARGETS]
     if request.bearing is not None and targets_in_bearing:
-        in_bearing = _in_bearing(results, settings, oil)
+        oil_in_bearing = _oil_in_bearing(results, settings, oil)
         wanted_by_target = wanted_in_bearing(
-            in_bearing, request.bearing, request.duty, information, rig.contact
+            oil_in_bearing, request.bearing, request.duty, information, rig.contact
         )
-        budget_by_target = budgets(in_bearing, request.bearing, request.duty, settings)
+        budget_by_target = budgets(oil_in_bearing, request.bearing, request.duty, settings)
         for target in targets_in_bearing:
             budget = budget_by_target[target]
             wanted = wanted_by_target[target].at_known_points(
                 np.isfinite(budget.irreducible), "too many draws have no equilibrium"
             )
             plans.append(
-                _next_tests(oil, request, settings.plan, wanted, information, feasible, budget)
+                _next_tests(oil, request, settings.plan, wanted, information, candidates, budget)
             )
     if "traction" in request.targets:
         wanted = wanted_traction(settings.plan.traction_at, information, rig.contact)
-        plans.append(_next_tests(oil, request, settings.plan, wanted, information, feasible))
+        plans.append(_next_tests(oil, request, settings.plan, wanted, information, candidates))
     return plans
 
 
-def _in_bearing(results: CampaignTables, settings: Settings, oil: str) -> OilInBearing:
+def _oil_in_bearing(results: CampaignTables, settings: Settings, oil: str) -> OilInBearing:
     """An oil with its law in bearings, and everything that its uncertainty is made of.
 
     Raises:
         OilfilmError: The law cannot be used in a bearing.
     """
-    for in_bearing in oils_of_results(results, settings):
-        if in_bearing.name == oil:
-            return in_bearing
+    for oil_of_results in oils_of_results(results, settings):
+        if oil_of_results.name == oil:
+            return oil_of_results
     raise OilfilmError(
         f"{oil}: the rigs of the campaign have different contacts, so that its law cannot "
         "be used in a bearing. Plan for traction, or for a campaign of one rig."
@@ -294,10 +294,10 @@ def _in_bearing(results: CampaignTables, settings: Settings, oil: str) -> OilInB
 def _next_tests(
     oil: str,
     request: Request,
-    plan: PlanSettings,
+    plan_settings: PlanSettings,
     wanted: Wanted,
     information: Information,
-    feasible: Candidates,
+    candidates: Candidates,
     budget: Budget | None = None,
 ) -> NextTests:
     """The tests of one oil that make the wanted quantities most certain.
@@ -305,13 +305,13 @@ def _next_tests(
     Args:
         oil: Name of the oil.
         request: The request.
-        plan: Settings of plans.
+        plan_settings: Settings of plans.
         wanted: The quantities.
         information: Information of the measured curves.
-        feasible: Tests that the rig can run.
+        candidates: Tests that the rig can run.
         budget: What makes the quantities uncertain in a bearing; None for mu.
     """
-    form_process = _form_error(plan, wanted, information, feasible.curves)
+    form_process = _form_error_over_tests(plan_settings, wanted, information, candidates.curves)
     information_with_form = replace(information, form_process=form_process)
     gradients = information_with_form.gradients(
         wanted.gradients, wanted.by_form_error, wanted.coordinates
@@ -326,10 +326,10 @@ def _next_tests(
             count = 0
     design = choose(
         information_with_form.precision,
-        information_with_form.precision_of_curves(feasible.curves, feasible.form_error),
+        information_with_form.precision_of_curves(candidates.curves, candidates.form_error),
         gradients,
         count,
-        plan.smallest_gain,
+        plan_settings.smallest_gain,
     )
     return NextTests(
         oil=oil,
@@ -338,33 +338,33 @@ def _next_tests(
         irreducible=irreducible,
         information=information_with_form,
         wanted=wanted,
-        candidates=feasible,
+        candidates=candidates,
         gradients=gradients,
         design=design,
     )
 
 
-def _form_error(
-    plan: PlanSettings, wanted: Wanted, information: Information, tests: Curves
+def _form_error_over_tests(
+    plan_settings: PlanSettings, wanted: Wanted, information: Information, tests: Curves
 ) -> FormError:
     """Error of the law's form over its size, with lengths relative to the span of the tests."""
     test_coordinates = information.form_coordinates(tests)
     wanted_coordinates = wanted.coordinates.reshape(-1, test_coordinates.shape[1])
     measured_coordinates = information.form_coordinates(information.curves)
     span = np.maximum(np.ptp(test_coordinates, axis=0), _SMALLEST_SPAN)
-    length = plan.form_error_length * span
+    coordinate_lengths = plan_settings.form_error_length * span
     coordinates = np.concatenate([wanted_coordinates, measured_coordinates, test_coordinates])
-    return FormError.spread_over(length, coordinates)
+    return FormError.spread_over(coordinate_lengths, coordinates)
 
 
 def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:
     """The table `test_plan` of a campaign, and the reasons why oils have no rows in it."""
-    request = request_of(settings)
+    request = request_from_settings(settings)
     plans = []
     reasons = []
     for oil in settings.oils:
         try:
             plans += [plan.table() for plan in plan_oil(results, settings, oil, request)]
-        except OilfilmError as reason:
-            reasons.append(str(reason))
+        except OilfilmError as error:
+            reasons.append(str(error))
     return joined(plans, "test_plan"), reasons

@@ -72,8 +72,8 @@ class Grid:
 def traction(fitted: FittedLaw, grid: Grid) -> FloatArray:
     """mu at all points of a grid, shape `grid.shape`, of a law whose constants are all known."""
     pressure, speed, temperature, slip = grid.levels
-    mesh = np.meshgrid(pressure, speed, temperature, indexing="ij")
-    conditions = np.stack(mesh, axis=-1).reshape(-1, len(mesh))
+    condition_mesh = np.meshgrid(pressure, speed, temperature, indexing="ij")
+    conditions = np.stack(condition_mesh, axis=-1).reshape(-1, len(condition_mesh))
     observations = Observations(
         design=fitted.law.design(conditions),
         curve=np.repeat(np.arange(len(conditions)), len(slip)),
@@ -117,16 +117,16 @@ class Film:
 
 def films(settings: Settings) -> dict[str, Film]:
     """Film of each oil with known properties, in the contact of the first rig with a known one."""
-    known_contact = None
+    film_contact = None
     for rig in settings.rigs.values():
         contact = rig.contact()
         if contact is not None and not np.isnan(contact.roughness_rq_m):
-            known_contact = contact
+            film_contact = contact
             break
-    if known_contact is None:
+    if film_contact is None:
         return {}
     return {
-        name: Film(known_contact, oil.properties(), settings.film.thickness)
+        name: Film(film_contact, oil.properties(), settings.film.thickness)
         for name, oil in settings.oils.items()
         if oil is not None
     }

@@ -49,12 +49,16 @@ def ordered_by(conditions: FloatArray) -> str:
     if exceeds(_share_within_conditions(scaled), _TIED_FROM):
         return ""
     widths = LevelWidths().scaled()
-    ratios = [
+    difference_ratios = [
         _successive_difference_ratio(column, width)
         for column, width in zip(scaled.T, widths.tolist(), strict=True)
     ]
-    smallest = int(first_smallest(ratios))
-    return CONDITIONS[smallest] if exceeds(_ORDERED_BELOW, ratios[smallest]) else ""
+    condition_index = int(first_smallest(difference_ratios))
+    return (
+        CONDITIONS[condition_index]
+        if exceeds(_ORDERED_BELOW, difference_ratios[condition_index])
+        else ""
+    )
 
 
 def _successive_difference_ratio(scaled: FloatArray, level_width: float) -> float:
@@ -64,19 +68,19 @@ def _successive_difference_ratio(scaled: FloatArray, level_width: float) -> floa
     """
     if np.ptp(scaled) <= level_width:
         return np.inf
-    about_mean = scaled - scaled.mean()
-    return float(np.sum(np.diff(scaled) ** 2) / (2 * np.sum(about_mean**2)))
+    deviation = scaled - scaled.mean()
+    return float(np.sum(np.diff(scaled) ** 2) / (2 * np.sum(deviation**2)))
 
 
 def _share_within_conditions(scaled: FloatArray) -> float:
     """Share of the variance of the position in time that is among runs of one condition."""
-    numbers = level_numbers(scaled, LevelWidths())
-    _, condition_index = np.unique(numbers, axis=0, return_inverse=True)
-    condition_index = condition_index.ravel()
+    level_numbers_of_runs = level_numbers(scaled, LevelWidths())
+    _, condition_of_run = np.unique(level_numbers_of_runs, axis=0, return_inverse=True)
+    condition_of_run = condition_of_run.ravel()
     position = np.arange(len(scaled)) - (len(scaled) - 1) / 2
-    mean_position = np.bincount(condition_index, position) / np.bincount(condition_index)
-    within = np.sum((position - mean_position[condition_index]) ** 2)
-    return float(within / np.sum(position**2))
+    mean_position = np.bincount(condition_of_run, position) / np.bincount(condition_of_run)
+    sum_of_squares_within = np.sum((position - mean_position[condition_of_run]) ** 2)
+    return float(sum_of_squares_within / np.sum(position**2))
 
 
 def random_order(conditions: FloatArray, seed: int) -> IndexArray:

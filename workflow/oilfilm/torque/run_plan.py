@@ -72,8 +72,8 @@ class MeasuredRuns:
         """
         points = results.table("points", CURVE_POINTS, oil=oil)
         points = points[points["accepted"]]
-        by_run = points.groupby("run_id")
-        runs = results.runs[results.runs["run_id"].isin(list(by_run.groups))]
+        points_by_run = points.groupby("run_id")
+        runs = results.runs[results.runs["run_id"].isin(list(points_by_run.groups))]
         runs_at_levels = with_levels(with_measured(runs, points), settings).set_index("run_id")
         runs_at_levels = runs_at_levels.loc[sorted(runs_at_levels.index, key=natural_key)]
         conditions = runs_at_levels[[f"nominal_{name}" for name in CONDITIONS]].to_numpy(
@@ -81,13 +81,15 @@ class MeasuredRuns:
         )
         # pressure and speed have a logarithmic scale
         is_known = np.isfinite(conditions).all(axis=1) & (conditions[:, :2] > 0).all(axis=1)
-        largest = (
-            by_run[["traction_coefficient", "slide_roll_ratio"]].max().loc[runs_at_levels.index]
+        largest_of_run = (
+            points_by_run[["traction_coefficient", "slide_roll_ratio"]]
+            .max()
+            .loc[runs_at_levels.index]
         )
         return cls(
             conditions=conditions[is_known],
-            largest_mu=largest["traction_coefficient"].to_numpy(dtype=float)[is_known],
-            largest_slip=largest["slide_roll_ratio"].to_numpy(dtype=float)[is_known],
+            largest_mu=largest_of_run["traction_coefficient"].to_numpy(dtype=float)[is_known],
+            largest_slip=largest_of_run["slide_roll_ratio"].to_numpy(dtype=float)[is_known],
         )
 
     @classmethod
@@ -126,26 +128,28 @@ class RunLimits:
     @property
     def slips(self) -> FloatArray:
         """Slips of a planned run, shape (slips,)."""
-        largest = self.rig.limits.slide_roll_ratio
+        largest_slip = self.rig.limits.slide_roll_ratio
         if len(self.measured.largest_slip):
-            largest = min(largest, float(np.median(self.measured.largest_slip)))
-        return largest * _SLIP_SHARES
+            largest_slip = min(largest_slip, float(np.median(self.measured.largest_slip)))
+        return largest_slip * _SLIP_SHARES
 
     def _expected_mu(self, conditions: FloatArray) -> FloatArray:
         """Largest mu of the nearest measured run, shape (runs,)."""
         if not len(self.measured.conditions):
             return np.full(len(conditions), self.largest_traction)
-        measured = scaled_conditions(self.measured.conditions)
-        wanted = scaled_conditions(conditions)
+        scaled_measured = scaled_conditions(self.measured.conditions)
+        scaled_wanted = scaled_conditions(conditions)
         # a tree, because all pairs of a large campaign do not fit into memory
-        tree = scipy.spatial.cKDTree(measured)
-        to_nearest, _ = tree.query(wanted)
-        expected = np.empty(len(wanted))
-        about_as_near = tree.query_ball_point(wanted, to_nearest + _ROUNDING_OF_DISTANCE)
-        for row, candidates in enumerate(about_as_near):
-            distance = np.sum((wanted[row] - measured[candidates]) ** 2, axis=1)
+        tree = scipy.spatial.cKDTree(scaled_measured)
+        distance_to_nearest, _ = tree.query(scaled_wanted)
+        expected = np.empty(len(scaled_wanted))
+        rows_as_near_of_wanted = tree.query_ball_point(
+            scaled_wanted, distance_to_nearest + _ROUNDING_OF_DISTANCE
+        )
+        for row, rows_as_near in enumerate(rows_as_near_of_wanted):
+            distance = np.sum((scaled_wanted[row] - scaled_measured[rows_as_near]) ** 2, axis=1)
             is_nearest = ~exceeds(distance, distance.min())
-            expected[row] = self.measured.largest_mu[candidates][is_nearest].max()
+            expected[row] = self.measured.largest_mu[rows_as_near][is_nearest].max()
         return expected
 
 
@@ -248,9 +252,9 @@ def _wanted_runs(
     levels_to_choose = [getattr(plan.levels, name) for name in CONDITIONS]
     is_missing = ~is_among(matrix, measured.conditions)
     runs = [PlannedRun(row, "planned") for row in matrix[is_missing]]
-    planned = matrix[is_missing]
-    planned = planned[limits.runnable(planned)]
-    conditions = np.concatenate([measured.conditions, planned])
+    missing_conditions = matrix[is_missing]
+    missing_conditions = missing_conditions[limits.runnable(missing_conditions)]
+    conditions = np.concatenate([measured.conditions, missing_conditions])
     if not len(conditions):
         return runs + first_runs(levels_to_choose, limits.runnable)
     return runs + lacking_runs(conditions, levels_to_choose, limits.runnable)
@@ -274,7 +278,7 @@ def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
     if count <= 0 or not len(candidates):
         return []
     rows = np.linspace(0, len(candidates) - 1, min(count, len(candidates))).round().astype(int)
-    return [PlannedRun(row, "repeat") for row in distinct(candidates[rows])]
+    return [PlannedRun(condition, "repeat") for condition in distinct(candidates[rows])]
 
 
 def _in_order(
@@ -286,8 +290,8 @@ def _in_order(
     sorted_runs = sorted(runs, key=lambda run: tuple(run.conditions))
     reference = PlannedRun(_reference(sorted_runs, measured, limits), "reference")
     ordered = []
-    for number, row in enumerate(random_order(_conditions_of(sorted_runs), seed)):
-        if number % RUNS_BETWEEN_REFERENCES == 0:
+    for position, row in enumerate(random_order(_conditions_of(sorted_runs), seed)):
+        if position % RUNS_BETWEEN_REFERENCES == 0:
             ordered.append(reference)
         ordered.append(sorted_runs[row])
     return ordered
@@ -315,6 +319,6 @@ def run_plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.Data
         try:
             measured = MeasuredRuns.from_results(results, settings, oil)
             plans.append(plan_runs(measured, settings, oil).table())
-        except OilfilmError as reason:
-            reasons.append(str(reason))
+        except OilfilmError as error:
+            reasons.append(str(error))
     return joined(plans, "run_plan"), reasons

@@ -31,7 +31,7 @@ from oilfilm.base.randomness import generator
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
-from oilfilm.bearing.friction import COARSE, FrictionEquilibrium, FrictionProblem
+from oilfilm.bearing.friction import COARSE_QUADRATURE, FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.inputs import INPUTS, Inputs
 from oilfilm.bearing.resistance import FACTORS
 from oilfilm.bearing.torque import film_ratio
@@ -42,11 +42,11 @@ from oilfilm.torque.load_variables import LawInBearing, law_of_groups
 from oilfilm.traction.law import to_constants, to_internal
 
 # Ends of every interval of the project: 95 %.
-_INTERVAL = (0.025, 0.975)
+_INTERVAL_PROBABILITIES = (0.025, 0.975)
 # Cage slips from two quadratures on the same branch differ by less than this.
 _SAME_BRANCH_SLIP = 0.01
 # Results of each draw, as columns of the calculated results.
-DRAWN = ("torque_n_m", "cage_slip", "lambda_ratio")
+DRAWN_RESULTS = ("torque_n_m", "cage_slip", "lambda_ratio")
 # Terms of the balance that have a random factor; the drag is drawn by the oil's share.
 FACTOR_TERMS = ("rolling", "hysteresis", "pocket", "land")
 # Sensors of a traction rig whose calibration changes a fit.
@@ -69,9 +69,9 @@ _SHARED_NAMES = tuple(
 )
 _ALL_NAMES = (*_SHARED_NAMES, *_NAMES_OF_OIL)
 # Pairs of draws by which the share of one cause is estimated.
-_PAIRS = 50
+_DRAW_PAIRS = 50
 # Multiplier of the lattice of such pairs; it has no common divisor with their number.
-_LATTICE = 21
+_LATTICE_MULTIPLIER = 21
 # Draws that are solved together, which bounds the memory.
 _SOLVED_AT_ONCE = 30_000
 
@@ -117,10 +117,10 @@ def law_error(
     slip = calculated["inner_slide_roll_ratio"].to_numpy(dtype=float)
     errors = []
     for ring in ("inner", "outer"):
-        pressure = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
+        pressure_gpa = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
         values_by_condition: dict[str, FloatArray] = {
-            "max_hertz_pressure_gpa": pressure,
-            "load_n": law.rig.load_n(pressure),
+            "max_hertz_pressure_gpa": pressure_gpa,
+            "load_n": law.rig_contact.load_n(pressure_gpa),
             "entrainment_speed_m_s": calculated["entrainment_speed_m_s"].to_numpy(dtype=float),
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
@@ -132,13 +132,13 @@ def law_error(
 
 
 def _normal_numbers(
-    draws: int, names: Sequence[str], random: np.random.Generator
+    draw_count: int, names: Sequence[str], random: np.random.Generator
 ) -> dict[str, FloatArray]:
     """Standard normal numbers by name, with one draw from each equal slice."""
-    shape = (len(names), draws)
-    slices = np.array([random.permutation(draws) for _ in names])
+    shape = (len(names), draw_count)
+    slices = np.array([random.permutation(draw_count) for _ in names])
     position_in_slice = random.random(shape)
-    numbers = scipy.special.ndtri((slices + position_in_slice) / draws)
+    numbers = scipy.special.ndtri((slices + position_in_slice) / draw_count)
     return dict(zip(names, numbers, strict=True))
 
 
@@ -153,22 +153,26 @@ def _moved_numbers(normal: FloatArray, shift: int, position: FloatArray) -> Floa
         shift: Number of slices by which the lattice is moved.
         position: Positions in the slices, 0 to 1.
     """
-    count = len(normal)
-    slices = np.floor(scipy.special.ndtr(normal) * count)
-    return np.asarray(scipy.special.ndtri(((_LATTICE * slices + shift) % count + position) / count))
+    draw_count = len(normal)
+    slices = np.floor(scipy.special.ndtr(normal) * draw_count)
+    return np.asarray(
+        scipy.special.ndtri(
+            ((_LATTICE_MULTIPLIER * slices + shift) % draw_count + position) / draw_count
+        )
+    )
 
 
-class Group(NamedTuple):
+class OilAndLaw(NamedTuple):
     """Points of one oil with one law.
 
     Attributes:
         name: Name of the oil.
-        oil: Its properties.
+        properties: Its properties.
         law: Its law.
     """
 
     name: str
-    oil: Oil
+    properties: Oil
     law: LawInBearing
 
 
@@ -183,7 +187,7 @@ class Drawing:
     def __init__(
         self,
         equilibrium: FrictionEquilibrium,
-        groups: Sequence[Group],
+        groups: Sequence[OilAndLaw],
         group_of_point: IndexArray,
         calculated: pd.DataFrame,
         settings: BearingSettings,
@@ -211,37 +215,39 @@ class Drawing:
         self.law_errors = np.empty(len(self.drawn_points))
         if len(self.drawn_points) == 0:
             return
-        for number in np.unique(self._group_of_point):
-            is_of_group = self._group_of_point == number
-            rows = calculated.iloc[self.drawn_points[is_of_group]]
+        for group_index in np.unique(self._group_of_point):
+            is_of_group = self._group_of_point == group_index
+            rows_of_group = calculated.iloc[self.drawn_points[is_of_group]]
             self.law_errors[is_of_group] = law_error(
-                groups[number].law, rows, settings.law_error_beyond
+                groups[group_index].law, rows_of_group, settings.law_error_beyond
             )
         self._coarse = replace(
-            equilibrium.problem.at_points(self.drawn_points), rule=gauss_rule(*COARSE)
+            equilibrium.problem.at_points(self.drawn_points), rule=gauss_rule(*COARSE_QUADRATURE)
         )
         # A draw starts from the equilibrium of its point without draws. It stays on that branch
         # while the branch exists. Otherwise its equilibrium is searched without a neighbour.
-        start = Neighbour.from_unknowns(
+        neighbour = Neighbour.from_unknowns(
             self._coarse, equilibrium.solution.unknowns[self.drawn_points]
         )
-        without_draws = friction_equilibrium(self._coarse, start)
+        without_draws = friction_equilibrium(self._coarse, neighbour)
         self._start = Neighbour.from_unknowns(self._coarse, without_draws.solution.unknowns)
         # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
-        fine_results = calculated.iloc[self.drawn_points][list(DRAWN)].to_numpy(dtype=float).T
+        fine_results = (
+            calculated.iloc[self.drawn_points][list(DRAWN_RESULTS)].to_numpy(dtype=float).T
+        )
         correction = fine_results - _results(without_draws)
-        same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
-        self._correction = np.where(same_branch, correction, 0.0)
+        is_same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
+        self._correction = np.where(is_same_branch, correction, 0.0)
 
     def results(self) -> FloatArray:
         """Torque, cage slip and lambda of each draw, shape (3, draws, points).
 
         NaN without refits and where a draw has no equilibrium.
         """
-        count = self._settings.uncertainty.draws
-        results = np.full((len(DRAWN), count, self._points), np.nan)
+        draw_count = self._settings.uncertainty.draws
+        results = np.full((len(DRAWN_RESULTS), draw_count, self._points), np.nan)
         if len(self.drawn_points):
-            numbers = self._numbers(count, "torque uncertainty")
+            numbers = self._numbers(draw_count, "torque uncertainty")
             results[..., self.drawn_points] = self._solved(
                 numbers, np.arange(len(self.drawn_points))
             )
@@ -263,102 +269,117 @@ class Drawing:
         Returns:
             One row per point and cause: `point`, `variance_cause`, `torque_share`, `slip_share`.
         """
-        chosen = np.flatnonzero(np.isin(self.drawn_points, wanted))
-        if len(chosen) == 0:
+        chosen_positions = np.flatnonzero(np.isin(self.drawn_points, wanted))
+        if len(chosen_positions) == 0:
             return pd.DataFrame(columns=["point", "variance_cause", "torque_share", "slip_share"])
-        first = self._numbers(_PAIRS, "shares of variance")
+        first_numbers = self._numbers(_DRAW_PAIRS, "shares of variance")
         # every oil has the same moves, so that shared numbers stay shared
         random = generator(self._seed, "shares of variance, redrawn")
-        moves = {name: (int(random.integers(_PAIRS)), random.random(_PAIRS)) for name in _ALL_NAMES}
-        second = [
+        moves = {
+            name: (int(random.integers(_DRAW_PAIRS)), random.random(_DRAW_PAIRS))
+            for name in _ALL_NAMES
+        }
+        second_numbers_of_groups = [
             {name: _moved_numbers(normal, *moves[name]) for name, normal in numbers.items()}
-            for numbers in first
+            for numbers in first_numbers
         ]
         # the first numbers, then those with one cause redrawn after the other
         joined_numbers = []
-        for numbers, second_numbers in zip(first, second, strict=True):
+        for numbers, second_numbers in zip(first_numbers, second_numbers_of_groups, strict=True):
             variants = [numbers]
             for names in causes.values():
                 variants.append({**numbers, **{name: second_numbers[name] for name in names}})
             joined_numbers.append(
                 {name: np.concatenate([variant[name] for variant in variants]) for name in numbers}
             )
-        solved = self._solved(joined_numbers, chosen)
-        values = solved.reshape(len(DRAWN), 1 + len(causes), _PAIRS, len(chosen))
-        first_values, redrawn = values[:, :1], values[:, 1:]
+        solved = self._solved(joined_numbers, chosen_positions)
+        values = solved.reshape(
+            len(DRAWN_RESULTS), 1 + len(causes), _DRAW_PAIRS, len(chosen_positions)
+        )
+        first_values, redrawn_values = values[:, :1], values[:, 1:]
         with np.errstate(invalid="ignore", divide="ignore"):
-            variance = np.nanvar(first_values, axis=2, ddof=1) + np.nanvar(redrawn, axis=2, ddof=1)
-            shares = np.nanmean((redrawn - first_values) ** 2, axis=2) / variance
+            variance = np.nanvar(first_values, axis=2, ddof=1) + np.nanvar(
+                redrawn_values, axis=2, ddof=1
+            )
+            shares = np.nanmean((redrawn_values - first_values) ** 2, axis=2) / variance
         torque_share, slip_share, _ = shares
         return pd.DataFrame(
             {
-                "point": np.tile(self.drawn_points[chosen], len(causes)),
-                "variance_cause": np.repeat(list(causes), len(chosen)),
+                "point": np.tile(self.drawn_points[chosen_positions], len(causes)),
+                "variance_cause": np.repeat(list(causes), len(chosen_positions)),
                 "torque_share": torque_share.ravel(),
                 "slip_share": slip_share.ravel(),
             }
         )
 
-    def _numbers(self, count: int, purpose: str) -> list[Numbers]:
+    def _numbers(self, draw_count: int, purpose: str) -> list[Numbers]:
         """Random numbers of each group."""
-        shared = _normal_numbers(count, _SHARED_NAMES, generator(self._seed, purpose))
+        shared = _normal_numbers(draw_count, _SHARED_NAMES, generator(self._seed, purpose))
         return [
             {
                 **shared,
-                **_normal_numbers(count, _NAMES_OF_OIL, generator(self._seed, purpose, group.name)),
+                **_normal_numbers(
+                    draw_count, _NAMES_OF_OIL, generator(self._seed, purpose, group.name)
+                ),
             }
             for group in self._groups
         ]
 
-    def _solved(self, numbers: Sequence[Numbers], chosen: IndexArray) -> FloatArray:
-        """`DRAWN` with random numbers of each group, shape (3, draws, chosen points).
+    def _solved(self, numbers: Sequence[Numbers], chosen_positions: IndexArray) -> FloatArray:
+        """`DRAWN_RESULTS` with random numbers of each group, shape (3, draws, chosen points).
 
         Args:
             numbers: Random numbers of each group.
-            chosen: Positions in `drawn_points`.
+            chosen_positions: Positions in `drawn_points`.
         """
-        count = len(numbers[0]["run"])
-        points_at_once = max(_SOLVED_AT_ONCE // count, 1)
-        parts = []
-        for start in range(0, len(chosen), points_at_once):
-            chunk = chosen[start : start + points_at_once]
-            problem = self._drawn_problem(numbers, chunk, count)
-            neighbour = self._start.at_points(np.repeat(chunk, count))
-            drawn = _results(friction_equilibrium(problem, neighbour))
-            drawn = np.swapaxes(drawn.reshape(len(DRAWN), len(chunk), count), 1, 2)
-            parts.append(drawn + self._correction[:, np.newaxis, chunk])
-        return np.concatenate(parts, axis=2)
+        draw_count = len(numbers[0]["run"])
+        points_at_once = max(_SOLVED_AT_ONCE // draw_count, 1)
+        results_of_chunks = []
+        for chunk_start in range(0, len(chosen_positions), points_at_once):
+            chunk = chosen_positions[chunk_start : chunk_start + points_at_once]
+            problem = self._drawn_problem(numbers, chunk, draw_count)
+            neighbour = self._start.at_points(np.repeat(chunk, draw_count))
+            drawn_results = _results(friction_equilibrium(problem, neighbour))
+            drawn_results = np.swapaxes(
+                drawn_results.reshape(len(DRAWN_RESULTS), len(chunk), draw_count), 1, 2
+            )
+            results_of_chunks.append(drawn_results + self._correction[:, np.newaxis, chunk])
+        return np.concatenate(results_of_chunks, axis=2)
 
     def _drawn_problem(
-        self, numbers: Sequence[Numbers], chosen: IndexArray, count: int
+        self, numbers: Sequence[Numbers], chosen_positions: IndexArray, draw_count: int
     ) -> FrictionProblem:
         """The problem of all draws of some points, with the draws of a point next to each other."""
-        points = len(chosen)
-        group_of_point = self._group_of_point[chosen]
-        problem = self._coarse.at_points(np.repeat(chosen, count))
+        point_count = len(chosen_positions)
+        group_of_point = self._group_of_point[chosen_positions]
+        problem = self._coarse.at_points(np.repeat(chosen_positions, draw_count))
         lubrication = problem.lubrication
         # the shared numbers are the same in every group
         shared = numbers[0]
         uncertain = {**problem.bearing.uncertain, **self._settings.uncertain()}
-        probability = {name: np.tile(scipy.special.ndtr(shared[name]), points) for name in INPUTS}
+        probability = {
+            name: np.tile(scipy.special.ndtr(shared[name]), point_count) for name in INPUTS
+        }
         factors = lubrication.factors.copy()
         for term in FACTOR_TERMS:
             factor = random_factor(self._settings, term, shared[term])
-            factors[:, FACTORS.index(term)] *= np.tile(factor, points)
+            factors[:, FACTORS.index(term)] *= np.tile(factor, point_count)
         numbers_of_points = [numbers[group] for group in group_of_point]
         run_sd = [
             np.nan_to_num(self._groups[group].law.fitted.coefficients.run_sd)
             for group in group_of_point
         ]
         traction_errors = [
-            sd * oil_numbers["run"] + error * oil_numbers["law error"]
-            for oil_numbers, sd, error in zip(
-                numbers_of_points, run_sd, self.law_errors[chosen], strict=True
+            sd_of_run * oil_numbers["run"] + error_of_law * oil_numbers["law error"]
+            for oil_numbers, sd_of_run, error_of_law in zip(
+                numbers_of_points, run_sd, self.law_errors[chosen_positions], strict=True
             )
         ]
         factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors))
         uncertainty = self._settings.stand_in_uncertainty
-        stand_in = np.repeat([self._groups[group].oil.stand_in for group in group_of_point], count)
+        stand_in = np.repeat(
+            [self._groups[group].properties.stand_in for group in group_of_point], draw_count
+        )
         viscosity = np.concatenate([oil_numbers["viscosity"] for oil_numbers in numbers_of_points])
         pressure_viscosity = np.concatenate(
             [oil_numbers["pressure viscosity"] for oil_numbers in numbers_of_points]
@@ -378,22 +399,22 @@ class Drawing:
         laws = [
             self._groups[group].law.with_constants(constants[group]) for group in group_of_point
         ]
-        drawn = replace(
+        drawn_problem = replace(
             problem,
-            law=law_of_groups(laws, [count] * points),
+            law=law_of_groups(laws, [draw_count] * point_count),
             lubrication=replace(lubrication, oil=oil, factors=factors),
         )
-        return drawn.with_inputs(Inputs.drawn(uncertain, probability))
+        return drawn_problem.with_inputs(Inputs.drawn(uncertain, probability))
 
 
 def _drawn_constants(fitted: FittedLaw, numbers: Numbers) -> FloatArray:
     """Constants of the draws: refits that sensors move, shape (draws, constants)."""
     law, coefficients = fitted.law, fitted.coefficients
     refits = coefficients.spread
-    chosen = (scipy.special.ndtr(numbers["refit"]) * len(refits)).astype(np.intp)
+    refit_index = (scipy.special.ndtr(numbers["refit"]) * len(refits)).astype(np.intp)
     shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
     sensors = np.column_stack([numbers[name] for name in _SENSORS])
-    internal = to_internal(law, refits[chosen]) + sensors[:, : len(shifts)] @ shifts
+    internal = to_internal(law, refits[refit_index]) + sensors[:, : len(shifts)] @ shifts
     return np.asarray(to_constants(law, internal))
 
 
@@ -422,21 +443,23 @@ def with_uncertainty(
     torque, slip, _ = draws
     has_equilibrium = np.isfinite(torque)
     has_enough_draws = _has_enough_draws(has_equilibrium, settings.lost_share_max)
-    drawn = {"torque_n_m": torque, "cage_slip": slip, "power_w": torque * speed_rad_s}
+    draws_by_result = {"torque_n_m": torque, "cage_slip": slip, "power_w": torque * speed_rad_s}
     columns: dict[str, FloatArray] = {}
-    for name, values in drawn.items():
+    for name, values in draws_by_result.items():
         usable_values = np.where(has_enough_draws, values, 0.0)
         # between these ranks the next draw is with 95 %; the usual ranks hold 93 % with 100 draws
-        lower, upper = np.nanquantile(usable_values, _INTERVAL, axis=0, method="weibull")
+        lower, upper = np.nanquantile(
+            usable_values, _INTERVAL_PROBABILITIES, axis=0, method="weibull"
+        )
         spread = np.nanstd(usable_values, axis=0, ddof=1)
         columns[f"{name}_uncertainty"] = np.where(has_enough_draws, spread, np.nan)
         columns[f"{name}_lower"] = np.where(has_enough_draws, lower, np.nan)
         columns[f"{name}_upper"] = np.where(has_enough_draws, upper, np.nan)
-    split = pd.Series(_is_split(slip, settings), calculated.index, dtype="boolean")
+    is_split = pd.Series(_is_split(slip, settings), calculated.index, dtype="boolean")
     return calculated.assign(
         power_w=calculated["torque_n_m"] * speed_rad_s,
         **columns,
-        draws_split=split.where(has_enough_draws),
+        draws_split=is_split.where(has_enough_draws),
         draws_lost=np.where(was_drawn, (~has_equilibrium).sum(axis=0), np.nan),
     )
 
@@ -444,12 +467,12 @@ def with_uncertainty(
 def _has_enough_draws(has_equilibrium: BoolArray, lost_share_max: float) -> BoolArray:
     """Points at which enough draws, shape (draws, points), have an equilibrium."""
     # counts are compared, because a mean may be rounded to either side of the limit
-    lost = (~has_equilibrium).sum(axis=0)
-    return np.asarray(lost <= lost_share_max * len(has_equilibrium))
+    lost_draws = (~has_equilibrium).sum(axis=0)
+    return np.asarray(lost_draws <= lost_share_max * len(has_equilibrium))
 
 
 def _results(equilibrium: FrictionEquilibrium) -> FloatArray:
-    """`DRAWN` of equilibria, shape (3, points); NaN where there is no equilibrium."""
+    """`DRAWN_RESULTS` of equilibria, shape (3, points); NaN where there is no equilibrium."""
     lambda_ratio, _ = film_ratio(equilibrium)
     values = np.stack([equilibrium.torque_n_m(), equilibrium.cage_slip(), lambda_ratio])
     return np.where(equilibrium.solution.converged, values, np.nan)
@@ -458,9 +481,9 @@ def _results(equilibrium: FrictionEquilibrium) -> FloatArray:
 def _is_split(slip: FloatArray, settings: TorqueDrawSettings) -> BoolArray:
     """Points whose draws, shape (draws, points), are in two groups of cage slip."""
     # draws without an equilibrium are sorted to the end and repeat the largest slip
-    ranked = np.fmax.accumulate(np.sort(slip, axis=0), axis=0)
-    first, last = (round(quantile * (len(slip) - 1)) for quantile in _INTERVAL)
-    interval = ranked[first : last + 1]
+    sorted_slip = np.fmax.accumulate(np.sort(slip, axis=0), axis=0)
+    first, last = (round(quantile * (len(slip) - 1)) for quantile in _INTERVAL_PROBABILITIES)
+    interval = sorted_slip[first : last + 1]
     widest_gap = np.diff(interval, axis=0).max(axis=0)
     least_gap = settings.split_gap_share * (interval[-1] - interval[0])
     return np.asarray((widest_gap > settings.split_gap) & (widest_gap > least_gap))

@@ -26,7 +26,7 @@ BEARING_TARGETS = ("torque", "cage_slip")
 # Columns of the calculated results with the maximum pressure at both races.
 _PRESSURES = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
 # Step of the internal constants in finite differences.
-_STEP = 1e-3
+_INTERNAL_STEP = 1e-3
 # Largest second difference over first difference of a smooth quantity. It is of the size of the
 # step for a smooth quantity, and 1 for a jump.
 _LARGEST_CURVATURE = 0.5
@@ -71,15 +71,17 @@ class Wanted:
             OilfilmError: None stays.
         """
         is_kept = is_known[self.points]
-        dropped = [label for label, keep in zip(self.labels, is_kept, strict=True) if not keep]
-        left_out = self.left_out + [f"{label}: {reason}" for label in dropped]
+        dropped_labels = [
+            label for label, kept in zip(self.labels, is_kept, strict=True) if not kept
+        ]
+        left_out = self.left_out + [f"{label}: {reason}" for label in dropped_labels]
         if not is_kept.any():
             raise OilfilmError(
                 f"no duty point has a known uncertainty ({left_out[0]}). Choose other duty points."
             )
         return replace(
             self,
-            labels=[label for label, keep in zip(self.labels, is_kept, strict=True) if keep],
+            labels=[label for label, kept in zip(self.labels, is_kept, strict=True) if kept],
             points=self.points[is_kept],
             gradients=self.gradients[is_kept],
             lever=self.lever[is_kept],
@@ -118,30 +120,32 @@ def wanted_in_bearing(
     moves = _moves_of_constants(information)
     results = _run_with_moves(oil, bearing, duty, information, moves)
     # one axis for the moves, one for the operating points
-    shape = (len(moves), len(duty))
-    values = {
-        "torque": results["torque_n_m"].to_numpy(dtype=float).reshape(shape),
-        "cage_slip": results["cage_slip"].to_numpy(dtype=float).reshape(shape),
+    moves_and_points = (len(moves), len(duty))
+    values_by_target = {
+        "torque": results["torque_n_m"].to_numpy(dtype=float).reshape(moves_and_points),
+        "cage_slip": results["cage_slip"].to_numpy(dtype=float).reshape(moves_and_points),
     }
-    converged = results["converged"].to_numpy(dtype=bool).reshape(shape)
+    converged = results["converged"].to_numpy(dtype=bool).reshape(moves_and_points)
     is_solved: BoolArray = np.asarray(converged.all(axis=0))
     is_smooth: BoolArray = is_solved.copy()
-    for value in values.values():
-        is_smooth &= _is_smooth(value)
+    for values_of_target in values_by_target.values():
+        is_smooth &= _is_smooth(values_of_target)
     labels, left_out = _labels(duty, is_solved, is_smooth)
     if not labels:
         raise OilfilmError(
             f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
             f"law's constants ({left_out[0]}). Choose other duty points."
         )
-    unmoved = results.iloc[: len(duty)]
-    coordinates = _coordinates_of_contacts(unmoved, duty, contact)[is_smooth]
-    form_error = law_error(oil.laws["stress"], unmoved[is_smooth], oil.settings.law_error_beyond)
+    unmoved_results = results.iloc[: len(duty)]
+    coordinates = _coordinates_of_contacts(unmoved_results, duty, contact)[is_smooth]
+    form_error = law_error(
+        oil.laws["stress"], unmoved_results[is_smooth], oil.settings.law_error_beyond
+    )
     wanted = {}
     for target in BEARING_TARGETS:
-        smooth_values = values[target][:, is_smooth]
+        smooth_values = values_by_target[target][:, is_smooth]
         forward, backward = np.split(smooth_values[1:], 2)
-        gradient = (forward - backward).T / (2 * _STEP)
+        gradient = (forward - backward).T / (2 * _INTERNAL_STEP)
         if target == "torque":
             gradient = gradient / smooth_values[0][:, np.newaxis]
         wanted[target] = Wanted(
@@ -166,7 +170,7 @@ def _moves_of_constants(information: Information) -> FloatArray:
     """
     count = len(information.internal)
     moved_columns = np.append(np.flatnonzero(information.free), count)
-    forward = _STEP * np.eye(count + 1)[moved_columns]
+    forward = _INTERNAL_STEP * np.eye(count + 1)[moved_columns]
     return np.concatenate([np.zeros((1, count + 1)), forward, -forward])
 
 
@@ -187,10 +191,10 @@ def _run_with_moves(
         moves: As `_moves_of_constants` returns them.
     """
     constants = to_constants(information.law, information.internal + moves[:, :-1])
-    load, speed, temperature = np.tile(duty.T, len(moves))
+    load_n, speed_rpm, temperature_c = np.tile(duty.T, len(moves))
     moved_oil = oil.with_constants(np.repeat(constants, len(duty), axis=0))
     traction_factor = np.exp(np.repeat(moves[:, -1], len(duty)))
-    return moved_oil.run(bearing, load, speed, temperature, traction_factor=traction_factor)
+    return moved_oil.run(bearing, load_n, speed_rpm, temperature_c, traction_factor=traction_factor)
 
 
 def _labels(
@@ -214,11 +218,13 @@ def _coordinates_of_contacts(
     results: pd.DataFrame, duty: FloatArray, contact: Contact
 ) -> FloatArray:
     """Conditions of both contacts at each operating point, shape (operating points, 2, 3)."""
-    load = contact.load_n(results[_PRESSURES].to_numpy())
-    speed = results[["entrainment_speed_m_s"]].to_numpy()
-    temperature = duty[:, [2]]
+    load_n = contact.load_n(results[_PRESSURES].to_numpy())
+    speed_m_s = results[["entrainment_speed_m_s"]].to_numpy()
+    temperature_c = duty[:, [2]]
     return form_coordinates(
-        load, np.broadcast_to(speed, load.shape), np.broadcast_to(temperature, load.shape)
+        load_n,
+        np.broadcast_to(speed_m_s, load_n.shape),
+        np.broadcast_to(temperature_c, load_n.shape),
     )
 
 
@@ -263,19 +269,19 @@ def wanted_traction(
     curves = Curves(conditions, np.ones(len(slip)), np.arange(len(slip)), slip)
     observations = curves.observations(law)
     mu = law.traction(information.internal, observations)
-    slopes = law.jacobian(information.internal, observations)[:, information.free]
+    mu_slopes = law.jacobian(information.internal, observations)[:, information.free]
     labels = [
         f"{point.max_hertz_pressure_gpa:g} GPa, {point.entrainment_speed_m_s:g} m/s, "
         f"{point.inlet_temperature_c:g} degC, S {point.slide_roll_ratio:g}"
         for point in points
     ]
-    pressure, speed, temperature = points_table[list(CONDITIONS)].to_numpy(dtype=float).T
-    coordinates = form_coordinates(contact.load_n(pressure), speed, temperature)
+    pressure_gpa, speed_m_s, temperature_c = points_table[list(CONDITIONS)].to_numpy(dtype=float).T
+    coordinates = form_coordinates(contact.load_n(pressure_gpa), speed_m_s, temperature_c)
     return Wanted(
         target="traction",
         labels=labels,
         points=np.arange(len(mu)),
-        gradients=slopes / mu[:, np.newaxis],
+        gradients=mu_slopes / mu[:, np.newaxis],
         lever=np.ones(len(mu)),
         form_error=information.form_error(conditions, slip),
         coordinates=coordinates[:, np.newaxis],

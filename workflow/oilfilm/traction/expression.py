@@ -40,20 +40,20 @@ def _node(operation: str, *operands: Node) -> Node:
 
 
 @cache
-def name(text: str) -> Node:
+def name_node(text: str) -> Node:
     """A coefficient, the slip, or the result of a step."""
     return Node("name", leaf=text)
 
 
 @cache
-def number(value: float) -> Node:
+def number_node(value: float) -> Node:
     """A number of the equation."""
     return Node("number", leaf=value)
 
 
-_ZERO = number(0.0)
-_ONE = number(1.0)
-_TWO = number(2.0)
+_ZERO = number_node(0.0)
+_ONE = number_node(1.0)
+_TWO = number_node(2.0)
 
 
 def _negative(node: Node) -> Node:
@@ -167,7 +167,7 @@ def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]
         """The graph of a part of the text, from Python's syntax tree of it."""
         match tree:
             case ast.Constant(value=int() | float() as value):
-                return number(float(value))
+                return number_node(float(value))
             case ast.Name(id=variable) if variable in nodes:
                 return nodes[variable]
             case ast.UnaryOp(op=ast.USub(), operand=operand):
@@ -191,11 +191,11 @@ def parse_steps(steps: Iterable[tuple[str, str]], names: Iterable[str]) -> list[
         steps: Name and text of each equation. A text may use `names` and earlier steps.
         names: Names of coefficients and slip.
     """
-    values = {variable: name(variable) for variable in names}
+    node_of_name = {variable: name_node(variable) for variable in names}
     parsed = []
     for step, text in steps:
-        parsed.append((step, parse(text, values)))
-        values[step] = name(step)
+        parsed.append((step, parse(text, node_of_name)))
+        node_of_name[step] = name_node(step)
     return parsed
 
 
@@ -252,7 +252,7 @@ def _derivative_of_power(f: Node, u: Node, v: Node, du: Node, dv: Node) -> Node:
     """Derivative of f = u**v."""
     by_base = _proportional_change(f, u, du)
     if by_base is None and isinstance(v.leaf, float):
-        by_base = _multiply(_power(u, number(v.leaf - 1)), du)
+        by_base = _multiply(_power(u, number_node(v.leaf - 1)), du)
     elif by_base is None:
         by_base = _multiply(f, _divide(du, u))
     by_exponent = _ZERO if dv is _ZERO else _multiply(f, _multiply(dv, _node("log", u)))
@@ -273,37 +273,37 @@ def _proportional_change(f: Node, operand: Node, change: Node) -> Node | None:
     return None
 
 
-def in_steps(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node]]:
+def straight_line_form(results: Sequence[Node]) -> tuple[list[tuple[str, Node]], list[Node]]:
     """Straight-line form, in which every repeated node is a named step.
 
     Returns:
         Steps in their order, each a name and a node that may use earlier names; and the results
         that use these names.
     """
-    uses = Counter(results)
-    waiting = list(uses)
-    while waiting:
-        operands = waiting.pop().operands
-        waiting += [operand for operand in set(operands) if operand not in uses]
-        uses.update(operands)
+    use_counts = Counter(results)
+    unvisited = list(use_counts)
+    while unvisited:
+        operands = unvisited.pop().operands
+        unvisited += [operand for operand in set(operands) if operand not in use_counts]
+        use_counts.update(operands)
 
     steps: list[tuple[str, Node]] = []
-    written: dict[Node, Node] = {}
+    written_nodes: dict[Node, Node] = {}
 
     def write_out(node: Node) -> Node:
         """The node with names of steps for its repeated parts; itself a name if it is repeated."""
         if not node.operands:
             return node
-        if node not in written:
+        if node not in written_nodes:
             operands = [write_out(operand) for operand in node.operands]
             # made without `_BUILD`, so that the order of operations does not change
             written_node = _node(node.operation, *operands)
-            if uses[node] > 1:
+            if use_counts[node] > 1:
                 step = f"x{len(steps)}"
                 steps.append((step, written_node))
-                written_node = name(step)
-            written[node] = written_node
-        return written[node]
+                written_node = name_node(step)
+            written_nodes[node] = written_node
+        return written_nodes[node]
 
     return steps, [write_out(result) for result in results]
 
@@ -317,13 +317,13 @@ class Form:
 
     Attributes:
         template: Text with a gap for each operand.
-        strength: Precedence: 1 sum, 2 product, 4 power, 5 never needs brackets.
-        needs: Smallest precedence of each operand that needs no brackets.
+        precedence: 1 sum, 2 product, 4 power, 5 never needs brackets.
+        operand_precedences: Smallest precedence of each operand that needs no brackets.
     """
 
     template: str
-    strength: int = 5
-    needs: tuple[int, ...] = (0, 0)
+    precedence: int = 5
+    operand_precedences: tuple[int, ...] = (0, 0)
 
 
 _ARITHMETIC = {
@@ -364,12 +364,14 @@ class Language:
         python_form = _ARITHMETIC.get(node.operation, Form(f"{node.operation}({{}})"))
         form = self.forms.get(node.operation, python_form)
         operands = []
-        for operand, needed_strength in zip(node.operands, form.needs, strict=False):
-            text, strength = self._written(operand)
-            if strength < needed_strength:
+        for operand, needed_precedence in zip(
+            node.operands, form.operand_precedences, strict=False
+        ):
+            text, precedence = self._written(operand)
+            if precedence < needed_precedence:
                 text = self.brackets.format(text)
             operands.append(text)
-        return form.template.format(*operands), form.strength
+        return form.template.format(*operands), form.precedence
 
 
 NUMPY = Language({})
@@ -382,7 +384,7 @@ def compiled(parameters: Sequence[str], results: Sequence[Node]) -> Callable[...
         parameters: Names of the arguments.
         results: The results, with the arguments as names.
     """
-    steps, step_results = in_steps(results)
+    steps, step_results = straight_line_form(results)
     lines = [f"{step} = {NUMPY.write(node)}" for step, node in steps]
     values = ", ".join(NUMPY.write(result) for result in step_results)
     lines.append(f"return ({values},)")

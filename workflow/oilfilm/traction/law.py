@@ -193,52 +193,52 @@ class Law:
         """
         return self
 
-    def varied_groups(self, varied: BoolArray) -> BoolArray:
+    def varied_groups(self, condition_varies: BoolArray) -> BoolArray:
         """Whether each group varies, from whether each condition varies.
 
         Args:
-            varied: Whether each of `conditions` varies.
+            condition_varies: Whether each of `conditions` varies.
 
         Raises:
             ValueError: The law cannot be fitted where only these conditions vary.
         """
-        for name, varies in zip(self.conditions, varied, strict=True):
+        for name, varies in zip(self.conditions, condition_varies, strict=True):
             if name in self.must_vary and not varies:
                 raise ValueError(f"{self.name} needs {name} to vary")
-        return varied
+        return condition_varies
 
-    def value(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
+    def mu_of_sizes(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
         """mu from the sizes |X| of the coefficients, shape (coefficients, ...), at slips (...)."""
-        function = _compiled(self.graphs[:1], self._arguments)
-        (mu,) = function(*sizes, slip)
+        compiled_function = _compiled(self.graphs[:1], self._arguments)
+        (mu,) = compiled_function(*sizes, slip)
         return np.asarray(mu)
 
-    def value_and_slopes(
+    def mu_and_slopes(
         self, sizes: FloatArray, slip: FloatArray
     ) -> tuple[FloatArray, tuple[FloatArray, ...]]:
         """mu and its derivatives by each ln|X|; they broadcast to the shape of the arguments."""
-        function = _compiled(self.graphs, self._arguments)
-        mu, *slopes = function(*sizes, slip)
+        compiled_function = _compiled(self.graphs, self._arguments)
+        mu, *slopes = compiled_function(*sizes, slip)
         return mu, tuple(slopes)
 
-    def value_slopes_and_curvatures(
-        self, sizes: FloatArray, slip: FloatArray, by: tuple[int, ...]
+    def mu_slopes_and_curvatures(
+        self, sizes: FloatArray, slip: FloatArray, coefficient_indices: tuple[int, ...]
     ) -> tuple[FloatArray, tuple[FloatArray, ...], tuple[FloatArray | float, ...]]:
         """mu, its first and its second derivatives by the ln|X| of some coefficients.
 
         Args:
             sizes: |X| of each coefficient, shape (coefficients, ...).
             slip: Slide-roll ratio, shape (...).
-            by: Indices of these coefficients.
+            coefficient_indices: Indices of these coefficients.
 
         Returns:
             mu; its slopes; the lower triangle of its second derivatives, row by row. A second
             derivative that is zero everywhere is a number.
         """
-        function = _to_second_order(self.graphs, self._arguments, by)
-        mu, *derivatives = function(*sizes, slip)
-        slopes = tuple(derivatives[: len(by)])
-        curvatures = tuple(derivatives[len(by) :])
+        compiled_function = _to_second_order(self.graphs, self._arguments, coefficient_indices)
+        mu, *derivatives = compiled_function(*sizes, slip)
+        slopes = tuple(derivatives[: len(coefficient_indices)])
+        curvatures = tuple(derivatives[len(coefficient_indices) :])
         return mu, slopes, curvatures
 
     @property
@@ -261,14 +261,14 @@ class Law:
     @cached_property
     def linear_in(self) -> BoolArray:
         """For each constant, whether it is the X0 of a coefficient in which mu is linear."""
-        is_linear = []
+        is_linear_coefficient = []
         for name, slope in zip(self.local_constants, self.graphs[1:], strict=True):
             # mu = X g + h is linear in X: its logarithmic derivative X g is its own derivative
-            is_linear.append(expression.logarithmic_derivative(slope, name) is slope)
+            is_linear_coefficient.append(expression.logarithmic_derivative(slope, name) is slope)
         constants_per_coefficient = len(self.constants) // len(self.coefficients)
-        linear = np.zeros(len(self.constants), dtype=bool)
-        linear[::constants_per_coefficient] = is_linear
-        return linear
+        is_linear_constant = np.zeros(len(self.constants), dtype=bool)
+        is_linear_constant[::constants_per_coefficient] = is_linear_coefficient
+        return is_linear_constant
 
     @cached_property
     def slip_scale(self) -> FloatArray:
@@ -298,16 +298,16 @@ class Law:
                 )
             )
             exponents = coefficient.exponents or (None,) * len(self.groups)
-            for number, group in enumerate(self.groups):
+            for group_index, group in enumerate(self.groups):
                 is_exponential = group in self.exponential
-                largest = _LARGEST_EXPONENTIAL if is_exponential else _LARGEST_EXPONENT
+                largest_exponent = _LARGEST_EXPONENTIAL if is_exponential else _LARGEST_EXPONENT
                 constants.append(
                     Constant(
-                        name=f"{coefficient.name}{number + 1}",
-                        lower=-largest,
-                        upper=largest,
+                        name=f"{coefficient.name}{group_index + 1}",
+                        lower=-largest_exponent,
+                        upper=largest_exponent,
                         condition=group,
-                        prescribed=exponents[number],
+                        prescribed=exponents[group_index],
                     )
                 )
         return tuple(constants)
@@ -331,17 +331,19 @@ class Law:
         Args:
             groups: Values of the groups, shape (..., groups).
         """
-        relative = np.asarray(groups / np.array(self.reference))
-        logarithms = np.log(relative, out=np.full(relative.shape, np.nan), where=relative > 0)
-        return np.where(self._is_exponential, relative - 1, logarithms)
+        relative_groups = np.asarray(groups / np.array(self.reference))
+        logarithms = np.log(
+            relative_groups, out=np.full(relative_groups.shape, np.nan), where=relative_groups > 0
+        )
+        return np.where(self._is_exponential, relative_groups - 1, logarithms)
 
-    def design(self, conditions: FloatArray, varied: BoolArray | None = None) -> FloatArray:
+    def design(self, conditions: FloatArray, is_followed: BoolArray | None = None) -> FloatArray:
         """Rows of 1 and the terms of the groups.
 
         Args:
             conditions: Shape (rows, conditions).
-            varied: Whether each group counts; the others have their reference value. All groups
-                count if it is not given.
+            is_followed: Whether the power law follows each group; the others have their reference
+                value. All groups are followed if it is not given.
 
         Returns:
             Shape (rows, groups + 1).
@@ -351,8 +353,8 @@ class Law:
         """
         rows = np.atleast_2d(conditions)
         terms = self.terms(self.group_values(rows))
-        if varied is not None:
-            terms = np.where(varied, terms, 0.0)
+        if is_followed is not None:
+            terms = np.where(is_followed, terms, 0.0)
         rows_without_value = rows[np.isnan(terms).any(axis=1)]
         if len(rows_without_value):
             values = ", ".join(f"{value:g}" for value in rows_without_value[0])
@@ -362,13 +364,15 @@ class Law:
 
     def sizes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
         """|X| of each coefficient, shape (coefficients, rows of design[, population])."""
-        population = internal.shape[1:]
+        population_shape = internal.shape[1:]
         # first axis: terms of the power laws, that is X0 and the exponents
-        constants = internal.reshape(len(self.coefficients), -1, 1, *population).swapaxes(0, 1)
-        columns = design.T.reshape(*design.T.shape, *(1,) * len(population))
+        constants = internal.reshape(len(self.coefficients), -1, 1, *population_shape).swapaxes(
+            0, 1
+        )
+        design_columns = design.T.reshape(*design.T.shape, *(1,) * len(population_shape))
         # summed term by term, so that a result does not depend on the size of the population
         logarithms = sum(
-            column * constant for column, constant in zip(columns, constants, strict=True)
+            column * constant for column, constant in zip(design_columns, constants, strict=True)
         )
         return np.asarray(np.exp(logarithms))
 
@@ -376,12 +380,12 @@ class Law:
         """mu at each point, shape (points,) or (points, population)."""
         sizes = self.sizes(internal, observations.design)[:, observations.curve]
         slip = observations.slip
-        return self.value(sizes, slip if internal.ndim == 1 else slip[:, np.newaxis])
+        return self.mu_of_sizes(sizes, slip if internal.ndim == 1 else slip[:, np.newaxis])
 
     def jacobian(self, internal: FloatArray, observations: Observations) -> FloatArray:
         """Derivatives of mu by each internal constant, shape (points, constants)."""
         sizes = self.sizes(internal, observations.design)[:, observations.curve]
-        _, slopes = self.value_and_slopes(sizes, observations.slip)
+        _, slopes = self.mu_and_slopes(sizes, observations.slip)
         rows = observations.design[observations.curve]
         return np.hstack([slope[:, np.newaxis] * rows for slope in slopes])
 
@@ -401,10 +405,12 @@ def _graphs(
     equation: str, parts: tuple[tuple[str, str], ...], signs: tuple[tuple[str, int], ...]
 ) -> tuple[Node, ...]:
     """Graphs of mu and of its derivatives by each ln|X|, with the sizes |X| and S as names."""
-    values = {"S": expression.name("S")}
+    node_of_name = {"S": expression.name_node("S")}
     for name, sign in signs:
-        values[name] = expression.parse("X" if sign > 0 else "-X", {"X": expression.name(name)})
-    mu = expression.parse(equation, values, parts)
+        node_of_name[name] = expression.parse(
+            "X" if sign > 0 else "-X", {"X": expression.name_node(name)}
+        )
+    mu = expression.parse(equation, node_of_name, parts)
     derivatives = [expression.logarithmic_derivative(mu, name) for name, _ in signs]
     return (mu, *derivatives)
 
@@ -417,19 +423,19 @@ def _compiled(graphs: tuple[Node, ...], names: tuple[str, ...]) -> Callable[...,
 
 @cache
 def _to_second_order(
-    graphs: tuple[Node, ...], names: tuple[str, ...], by: tuple[int, ...]
+    graphs: tuple[Node, ...], names: tuple[str, ...], coefficient_indices: tuple[int, ...]
 ) -> Callable[..., Any]:
     """Compiled function of mu, its slopes by some coefficients, and their second derivatives.
 
     Args:
         graphs: Graphs of mu and of its slopes by all coefficients.
         names: Arguments of the function.
-        by: Indices of the coefficients.
+        coefficient_indices: Indices of the coefficients.
     """
-    slopes = [graphs[1 + index] for index in by]
+    slopes = [graphs[1 + index] for index in coefficient_indices]
     curvatures = []
     for row, slope in enumerate(slopes):
-        for index in by[: row + 1]:
+        for index in coefficient_indices[: row + 1]:
             curvatures.append(expression.logarithmic_derivative(slope, names[index]))
     return _compiled((graphs[0], *slopes, *curvatures), names)
 

@@ -6,7 +6,7 @@ Decides: the equation of a law as the report shows it.
 from oilfilm.traction.expression import Form, Language, parse_steps
 from oilfilm.traction.law import QUANTITIES, Law
 
-DEGREES = "&#176;C"
+_DEGREE_CELSIUS = "&#176;C"
 
 
 def _operator(text: str) -> str:
@@ -91,10 +91,14 @@ def _power_law(law: Law, coefficient: str, exponents: list[str]) -> str:
         if not exponent:
             continue
         quantity = QUANTITIES[group]
-        value = f"{reference:g} {quantity.unit}".removesuffix(" 1").replace("degC", DEGREES)
-        relative = f"<mfrac>{MATHML.identifier(quantity.symbol)}<mtext>{value}</mtext></mfrac>"
+        reference_text = f"{reference:g} {quantity.unit}".removesuffix(" 1").replace(
+            "degC", _DEGREE_CELSIUS
+        )
+        relative_group = (
+            f"<mfrac>{MATHML.identifier(quantity.symbol)}<mtext>{reference_text}</mtext></mfrac>"
+        )
         if group in law.exponential:
-            factors.append(_EXPONENTIAL.format(exponent, relative))
+            factors.append(_EXPONENTIAL.format(exponent, relative_group))
         else:
-            factors.append(_POWER.format(relative, exponent))
+            factors.append(_POWER.format(relative_group, exponent))
     return "".join(factors)

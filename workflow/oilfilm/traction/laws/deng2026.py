@@ -74,15 +74,17 @@ def traction_coefficient(
         0.020412
     """
     pressure_reference, speed_reference, temperature_reference = DENG2026.reference
-    pressure = np.asarray(max_hertz_pressure_gpa) / pressure_reference
-    speed = np.asarray(entrainment_speed_m_s) / speed_reference
-    temperature = np.asarray(inlet_temperature_c) / temperature_reference
+    relative_pressure = np.asarray(max_hertz_pressure_gpa) / pressure_reference
+    relative_speed = np.asarray(entrainment_speed_m_s) / speed_reference
+    relative_temperature = np.asarray(inlet_temperature_c) / temperature_reference
 
     def coefficient(x0: float, x1: float, x2: float, x3: float) -> FloatArray:
-        return np.asarray(x0 * pressure**x1 * speed**x2 * temperature**x3)
+        return np.asarray(
+            x0 * relative_pressure**x1 * relative_speed**x2 * relative_temperature**x3
+        )
 
     a_constants, b_constants, c_constants = np.split(np.asarray(constants, dtype=float), 3)
     a = coefficient(*a_constants)
     b = coefficient(*b_constants)
     c = coefficient(*c_constants)
-    return DENG2026.value(np.array([-a, b, c]), np.asarray(slide_roll_ratio))
+    return DENG2026.mu_of_sizes(np.array([-a, b, c]), np.asarray(slide_roll_ratio))

@@ -115,18 +115,18 @@ class WangDengGroups(Law):
         """See `Law.in_contacts`."""
         return replace(self, radius_m=radius_m, reduced_modulus_pa=reduced_modulus_pa)
 
-    def varied_groups(self, varied: BoolArray) -> BoolArray:
+    def varied_groups(self, condition_varies: BoolArray) -> BoolArray:
         """See `Law.varied_groups`. Speed and thermal loading are separable if both U and T vary.
 
         Raises:
             ValueError: Only one of U and T varies.
         """
-        load, speed, temperature = varied
-        if speed != temperature:
+        load_varies, speed_varies, temperature_varies = condition_varies
+        if speed_varies != temperature_varies:
             raise ValueError(
                 f"{self.name} needs speed and temperature to vary independently, or neither"
             )
-        return np.array([load, speed, speed])
+        return np.array([load_varies, speed_varies, speed_varies])
 
 
 WANG_DENG_GROUPS = WangDengGroups(
