@@ -26,6 +26,9 @@ _COORDINATES = 9
 # Spacing of the nodes that replace many different slips. Cubic interpolation over it changes a
 # correlation of the usual length by less than 1e-6.
 _NODE_SPACING = 0.05
+# Curves whose slopes are found at once. A slope of all points takes three times the memory of the
+# same slope of all coordinates, and there are some ten slopes.
+_CURVES_AT_ONCE = 1000
 # mu is near zero if it is within so many errors of the zero.
 _NEAR_ZERO = 10.0
 
@@ -116,10 +119,11 @@ class ReducedCurves:
 
     Attributes:
         vectors: V of all curves on its diagonal, shape (points, coordinates).
+        projection: V' W of all curves, shape (coordinates, points).
         curve: Curve of each coordinate, shape (coordinates,).
         conditions: Centred conditions of each curve, shape (curves, 3).
         slips: Scaled slips that stand for those of all points (`slip_nodes`), shape (slips,).
-        to_slips: V' W as weights of `slips`, shape (coordinates, slips).
+        weights_of_slips: Weights of `slips` at each point, shape (points, slips).
         departure: V' W of ln mu less that of the law, shape (coordinates,).
         law_slopes: V' W of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
         effects: V' W of the design of the effects of runs, shape (coordinates, effects).
@@ -128,10 +132,11 @@ class ReducedCurves:
     """
 
     vectors: scipy.sparse.csr_array
+    projection: scipy.sparse.csr_array
     curve: IndexArray
     conditions: FloatArray
     slips: FloatArray
-    to_slips: FloatArray
+    weights_of_slips: scipy.sparse.csr_array
     departure: FloatArray
     law_slopes: FloatArray
     effects: FloatArray
@@ -149,6 +154,14 @@ class ReducedCurves:
     def starts(self) -> IndexArray:
         """First coordinate of each curve, shape (curves,)."""
         return np.searchsorted(self.curve, np.arange(len(self.conditions)))
+
+    @cached_property
+    def to_slips(self) -> FloatArray:
+        """V' W as weights of `slips`, shape (coordinates, slips).
+
+        It is the largest array of many curves; `select` makes the rows that it needs.
+        """
+        return np.asarray((self.projection @ self.weights_of_slips).toarray())
 
     @cached_property
     def pairs(self) -> tuple[IndexArray, IndexArray]:
@@ -177,7 +190,7 @@ class ReducedCurves:
     def select(self, coordinates: IndexArray) -> Coordinates:
         """Some coordinates, with what they need only."""
         curves, row = np.unique(self.curve[coordinates], return_inverse=True)
-        weights = self.to_slips[coordinates]
+        weights = (self.projection[coordinates] @ self.weights_of_slips).toarray()
         used = np.flatnonzero(np.any(weights != 0, axis=0))
         return Coordinates(
             conditions=self.conditions[curves],
@@ -188,6 +201,11 @@ class ReducedCurves:
             gain=self.effects[coordinates, _GAIN],
             rig=self.rig[self.curve[coordinates]],
         )
+
+    def coordinates_of(self, rows: IndexArray) -> IndexArray:
+        """Indices of the coordinates of some curves, in ascending order."""
+        ends = np.append(self.starts[1:], len(self.curve))
+        return np.concatenate([np.arange(self.starts[row], ends[row]) for row in np.sort(rows)])
 
     def vectors_of(self, coordinates: IndexArray) -> tuple[IndexArray, FloatArray]:
         """Points of some coordinates, and V of these, shape (points, coordinates)."""
@@ -268,30 +286,65 @@ def reduced(
     )
     scaled = scaled_slip(slip)
     slips, weights_of_slips = slip_nodes(scaled)
-    ends = np.cumsum(np.bincount(measurements.curve))[:-1]
-    blocks = [
-        _leading_vectors(scaled_of_curve, weight_of_curve)
-        for scaled_of_curve, weight_of_curve in zip(
-            np.split(scaled, ends), np.split(weight, ends), strict=True
-        )
-    ]
-    vectors = scipy.sparse.csr_array(scipy.sparse.block_diag(blocks))
+    vectors, curve = _vectors_of_curves(measurements, scaled, weight)
     # V' W
-    projection = scipy.sparse.csr_array(vectors.T.multiply(weight))
+    projection = scipy.sparse.csr_array(vectors.T)
+    projection.data = projection.data * weight[projection.indices]
     departure = vectors.T @ weighted_departure
-    curve = np.repeat(np.arange(len(blocks)), [block.shape[1] for block in blocks])
+    law_slopes, effects = [], []
+    curves = len(measurements.conditions)
+    for first in range(0, curves, _CURVES_AT_ONCE):
+        block = [first, first + _CURVES_AT_ONCE]
+        points = slice(*np.searchsorted(measurements.curve, block))
+        projection_of_block = projection[slice(*np.searchsorted(curve, block)), points]
+        at_points_of_block = conditions[points], slip[points]
+        law_slopes.append(projection_of_block @ slopes_of_law(law, box, *at_points_of_block))
+        effects.append(projection_of_block @ effect_design(log_mu, *at_points_of_block))
     return ReducedCurves(
         vectors=vectors,
+        projection=projection,
         curve=curve,
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
-        to_slips=(projection @ weights_of_slips).toarray(),
+        weights_of_slips=weights_of_slips,
         departure=departure,
-        law_slopes=projection @ slopes_of_law(law, box, conditions, slip),
-        effects=projection @ effect_design(log_mu, conditions, slip),
+        law_slopes=np.vstack(law_slopes),
+        effects=np.vstack(effects),
         remainder=weighted_departure - vectors @ departure,
-        rig=np.full(len(blocks), ANOTHER_RIG) if measurements.rig is None else measurements.rig,
+        rig=np.full(curves, ANOTHER_RIG) if measurements.rig is None else measurements.rig,
     )
+
+
+def _vectors_of_curves(
+    measurements: Measurements, scaled: FloatArray, weight: FloatArray
+) -> tuple[scipy.sparse.csr_array, IndexArray]:
+    """V of all curves on its diagonal, and the curve of each coordinate.
+
+    Args:
+        measurements: The points.
+        scaled: Scaled slips of the points.
+        weight: Their weights.
+    """
+    ends = np.cumsum(np.bincount(measurements.curve))[:-1]
+    values, widths = [], []
+    for scaled_of_curve, weight_of_curve in zip(
+        np.split(scaled, ends), np.split(weight, ends), strict=True
+    ):
+        block = _leading_vectors(scaled_of_curve, weight_of_curve)
+        values.append(block.ravel())
+        widths.append(block.shape[1])
+    width = np.array(widths)
+    first_coordinate = np.cumsum(width) - width
+    values_of_point = width[measurements.curve]
+    begins = np.append(0, np.cumsum(values_of_point))
+    columns = np.arange(begins[-1]) - np.repeat(
+        begins[:-1] - first_coordinate[measurements.curve], values_of_point
+    )
+    shape = (len(scaled), int(width.sum()))
+    # blocks as arrays of scipy would take several times the memory
+    vectors = scipy.sparse.csr_array((np.concatenate(values), columns, begins), shape)
+    vectors.eliminate_zeros()
+    return vectors, np.repeat(np.arange(len(width)), width)
 
 
 def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
