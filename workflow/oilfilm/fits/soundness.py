@@ -117,9 +117,10 @@ def _lack_of_one_fit(
 def _level_numbers_within(group: IndexArray, values: FloatArray, width: float) -> IndexArray:
     """Level of each value among the values of its group; a level is no wider than `width`."""
     level_numbers = np.empty(len(values), dtype=np.int64)
-    for number in np.unique(group):
-        is_in_group = group == number
-        level_numbers[is_in_group] = clusters(values[is_in_group], width)
+    by_group = np.argsort(group, kind="stable")
+    begins = np.flatnonzero(np.diff(group[by_group])) + 1
+    for rows in np.split(by_group, begins):
+        level_numbers[rows] = clusters(values[rows], width)
     return level_numbers
 
 

@@ -229,7 +229,7 @@ def _central_point(results: CampaignTables) -> dict[str, float]:
     def nearest(points: pd.DataFrame) -> pd.DataFrame:
         """The point nearest to the middle; none of no points."""
         distance = (((points - (low + high) / 2) / width) ** 2).sum(axis="columns")
-        return points.iloc[[first_smallest(distance)]] if len(points) else points
+        return points.iloc[[int(first_smallest(distance))]] if len(points) else points
 
     of_parts = [nearest(part.dropna()) for part in accepted_conditions(known)]
     (row,) = nearest(pd.concat(of_parts, ignore_index=True)).to_numpy().tolist()

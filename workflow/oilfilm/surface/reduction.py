@@ -336,9 +336,10 @@ def _vectors_of_curves(
     width = np.array(widths)
     first_coordinate = np.cumsum(width) - width
     values_of_point = width[measurements.curve]
-    begins = np.append(0, np.cumsum(values_of_point))
-    columns = np.arange(begins[-1]) - np.repeat(
-        begins[:-1] - first_coordinate[measurements.curve], values_of_point
+    begins = np.append(0, np.cumsum(values_of_point)).astype(np.int32)
+    columns = np.arange(begins[-1], dtype=np.int32)
+    columns -= np.repeat(
+        begins[:-1] - first_coordinate[measurements.curve].astype(np.int32), values_of_point
     )
     shape = (len(scaled), int(width.sum()))
     # blocks as arrays of scipy would take several times the memory
@@ -363,13 +364,11 @@ def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
     Reference: A. G. Wilson, H. Nickisch, ICML 2015 (interpolation of a covariance from a grid).
     """
     slips, slip_number = np.unique(scaled, return_inverse=True)
-    rows = np.arange(len(scaled))
     # two nodes beyond each end: a point has two neighbours on either side
     first = slips[0] - _NODE_SPACING
     count = int(np.ceil((slips[-1] - first) / _NODE_SPACING)) + 2
     if len(slips) <= count:
-        shape = (len(scaled), len(slips))
-        return slips, scipy.sparse.csr_array((np.ones(len(scaled)), (rows, slip_number)), shape)
+        return slips, _rows_of_weights(np.ones((len(scaled), 1)), slip_number, len(slips))
     nodes = first + _NODE_SPACING * np.arange(count)
     position = (scaled - first) / _NODE_SPACING
     below = np.floor(position).astype(np.int64).clip(1, count - 3)
@@ -381,9 +380,23 @@ def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
         -(share + 1) * share * (share - 2) / 2,
         (share + 1) * share * (share - 1) / 6,
     ]
-    columns = [below - 1, below, below + 1, below + 2]
-    entries = (np.concatenate(weights), (np.tile(rows, 4), np.concatenate(columns)))
-    return nodes, scipy.sparse.csr_array(entries, (len(scaled), count))
+    return nodes, _rows_of_weights(np.column_stack(weights), below - 1, count)
+
+
+def _rows_of_weights(
+    weights: FloatArray, first_column: IndexArray, count: int
+) -> scipy.sparse.csr_array:
+    """A sparse matrix with some weights side by side in each row.
+
+    Args:
+        weights: Shape (rows, weights).
+        first_column: Column of the first weight of each row, shape (rows,).
+        count: Number of columns.
+    """
+    rows, width = weights.shape
+    columns = np.add.outer(first_column.astype(np.int32), np.arange(width, dtype=np.int32))
+    begins = np.arange(0, rows * width + 1, width, dtype=np.int32)
+    return scipy.sparse.csr_array((weights.ravel(), columns.ravel(), begins), (rows, count))
 
 
 def _leading_vectors(scaled: FloatArray, weight: FloatArray) -> FloatArray:

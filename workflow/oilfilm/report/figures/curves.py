@@ -124,7 +124,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _with_conditions(runs: pd.DataFrame, points: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
-    """Points with the number of their `condition`, and the set points of each in words.
+    """Points with the number of their `run` and `condition`, and the set points of each in words.
 
     A condition is one combination of set points.
 
@@ -134,7 +134,7 @@ def _with_conditions(runs: pd.DataFrame, points: pd.DataFrame) -> tuple[pd.DataF
     """
     names = list(NOMINAL_COLUMNS)
     units = ("GPa", "N", "m/s", "\N{DEGREE SIGN}C")
-    run, run_names = pd.factorize(points["run_id"])
+    run, run_names = pd.factorize(points["run_id"], sort=True)
     set_points = runs.set_index("run_id").loc[run_names, names]
     by_condition = set_points.groupby(names, dropna=False)
     labels = []
@@ -146,8 +146,8 @@ def _with_conditions(runs: pd.DataFrame, points: pd.DataFrame) -> tuple[pd.DataF
         ]
         labels.append(", ".join(stated))
     condition = by_condition.ngroup().to_numpy()[run]
-    in_order = points.assign(condition=condition).sort_values("condition", kind="stable")
-    return in_order, labels
+    numbered = points.drop(columns="run_id").assign(run=run, condition=condition)
+    return numbered.sort_values("condition", kind="stable"), labels
 
 
 def _series(
@@ -162,17 +162,19 @@ def _series(
         labels: Set points of every condition in words.
         colour: Colour of the oil.
     """
-    shades = list(style.shades(colour, len(labels)))
+    shades = style.shades(colour, len(labels))
+    numbers = np.unique(points["condition"]).tolist()
+    tables_of_points = [rows for _, rows in points.groupby("condition")]
     return [
         Series(
             labels[number],
             oil,
-            points_of_condition,
+            rows,
             fitted,
             shades[number],
             style.MARKERS[number % len(style.MARKERS)],
         )
-        for number, points_of_condition in points.groupby("condition")
+        for number, rows in zip(numbers, tables_of_points, strict=True)
     ]
 
 
@@ -186,11 +188,10 @@ def _of_drawn_runs(points: pd.DataFrame) -> pd.DataFrame:
     """The points of all runs, or of `_RUNS_DRAWN` evenly chosen ones in the order of their names.
 
     Args:
-        points: Points of one oil, with `run_id`.
+        points: Points of one oil, with the number of their `run` in the order of the names.
     """
-    run, names = pd.factorize(points["run_id"], sort=True)
-    drawn = _evenly_chosen(len(names), _RUNS_DRAWN)
-    return points if len(drawn) == len(names) else points[np.isin(run, drawn)]
+    count = int(points["run"].max()) + 1
+    return points[points["run"].isin(_evenly_chosen(count, _RUNS_DRAWN))]
 
 
 def _draw_cloud(
@@ -311,7 +312,7 @@ def _draw_residuals(
 
 
 def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.DataFrame | None:
-    """Accepted points with residual (1e-3) and the set points of the run; None without a fit."""
+    """Accepted points with residual (1e-3), number and set points of the run; None without fit."""
     coefficients = results.configured.coefficients
     coefficients_of_oil = coefficients[coefficients["oil"] == oil]
     if coefficients_of_oil.empty:
@@ -330,9 +331,16 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
         return None
     # slip and traction of a rig that reverses the slip change sign together
     residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted_mu)
-    points = points.assign(residual=_THOUSANDTHS_PER_UNIT * residual, slide_roll_ratio=np.abs(slip))
     set_points = [f"nominal_{name}" for name in CONDITIONS]
-    return points.merge(runs[["run_id", *set_points]], on="run_id")
+    # a number in place of the name of the run, which would take most of the memory
+    run, names = pd.factorize(points["run_id"], sort=True)
+    levels_of_run = runs.set_index("run_id").loc[names, set_points]
+    return points[list(CONDITION_NAMES)].assign(
+        run=run,
+        residual=_THOUSANDTHS_PER_UNIT * residual,
+        slide_roll_ratio=np.abs(slip),
+        **{name: levels.to_numpy()[run] for name, levels in levels_of_run.items()},
+    )
 
 
 def _levels_of_points(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
