@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from allocations import peak_bytes
 from campaigns import needs_study
 from fit_points import polished
 from law_points import EVERY_LAW, MATRIX, TRUTH, compare_laws, internal_of, points_of
@@ -293,20 +292,6 @@ def test_verdict_on_the_first_law_is_that_of_both_criteria(
     (row,) = tables.rows(best_laws(laws_compared, BIC_DIFFERENCE_MIN))
     names = ("left_out_law", "bic_law", "verdict", "better_law")
     assert "|".join(row[name] for name in names) == expected
-
-
-def test_bytes_of_a_compared_curve_do_not_grow_with_their_number() -> None:
-    peaks = []
-    for curves in (4000, 8000, 16000):
-        squares = generator(3, "memory").chisquare(1, (2, curves))
-        laws = dict(zip(("deng2026", "tanh"), squares, strict=True))
-        laws_compared = compared(laws, {"deng2026": 12, "tanh": 8})
-        with peak_bytes() as peak:
-            best_laws(laws_compared, BIC_DIFFERENCE_MIN)
-        peaks.append(peak())
-    first, second = np.diff(peaks) / [4000, 8000]
-    assert second < 1.1 * first
-    assert second < 700
 
 
 # ---------------------------------------------------------------- laws that are one law

@@ -44,7 +44,7 @@ CONDITIONS = grid((1.0, 1.25, 1.5), (25.0, 40.0), (25.0, 72.0, 120.0))
 FEW_SLIPS = np.geomspace(0.003, 0.3, 6)
 NEW = np.array([[1.1, 30.0, 50.0], [1.4, 38.0, 100.0], [1.0, 25.0, 25.0]])
 NEW_SLIP = np.array([0.004, 0.05, 0.2])
-LARGEST_BYTES_OF_A_CURVE = 12_000
+LARGEST_BYTES_OF_A_CURVE = 8_000
 
 
 def covariance_of(measured, law=LAW):

@@ -118,8 +118,8 @@ class ReducedCurves:
     """The curves of a campaign as coordinates.
 
     Attributes:
-        vectors: V of all curves on its diagonal, shape (points, coordinates).
-        projection: V' W of all curves, shape (coordinates, points).
+        by_coordinate: V' of all curves on its diagonal, shape (coordinates, points).
+        weight: W, the weight of each point, shape (points,).
         curve: Curve of each coordinate, shape (coordinates,).
         conditions: Centred conditions of each curve, shape (curves, 3).
         slips: Scaled slips that stand for those of all points (`slip_nodes`), shape (slips,).
@@ -131,8 +131,8 @@ class ReducedCurves:
         rig: Number of the rig of each curve, `ANOTHER_RIG` where it is not named, shape (curves,).
     """
 
-    vectors: scipy.sparse.csr_array
-    projection: scipy.sparse.csr_array
+    by_coordinate: scipy.sparse.csr_array
+    weight: FloatArray
     curve: IndexArray
     conditions: FloatArray
     slips: FloatArray
@@ -159,9 +159,10 @@ class ReducedCurves:
     def to_slips(self) -> FloatArray:
         """V' W as weights of `slips`, shape (coordinates, slips).
 
-        It is the largest array of many curves; `select` makes the rows that it needs.
+        It would be the largest array of many curves; `select` makes the rows that it needs.
         """
-        return np.asarray((self.projection @ self.weights_of_slips).toarray())
+        projection = weighted(self.by_coordinate, self.weight)
+        return np.asarray((projection @ self.weights_of_slips).toarray())
 
     @cached_property
     def pairs(self) -> tuple[IndexArray, IndexArray]:
@@ -184,13 +185,14 @@ class ReducedCurves:
     @property
     def residual_freedom(self) -> int:
         """Number of points less the number of coordinates."""
-        points, coordinates = self.vectors.shape
+        coordinates, points = self.by_coordinate.shape
         return points - coordinates
 
     def select(self, coordinates: IndexArray) -> Coordinates:
         """Some coordinates, with what they need only."""
         curves, row = np.unique(self.curve[coordinates], return_inverse=True)
-        weights = (self.projection[coordinates] @ self.weights_of_slips).toarray()
+        projection = weighted(self.by_coordinate[coordinates], self.weight)
+        weights = (projection @ self.weights_of_slips).toarray()
         used = np.flatnonzero(np.any(weights != 0, axis=0))
         return Coordinates(
             conditions=self.conditions[curves],
@@ -215,10 +217,10 @@ class ReducedCurves:
         vectors[row, block.row] = block.data
         return points.astype(np.int64), vectors
 
-    @cached_property
-    def by_coordinate(self) -> scipy.sparse.csr_array:
-        """V', shape (coordinates, points)."""
-        return scipy.sparse.csr_array(self.vectors.T)
+    @property
+    def vectors(self) -> scipy.sparse.csc_array:
+        """V of all curves on its diagonal, shape (points, coordinates)."""
+        return self.by_coordinate.T
 
     def over_slip(self, correlations: FloatArray) -> FloatArray:
         """Covariance of the coordinates from that of `slips`, shape (coordinates, coordinates)."""
@@ -286,23 +288,22 @@ def reduced(
     )
     scaled = scaled_slip(slip)
     slips, weights_of_slips = slip_nodes(scaled)
-    vectors, curve = _vectors_of_curves(measurements, scaled, weight)
-    # V' W
-    projection = scipy.sparse.csr_array(vectors.T)
-    projection.data = projection.data * weight[projection.indices]
-    departure = vectors.T @ weighted_departure
+    by_coordinate, curve = _vectors_of_curves(measurements, scaled, weight)
+    departure = by_coordinate @ weighted_departure
     law_slopes, effects = [], []
     curves = len(measurements.conditions)
     for first in range(0, curves, _CURVES_AT_ONCE):
         block = [first, first + _CURVES_AT_ONCE]
         points = slice(*np.searchsorted(measurements.curve, block))
-        projection_of_block = projection[slice(*np.searchsorted(curve, block)), points]
+        coordinates = slice(*np.searchsorted(curve, block))
+        # V' W
+        projection = weighted(by_coordinate[coordinates, points], weight[points])
         at_points_of_block = conditions[points], slip[points]
-        law_slopes.append(projection_of_block @ slopes_of_law(law, box, *at_points_of_block))
-        effects.append(projection_of_block @ effect_design(log_mu, *at_points_of_block))
+        law_slopes.append(projection @ slopes_of_law(law, box, *at_points_of_block))
+        effects.append(projection @ effect_design(log_mu, *at_points_of_block))
     return ReducedCurves(
-        vectors=vectors,
-        projection=projection,
+        by_coordinate=by_coordinate,
+        weight=weight,
         curve=curve,
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
@@ -310,42 +311,52 @@ def reduced(
         departure=departure,
         law_slopes=np.vstack(law_slopes),
         effects=np.vstack(effects),
-        remainder=weighted_departure - vectors @ departure,
+        remainder=weighted_departure - by_coordinate.T @ departure,
         rig=np.full(curves, ANOTHER_RIG) if measurements.rig is None else measurements.rig,
     )
+
+
+def weighted(by_coordinate: scipy.sparse.csr_array, weight: FloatArray) -> scipy.sparse.csr_array:
+    """V' W of some coordinates, shape (coordinates, points).
+
+    Args:
+        by_coordinate: V' of these, shape (coordinates, points).
+        weight: Weight of each point, shape (points,).
+    """
+    projection = by_coordinate.copy()
+    projection.data *= weight[projection.indices]
+    return projection
 
 
 def _vectors_of_curves(
     measurements: Measurements, scaled: FloatArray, weight: FloatArray
 ) -> tuple[scipy.sparse.csr_array, IndexArray]:
-    """V of all curves on its diagonal, and the curve of each coordinate.
+    """V' of all curves on its diagonal, and the curve of each coordinate.
 
     Args:
         measurements: The points.
         scaled: Scaled slips of the points.
         weight: Their weights.
     """
-    ends = np.cumsum(np.bincount(measurements.curve))[:-1]
+    points_of_curve = np.bincount(measurements.curve)
+    ends = np.cumsum(points_of_curve)
     values, widths = [], []
     for scaled_of_curve, weight_of_curve in zip(
-        np.split(scaled, ends), np.split(weight, ends), strict=True
+        np.split(scaled, ends[:-1]), np.split(weight, ends[:-1]), strict=True
     ):
         block = _leading_vectors(scaled_of_curve, weight_of_curve)
-        values.append(block.ravel())
+        values.append(block.T.ravel())
         widths.append(block.shape[1])
-    width = np.array(widths)
-    first_coordinate = np.cumsum(width) - width
-    values_of_point = width[measurements.curve]
-    begins = np.append(0, np.cumsum(values_of_point)).astype(np.int32)
+    curve = np.repeat(np.arange(len(widths)), widths)
+    # in numbers of 4 bytes; blocks as arrays of scipy would take several times the memory
+    begins = np.append(0, np.cumsum(points_of_curve[curve])).astype(np.int32)
     columns = np.arange(begins[-1], dtype=np.int32)
-    columns -= np.repeat(
-        begins[:-1] - first_coordinate[measurements.curve].astype(np.int32), values_of_point
-    )
-    shape = (len(scaled), int(width.sum()))
-    # blocks as arrays of scipy would take several times the memory
-    vectors = scipy.sparse.csr_array((np.concatenate(values), columns, begins), shape)
-    vectors.eliminate_zeros()
-    return vectors, np.repeat(np.arange(len(width)), width)
+    first_point = (ends - points_of_curve).astype(np.int32)
+    columns -= np.repeat(begins[:-1] - first_point[curve], points_of_curve[curve])
+    shape = (len(curve), len(scaled))
+    by_coordinate = scipy.sparse.csr_array((np.concatenate(values), columns, begins), shape)
+    by_coordinate.eliminate_zeros()
+    return by_coordinate, curve
 
 
 def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
