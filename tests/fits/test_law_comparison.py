@@ -213,8 +213,7 @@ BIC_DIFFERENCE_MIN = 2.0
 def verdict_of(points: pd.DataFrame, config: Settings, law: str) -> dict[str, Any]:
     configured = config.with_changes({"fit": {"law": law}})
     compared = compare_laws(points, "4050", ["deng2026", "tanh", "carreau"], configured)
-    judged = best_laws(compared.fit_quality, compared.law_points, points, BIC_DIFFERENCE_MIN)
-    (row,) = tables.rows(judged)
+    (row,) = tables.rows(best_laws(compared, BIC_DIFFERENCE_MIN))
     return row
 
 
@@ -228,10 +227,10 @@ def test_law_that_made_the_points_is_named_beside_another_configured_one(quick: 
     assert (own["verdict"], own["better_law"]) == ("best", "")
 
 
-def compared(squares: dict[str, np.ndarray], constants: dict[str, int]) -> tuple[pd.DataFrame, ...]:
+def compared(squares: dict[str, np.ndarray], constants: dict[str, int]) -> CampaignTables:
     """A comparison of laws with given squared errors of curves of one point each."""
     names = [f"run{number}" for number in range(len(next(iter(squares.values()))))]
-    points = pd.DataFrame({"run_id": names, "first_row": 0, "traction_coefficient": 1.0})
+    at = {"oil": "own", "run_id": names, "first_row": 0}
     about, beside = [], []
     for law, errors in squares.items():
         sse = float(errors.sum())
@@ -242,9 +241,12 @@ def compared(squares: dict[str, np.ndarray], constants: dict[str, int]) -> tuple
         about.append(quality | {"relative_rms": np.sqrt(sse / len(names))})
         mu = 1 + np.sqrt(errors)
         both = dict.fromkeys(("traction_coefficient", "left_out_traction_coefficient"), mu)
-        at = {"oil": "own", "law": law, "run_id": names, "first_row": 0}
-        beside.append(pd.DataFrame(at | both))
-    return rows("fit_quality", *about), pd.concat(beside), points
+        beside.append(pd.DataFrame(at | {"law": law} | both))
+    return CampaignTables.in_memory(
+        fit_quality=rows("fit_quality", *about),
+        law_points=pd.concat(beside),
+        points=pd.DataFrame(at | {"traction_coefficient": 1.0}),
+    )
 
 
 def test_difference_within_the_scatter_of_curves_is_a_tie_and_a_larger_one_is_not() -> None:
@@ -253,11 +255,11 @@ def test_difference_within_the_scatter_of_curves_is_a_tie_and_a_larger_one_is_no
     scattered = base * np.exp(0.3 * random.standard_normal(60))
     better = 0.5 * base
     constants = {"deng2026": 3, "tanh": 3, "eyring": 3}
-    frames = compared({"deng2026": base, "tanh": scattered}, constants)
-    (tie,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    laws_compared = compared({"deng2026": base, "tanh": scattered}, constants)
+    (tie,) = tables.rows(best_laws(laws_compared, BIC_DIFFERENCE_MIN))
     assert tie["verdict"] == "tie"
-    frames = compared({"deng2026": base, "tanh": scattered, "eyring": better}, constants)
-    (beaten,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    laws_compared = compared({"deng2026": base, "tanh": scattered, "eyring": better}, constants)
+    (beaten,) = tables.rows(best_laws(laws_compared, BIC_DIFFERENCE_MIN))
     assert (beaten["verdict"], beaten["better_law"]) == ("another law is better", "eyring")
     # half the squares everywhere: n ln 2
     assert beaten["bic_difference"] == pytest.approx(60 * np.log(2))
@@ -286,8 +288,8 @@ def test_verdict_on_the_first_law_is_that_of_both_criteria(
 ) -> None:
     """Each law has the same squared error at every curve, and a number of constants."""
     squares = {law: np.full(curves, square) for law, (square, _) in laws.items()}
-    frames = compared(squares, {law: constants for law, (_, constants) in laws.items()})
-    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    laws_compared = compared(squares, {law: constants for law, (_, constants) in laws.items()})
+    (row,) = tables.rows(best_laws(laws_compared, BIC_DIFFERENCE_MIN))
     names = ("left_out_law", "bic_law", "verdict", "better_law")
     assert "|".join(row[name] for name in names) == expected
 
@@ -295,7 +297,7 @@ def test_verdict_on_the_first_law_is_that_of_both_criteria(
 # ---------------------------------------------------------------- laws that are one law
 
 
-def lines(bend: float) -> tuple[tuple[pd.DataFrame, ...], float]:
+def lines(bend: float) -> tuple[CampaignTables, float]:
     """Fits to 40 curves: a line, the line with a constant that means nothing, and a parabola.
 
     Args:
@@ -334,36 +336,43 @@ def lines(bend: float) -> tuple[tuple[pd.DataFrame, ...], float]:
         quality.append(row)
         of_law = {"traction_coefficient": whole, "left_out_traction_coefficient": unseen}
         beside.append(pd.DataFrame(at | {"law": law} | of_law))
-    points = pd.DataFrame(at | {"traction_coefficient": mu})
-    return (rows("fit_quality", *quality), pd.concat(beside), points), errors[0]
+    results = CampaignTables.in_memory(
+        fit_quality=rows("fit_quality", *quality),
+        law_points=pd.concat(beside),
+        points=pd.DataFrame(at | {"traction_coefficient": mu}),
+    )
+    return results, errors[0]
 
 
 def test_error_of_a_fit_is_that_of_refits_without_each_curve() -> None:
-    (_, law_points, points), expected = lines(bend=0.01)
-    measured = points[["run_id", "first_row", "traction_coefficient"]]
+    results, expected = lines(bend=0.01)
+    law_points = results.law_points
+    measured = results.points[["run_id", "first_row", "traction_coefficient"]]
     of_law = law_points[law_points["law"] == "deng2026"]
     compared = of_law.merge(measured, on=["run_id", "first_row"], suffixes=("", "_measured"))
     assert _error_of_fit(compared) == pytest.approx(expected, rel=1e-9)
 
 
 def test_law_whose_further_constant_means_nothing_counts_as_one_with_the_plain_one() -> None:
-    frames, _ = lines(bend=0.0)
-    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    results, _ = lines(bend=0.0)
+    (row,) = tables.rows(best_laws(results, BIC_DIFFERENCE_MIN))
     assert (row["verdict"], row["same_laws"]) == ("best", ("tanh", "eyring"))
     assert row["left_out_ties"] == row["bic_ties"] == ("deng2026",)
 
 
 def test_law_that_is_better_is_not_the_same_and_its_equals_are_named() -> None:
-    frames, _ = lines(bend=0.05)
-    quality, law_points, points = frames
-    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    results, _ = lines(bend=0.05)
+    quality, law_points = results.fit_quality, results.law_points
+    (row,) = tables.rows(best_laws(results, BIC_DIFFERENCE_MIN))
     assert (row["verdict"], row["better_law"]) == ("another law is better", "eyring")
     assert (row["same_laws"], row["same_as_better_law"]) == (("tanh",), ())
     # the better law once more, with another constant: no competitor of the first one
     again = quality[quality["law"] == "eyring"].assign(law="carreau", n_constants=4, bic=0.0)
     copied = law_points[law_points["law"] == "eyring"].assign(law="carreau")
-    frames = pd.concat([quality, again]), pd.concat([law_points, copied]), points
-    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    results = results.replace(
+        fit_quality=pd.concat([quality, again]), law_points=pd.concat([law_points, copied])
+    )
+    (row,) = tables.rows(best_laws(results, BIC_DIFFERENCE_MIN))
     assert (row["better_law"], row["same_as_better_law"]) == ("eyring", ("carreau",))
     assert row["left_out_ties"] == ("eyring",)
 
@@ -371,8 +380,7 @@ def test_law_that_is_better_is_not_the_same_and_its_equals_are_named() -> None:
 def test_load_and_pressure_are_one_law_on_the_points_of_one_ball(quick: Settings) -> None:
     points = points_of(LAWS["deng2026"], NOISE)
     compared = compare_laws(points, "4050", ["deng2026", "wang-deng-load", "tanh"], quick)
-    frames = compared.fit_quality, compared.law_points, points
-    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+    (row,) = tables.rows(best_laws(compared, BIC_DIFFERENCE_MIN))
     assert (row["verdict"], row["same_laws"]) == ("best", ("wang-deng-load",))
 
 

@@ -22,6 +22,7 @@ from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.measured_curves import FormError, choose
 from oilfilm.fits.steady_campaign import MeasuredCampaign, change_columns
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 from reports import rows
 
 BITS = (0.0, 1e-12, -1e-12)
@@ -44,7 +45,7 @@ def verdict(laws: dict[str, tuple[float, int, bool]], configured: str) -> dict[s
     """
     names = [f"run{number}" for number in range(30)]
     errors = 0.01 * generator(1, "near ties").standard_normal(len(names))
-    points = pd.DataFrame({"run_id": names, "first_row": 0, "traction_coefficient": 1.0})
+    at = {"oil": "own", "run_id": names, "first_row": 0}
     quality, beside = [], []
     # with other signs at each point: laws that are as good, but not the same law
     signs = generator(2, "near ties").choice([-1.0, 1.0], (len(laws), len(names)))
@@ -56,10 +57,13 @@ def verdict(laws: dict[str, tuple[float, int, bool]], configured: str) -> dict[s
         quality.append({**row, "configured": law == configured, "relative_rms": rms})
         mu = 1 + factor * sign * errors
         of_points = {"traction_coefficient": mu, "left_out_traction_coefficient": mu}
-        about = {"oil": "own", "law": law, "run_id": names, "first_row": 0}
-        beside.append(pd.DataFrame(about | of_points))
-    frames = rows("fit_quality", *quality), pd.concat(beside), points
-    (row,) = tables.rows(best_laws(*frames, BIC_DIFFERENCE_MIN))
+        beside.append(pd.DataFrame(at | {"law": law} | of_points))
+    results = CampaignTables.in_memory(
+        fit_quality=rows("fit_quality", *quality),
+        law_points=pd.concat(beside),
+        points=pd.DataFrame(at | {"traction_coefficient": 1.0}),
+    )
+    (row,) = tables.rows(best_laws(results, BIC_DIFFERENCE_MIN))
     return row
 
 

@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from drawn_results import with_refits
 from fit_points import matrix
 from nights import nightly, quick_ones
+from oilfilm.report.figures import curves
 from oilfilm.report.figures.sheet import Sheet
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -70,6 +71,29 @@ def test_residuals_show_what_is_planted(drawing: Draw, results: CampaignTables) 
     for letter, axis in zip("abcdefghijkl", figure.axes, strict=True):
         points = drawn[(drawn["panel"] == letter) & (drawn["series"] == "point")]
         assert bytes_of(points["x"], points["y"]) in lines(axis)
+
+
+@pytest.mark.parametrize(("name", "panels"), [("curves", "abc"), ("residuals", "aei")])
+def test_points_of_some_runs_are_drawn_and_the_legend_says_so(
+    drawing: Draw, results: CampaignTables, monkeypatch: pytest.MonkeyPatch, name: str, panels: str
+) -> None:
+    monkeypatch.setattr(curves, "_POINTS_TOLD_APART", 100)
+    _, all_drawn = drawing(name)
+    monkeypatch.setattr(curves, "_RUNS_DRAWN", 10)
+    figure, drawn = drawing(name)
+    own = {"curves": "measured", "residuals": "point"}[name]
+    points_of_run = len(results.points) // results.points["run_id"].nunique()
+    for panel in panels:
+        is_point = (drawn["panel"] == panel) & (drawn["series"] == own)
+        assert is_point.sum() == 10 * points_of_run
+    # what is stated of all points is that of all
+    pd.testing.assert_frame_equal(
+        drawn[drawn["series"] != own].reset_index(drop=True),
+        all_drawn[all_drawn["series"] != own].reset_index(drop=True),
+    )
+    legends = [axis.get_legend() for axis in figure.axes if axis.get_legend()] + figure.legends
+    words = " ".join(text.get_text() for legend in legends for text in legend.get_texts())
+    assert {"curves": f"({10 * points_of_run} of", "residuals": "at most 10 runs"}[name] in words
 
 
 def test_residuals_of_reversed_slip_keep_their_sign(drawing: Draw, results: CampaignTables) -> None:

@@ -1,5 +1,7 @@
 """Posteriors beside the plain formulas of normal distributions over all points."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -7,6 +9,7 @@ import scipy.linalg
 from allocations import peak_bytes
 from lawless_truths import DENG_CONSTANTS, TRUTHS
 from oilfilm.surface import posterior as posterior_module
+from oilfilm.surface import reduction
 from oilfilm.surface.effects import effect_design
 from oilfilm.surface.kernels import DepartureSizes
 from oilfilm.surface.law_mean import FreeLaw
@@ -41,6 +44,7 @@ CONDITIONS = grid((1.0, 1.25, 1.5), (25.0, 40.0), (25.0, 72.0, 120.0))
 FEW_SLIPS = np.geomspace(0.003, 0.3, 6)
 NEW = np.array([[1.1, 30.0, 50.0], [1.4, 38.0, 100.0], [1.0, 25.0, 25.0]])
 NEW_SLIP = np.array([0.004, 0.05, 0.2])
+LARGEST_BYTES_OF_A_CURVE = 8_000
 
 
 def covariance_of(measured, law=LAW):
@@ -246,6 +250,24 @@ def peak_memory(runs):
         for _ in posterior.left_out(np.arange(runs)):
             pass
     return peak()
+
+
+def test_bytes_of_a_curve_do_not_grow_with_their_number(monkeypatch: pytest.MonkeyPatch):
+    """Slips that no two points share: dense weights would take 100 columns of 9 numbers a curve."""
+    monkeypatch.setattr(reduction, "_CURVES_AT_ONCE", 100)
+    random = np.random.default_rng(17)
+    peaks = []
+    for runs in (200, 400, 800):
+        measured = simulated(TRUTHS["jt"], random_conditions(runs, random), random)
+        slip = measured.slip * np.exp(0.01 * random.standard_normal(len(measured.slip)))
+        measured = replace(measured, slip=slip).in_canonical_order()
+        covariance_of(measured)
+        with peak_bytes() as peak:
+            covariance_of(measured)
+        peaks.append(peak())
+    first, second = np.diff(peaks) / [200, 400]
+    assert second < 1.1 * first
+    assert second < LARGEST_BYTES_OF_A_CURVE
 
 
 def test_rounding_does_not_choose_the_inducing_conditions():

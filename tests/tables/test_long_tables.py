@@ -43,6 +43,36 @@ def test_columns_and_rows_that_are_not_asked_for_are_not_read(
     pd.testing.assert_frame_equal(part, in_memory)
 
 
+def test_parts_of_runs_have_whole_runs_and_all_rows(points: pd.DataFrame, tmp_path: Path) -> None:
+    path = tmp_path / "points.parquet"
+    ordered = points.sort_values(["run_id", "first_row"], ignore_index=True)
+    with tables.writing("points", path, ABOUT, ROWS_OF_GROUP) as add:
+        add(ordered)
+    names = ["run_id", "first_row", "accepted"]
+    read = CampaignTables({"points": [path]})
+    parts = list(read.parts_of_runs("points", names))
+    assert len(parts) > 2
+    pd.testing.assert_frame_equal(pd.concat(parts, ignore_index=True), ordered[names])
+    runs_of_parts = [set(part["run_id"]) for part in parts]
+    assert sum(map(len, runs_of_parts)) == points["run_id"].nunique()
+    (nothing,) = CampaignTables({"points": []}).parts_of_runs("points", names)
+    assert nothing.empty
+
+
+def test_row_groups_without_wanted_rows_are_left_out(points: pd.DataFrame, tmp_path: Path) -> None:
+    path = tmp_path / "points.parquet"
+    with tables.writing("points", path, ABOUT, ROWS_OF_GROUP) as add:
+        add(points.sort_values("oil", kind="stable", ignore_index=True))
+    every = sum(map(len, tables.arrow_parts("points", path)))
+    some = sum(map(len, tables.arrow_parts("points", path, wanted={"oil": "4050"})))
+    of_oil = int((points["oil"] == "4050").sum())
+    assert of_oil <= some < of_oil + 2 * ROWS_OF_GROUP < every
+    names = ["run_id", "first_row"]
+    read = tables.read("points", path, columns=names, wanted={"oil": "4050"})
+    expected = points.loc[points["oil"] == "4050", names].reset_index(drop=True)
+    pd.testing.assert_frame_equal(read, expected)
+
+
 def test_bytes_of_a_table_do_not_depend_on_its_parts(points: pd.DataFrame, tmp_path: Path) -> None:
     written = []
     for parts in (1, 7, 600):

@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+import pandas as pd
+
 import oilfilm.run.job as run
 from oilfilm import tables
 from oilfilm.base.atomic_write import atomic_folder
@@ -18,8 +20,11 @@ from oilfilm.tables.samples_content import samples_by_run
 with run.job(snakemake) as job:
     inputs = snakemake.input
     samples = samples_by_run([Path(path) for path in inputs.samples])
-    points = job.tables.table("points", MARKED_POINTS)
-    traction = JudgedLogs(TractionRig, job.tables.runs, points, job.tables.quarantine, samples)
+    quarantine = job.tables.quarantine
+    parts = job.tables.parts("points", MARKED_POINTS)
+    # pages show plateaus of refused runs alone
+    points = pd.concat(part[part["run_id"].isin(quarantine["run_id"])] for part in parts)
+    traction = JudgedLogs(TractionRig, job.tables.runs, points, quarantine, samples)
     rigs = [traction]
     if job.settings.campaign.torque is not None:
         refused = job.tables.torque_quarantine

@@ -10,7 +10,7 @@ a law whose further constants have no effect. Such laws count once, as the prefe
 Decides: which law is the best one for an oil, when laws tie, and when two laws are the same law.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +21,7 @@ from oilfilm import tables
 from oilfilm.base.ties import first_smallest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.interval import CONFIDENCE, student_quantile
+from oilfilm.tables.campaign_tables import CampaignTables
 
 # From fewer curves the error of a difference is not estimated: one degree of freedom and less.
 FEWEST_CURVES = 3
@@ -55,41 +56,53 @@ class Ranking:
     error: float
 
 
-def best_laws(
-    quality: pd.DataFrame, law_points: pd.DataFrame, points: pd.DataFrame, bic_difference_min: float
-) -> pd.DataFrame:
+def best_laws(results: CampaignTables, bic_difference_min: float) -> pd.DataFrame:
     """Table `law_verdicts`: one row per oil, the configured law beside the best ones.
 
     Args:
-        quality: Table `fit_quality`, of every law.
-        law_points: Table `law_points`: mu of every law at every accepted point.
-        points: Table of points.
+        results: Tables `fit_quality` and `law_points` of every law, and `points`.
         bic_difference_min: Laws tie where their BIC differ by less.
     """
+    quality = results.fit_quality
     rows = []
     for fit in tables.rows(quality[quality["configured"]]):
         quality_of_oil = quality[quality["oil"] == fit["oil"]]
-        mu_by_law = _mu_by_law(law_points[law_points["oil"] == fit["oil"]], points)
+        mu_by_law = _mu_by_law(results, fit["oil"], quality_of_oil["law"])
         verdict = _verdict(fit["law"], quality_of_oil, mu_by_law, bic_difference_min)
         rows.append({"oil": fit["oil"], "law": fit["law"], **verdict})
     return tables.filled(pd.DataFrame(rows), "law_verdicts")
 
 
-def _mu_by_law(law_points: pd.DataFrame, points: pd.DataFrame) -> _MuByLaw:
+def _mu_by_law(results: CampaignTables, oil: str, laws: Iterable[str]) -> _MuByLaw:
     """mu of each law beside the measured mu, at the points of one oil.
 
-    Laws are joined one by one, and names of runs kept once: all at once they would be the largest
+    Laws are read one by one, and names of runs kept once: all at once they would be the largest
     table of a campaign.
     """
-    measured = points[[*_POINT_KEY, "traction_coefficient"]]
+    measured = results.table("points", [*_POINT_KEY, "traction_coefficient"], oil=oil)
     measured = measured.rename(columns={"traction_coefficient": _MEASURED})
+    runs = pd.Index(sorted(measured["run_id"].unique()))
+    measured = _with_numbered_runs(measured, runs)
     mu_by_law = {}
-    for law in law_points["law"].unique():
-        points_of_law = law_points.loc[law_points["law"] == law, [*_POINT_KEY, *_MU_OF_LAW]]
-        joined = points_of_law.merge(measured, on=_POINT_KEY)
-        joined = joined.sort_values(_POINT_KEY, ignore_index=True)
-        mu_by_law[str(law)] = joined.astype({"run_id": "category"})
+    for law in laws:
+        points_of_law = results.table("law_points", [*_POINT_KEY, *_MU_OF_LAW], oil=oil, law=law)
+        if points_of_law.empty:
+            continue
+        joined = _with_numbered_runs(points_of_law, runs).merge(measured, on=_POINT_KEY)
+        mu_by_law[law] = joined.sort_values(_POINT_KEY, ignore_index=True)
     return mu_by_law
+
+
+def _with_numbered_runs(points: pd.DataFrame, runs: "pd.Index[str]") -> pd.DataFrame:
+    """The points with `run_id` as a category: a number per point in place of a name.
+
+    Args:
+        points: With `run_id`.
+        runs: Names of all runs, in order.
+    """
+    number, names = pd.factorize(points["run_id"])
+    categories = pd.Categorical.from_codes(runs.get_indexer(names)[number], runs)
+    return points.assign(run_id=categories)
 
 
 def _verdict(

@@ -4,7 +4,7 @@ Decides: traction at a condition, wherever it is needed, and where it is refused
 """
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -59,6 +59,8 @@ _SUPPORT_TEXT = _SUPPORT_NAMES.dtype
 _SMALLEST_SLIP = 0.005
 # Points predicted at once: about what fits a processor's cache.
 _POINTS_PER_CHUNK = 1 << 14
+# Points of one of several predictions.
+_POINTS_PREDICTED_AT_ONCE = 100_000
 
 
 @dataclass(frozen=True)
@@ -410,6 +412,17 @@ class FittedLaw:
         """mu of the law against slip at one row of its conditions, shape of `slip`."""
         rows = np.broadcast_to(conditions, (len(slip), len(self.law.conditions)))
         return self.without_interval().predict(rows, slip).traction_coefficient
+
+    def predictions(self, conditions: FloatArray, slip: FloatArray) -> Iterator[Prediction]:
+        """As `predict`, some points at a time: one prediction has a text and ten numbers a point.
+
+        Args:
+            conditions: As in `predict`.
+            slip: As in `predict`.
+        """
+        for start in range(0, max(len(slip), 1), _POINTS_PREDICTED_AT_ONCE):
+            part = slice(start, start + _POINTS_PREDICTED_AT_ONCE)
+            yield self.predict(conditions[part], slip[part])
 
     def predict(
         self,

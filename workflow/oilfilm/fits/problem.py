@@ -214,16 +214,21 @@ def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> 
         points: Rows of the table of points.
         conditions: Columns of the law's conditions.
     """
-    accepted = points[points["accepted"]]
-    runs = sorted(map(str, accepted["run_id"].unique()))
+    averaged = list(dict.fromkeys([*conditions, "load_n"]))
+    errors = ["traction_coefficient_se", "slide_roll_ratio_se"]
+    values = ["first_row", *averaged, "slide_roll_ratio", "traction_coefficient", *errors]
+    is_accepted = points["accepted"]
+    # names of runs, and columns that no law needs, would take most of the memory
+    accepted = points.loc[is_accepted, points.columns.intersection(values)]
+    number, names = pd.factorize(points.loc[is_accepted, "run_id"])
+    runs = sorted(map(str, names))
     number_of_run = {run: number for number, run in enumerate(runs)}
-    curve = accepted["run_id"].map(number_of_run).astype(np.int64)
-    accepted = accepted.assign(curve=curve).sort_values(["curve", "first_row"])
+    curve_of_name = np.array([number_of_run[str(name)] for name in names], dtype=np.int64)
+    accepted = accepted.assign(curve=curve_of_name[number]).sort_values(["curve", "first_row"])
     # traction is odd in slip: a slightly negative slip is the same point seen from the other side
     side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
     # arrays have no readings, and so no such columns
-    standard_errors = accepted.reindex(columns=["traction_coefficient_se", "slide_roll_ratio_se"])
-    averaged = list(dict.fromkeys([*conditions, "load_n"]))
+    standard_errors = accepted.reindex(columns=errors)
     means = accepted.groupby("curve")[averaged].mean()
     return CurveData(
         conditions=means[list(conditions)].to_numpy(dtype=float),

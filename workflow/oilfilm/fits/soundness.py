@@ -25,7 +25,7 @@ from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_columns, runs_in_common
 from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import COMPARED_POINTS, CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
 
 # Largest ratio of the sum of squares to that between repeats. Repeats that are copies have a sum of
@@ -69,7 +69,9 @@ def _lack_of_one_fit(
     """
     oil = quality["oil"]
     fit = FittedLaw.from_tables(results.coefficients, oil, quality=results.fit_quality)
-    points = results.table("points", CURVE_POINTS, oil=oil)
+    columns = ["run_id", "accepted", *fit.law.conditions, "slide_roll_ratio"]
+    columns += ["traction_coefficient", "traction_coefficient_se"]
+    points = results.table("points", columns, oil=oil)
     points_of_fit = points[points["accepted"]]
     # the conditions of a point are the mean conditions of its run, as in the fit
     means = (
@@ -78,7 +80,8 @@ def _lack_of_one_fit(
     slip = points_of_fit["slide_roll_ratio"].to_numpy(float)
     mu = points_of_fit["traction_coefficient"].to_numpy(float)
     side = np.where(slip < 0, -1.0, 1.0)
-    residual = side * (fit.predict(means, slip).traction_coefficient - mu)
+    fitted_mu = [part.traction_coefficient for part in fit.predictions(means, slip)]
+    residual = side * (np.concatenate(fitted_mu) - mu)
     has_residual = np.isfinite(residual)
     points_of_fit = points_of_fit[has_residual]
     residual = residual[has_residual]
@@ -114,9 +117,10 @@ def _lack_of_one_fit(
 def _level_numbers_within(group: IndexArray, values: FloatArray, width: float) -> IndexArray:
     """Level of each value among the values of its group; a level is no wider than `width`."""
     level_numbers = np.empty(len(values), dtype=np.int64)
-    for number in np.unique(group):
-        is_in_group = group == number
-        level_numbers[is_in_group] = clusters(values[is_in_group], width)
+    by_group = np.argsort(group, kind="stable")
+    begins = np.flatnonzero(np.diff(group[by_group])) + 1
+    for rows in np.split(by_group, begins):
+        level_numbers[rows] = clusters(values[rows], width)
     return level_numbers
 
 
@@ -127,9 +131,12 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     not stated, the level of the measured mean is used, by the widths of `same_condition`.
     """
     runs = with_levels(results.runs, settings).set_index("run_id")
-    points = results.table("points", ["run_id", "accepted", *_MEASURED])
-    accepted = points[points["accepted"]]
-    means = accepted.groupby("run_id")[list(_MEASURED)].mean().reindex(runs.index)
+    columns = ["run_id", "accepted", *_MEASURED]
+    means_of_parts = [
+        part[part["accepted"]].groupby("run_id")[list(_MEASURED)].mean()
+        for part in results.parts_of_runs("points", columns)
+    ]
+    means = pd.concat(means_of_parts).reindex(runs.index)
     # pressure and load are one set point: where one is stated, the other is not needed
     load_set_points = NOMINAL_COLUMNS[:2]
     is_load_stated = runs[list(load_set_points)].notna().any(axis=1)
@@ -298,22 +305,10 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
     )
     results = results.replace(fit_quality=quality)
     finished = {"fit_quality": quality}
-    finished["law_verdicts"] = _law_verdicts(results, settings.compare.bic_difference_min)
+    finished["law_verdicts"] = best_laws(results, settings.compare.bic_difference_min)
     finished["lack_of_fit"] = noise_and_misfit(results, settings)
     finished["soundness"] = judged_fits(results, finished["lack_of_fit"], settings)
     return finished
-
-
-def _law_verdicts(results: CampaignTables, bic_difference_min: float) -> pd.DataFrame:
-    """Table `law_verdicts`, made oil by oil: the points of all laws are the largest table."""
-    quality = results.fit_quality
-    verdicts = []
-    for oil in quality.loc[quality["configured"], "oil"]:
-        law_points = results.table("law_points", COMPARED_POINTS, oil=oil)
-        points = results.table("points", CURVE_POINTS, oil=oil)
-        quality_of_oil = quality[quality["oil"] == oil]
-        verdicts.append(best_laws(quality_of_oil, law_points, points, bic_difference_min))
-    return pd.concat(verdicts, ignore_index=True) if verdicts else tables.empty("law_verdicts")
 
 
 def judged_fits(
@@ -328,18 +323,18 @@ def judged_fits(
     """
     fits = results.configured
     quality_of_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
-    fitted = {}
-    for oil, quality in quality_of_oil.items():
-        if np.isfinite(quality["rmse"]):
-            fit = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
-            fitted[oil] = replace(fit, read_surface=partial(read_surface, results, oil))
     lack_verdict = lack_of_fit.set_index("oil")["verdict"]
     rows = []
     for oil, quality in quality_of_oil.items():
-        points = results.table("points", CURVE_POINTS, oil=oil)
+        # of one oil at a time: a fit keeps its surface
+        fitted = None
+        if np.isfinite(quality["rmse"]):
+            fit = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
+            fitted = replace(fit, read_surface=partial(read_surface, results, oil))
+        points = results.table("points", ["run_id", "accepted", "slide_roll_ratio"], oil=oil)
         verdict = verdict_of_fit(
             quality,
-            fitted.get(oil),
+            fitted,
             points[points["accepted"]],
             settings,
             runs=results.runs,

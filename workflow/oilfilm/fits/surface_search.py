@@ -36,7 +36,7 @@ from oilfilm.surface.surface import (
     most_likely_surface,
     surface_of_sizes,
 )
-from oilfilm.tables.campaign_tables import COMPARED_POINTS, CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.tables.table_needs import SURFACE_TABLES
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import to_constants
@@ -104,9 +104,7 @@ def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float)
     """
     quality = results.fit_quality[results.fit_quality["oil"] == oil]
     by_error = quality.sort_values("left_out_rmse", kind="stable", na_position="last")
-    law_points = results.table("law_points", COMPARED_POINTS, oil=oil)
-    points = results.table("points", CURVE_POINTS, oil=oil)
-    verdicts = best_laws(quality, law_points, points, bic_difference_min)
+    verdicts = best_laws(results.replace(fit_quality=quality), bic_difference_min)
     (verdict,) = tables.rows(verdicts)
     ties = verdict["left_out_ties"] or ()
     preferred = [verdict["law"]] if verdict["law"] in ties or not ties else []

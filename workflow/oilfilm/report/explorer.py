@@ -7,7 +7,7 @@ that the page needs no linear algebra.
 Decides: how the explorer computes mu and its interval in the browser, and with which numbers.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -111,7 +111,9 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
     nearby = settings.report.nearby.model_dump()
     axes = [_axis_as_json(axis, nearby) for axis in sliders(fits, results, settings)]
     oils = []
-    for oil, fit in fits.items():
+    for oil in list(fits):
+        # a fit keeps its surface: it goes before the next one
+        fit = fits.pop(oil)
         oil_as_json = {
             "name": oil,
             "colour": oil_colour(oil, list(settings.oils)),
@@ -175,9 +177,8 @@ def sliders(
         settings: All settings of the campaign.
     """
     load_n_at_1_gpa = load_at_1_gpa(settings)
-    points = results.table("points", [*AXES, "accepted"])
     usual_ranges = settings.report.sliders
-    start_point = _central_point(points[points["accepted"]])
+    start_point = _central_point(results)
     boxes = [
         _box_over_axes(fit.coefficients.box, fit.law, load_n_at_1_gpa) for fit in fits.values()
     ]
@@ -203,17 +204,36 @@ def sliders(
     return axes
 
 
-def _central_point(points: pd.DataFrame) -> dict[str, float]:
-    """Conditions of the point nearest to the middle of all, so that the chart shows some points."""
-    conditions = points[list(AXES)].dropna(axis="columns", how="all").dropna()
-    if conditions.empty:
+def _central_point(results: CampaignTables) -> dict[str, float]:
+    """Conditions of the point nearest to the middle of all, so that the chart shows some points.
+
+    Args:
+        results: Table `points`.
+    """
+
+    def accepted_conditions(names: list[str]) -> Iterator[pd.DataFrame]:
+        """Conditions of the accepted points, a part at a time."""
+        for part in results.parts("points", [*names, "accepted"]):
+            yield part.loc[part["accepted"], names]
+
+    is_known = pd.DataFrame(part.notna().any() for part in accepted_conditions(list(AXES)))
+    known = [name for name in AXES if is_known[name].any()]
+    if not known:
         return {}
-    low = conditions.min()
-    high = conditions.max()
-    width = (high - low).where(high > low, 1.0)
-    distance = (((conditions - (low + high) / 2) / width) ** 2).sum(axis="columns")
-    nearest = conditions.iloc[int(first_smallest(distance))]
-    return {str(name): float(value) for name, value in nearest.items()}
+    ends = [part.dropna().agg(["min", "max"]) for part in accepted_conditions(known)]
+    low, high = pd.concat(ends).agg(["min", "max"]).to_numpy()
+    if np.isnan(low).any():
+        return {}
+    width = np.where(high > low, high - low, 1.0)
+
+    def nearest(points: pd.DataFrame) -> pd.DataFrame:
+        """The point nearest to the middle; none of no points."""
+        distance = (((points - (low + high) / 2) / width) ** 2).sum(axis="columns")
+        return points.iloc[[int(first_smallest(distance))]] if len(points) else points
+
+    of_parts = [nearest(part.dropna()) for part in accepted_conditions(known)]
+    (row,) = nearest(pd.concat(of_parts, ignore_index=True)).to_numpy().tolist()
+    return dict(zip(known, row, strict=True))
 
 
 def law_as_json(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]:

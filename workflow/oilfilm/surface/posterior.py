@@ -366,7 +366,7 @@ class NystromPosterior:
             rows: Rows of the curves.
         """
         curves, sizes = self.covariance.curves, self.covariance.sizes
-        coordinates = np.flatnonzero(np.isin(curves.curve, rows))
+        coordinates = curves.coordinates_of(rows)
         block = curves.select(coordinates)
         features = self._features(block)
         unshared_covariance = (

@@ -26,6 +26,9 @@ _COORDINATES = 9
 # Spacing of the nodes that replace many different slips. Cubic interpolation over it changes a
 # correlation of the usual length by less than 1e-6.
 _NODE_SPACING = 0.05
+# Curves whose slopes are found at once. A slope of all points takes three times the memory of the
+# same slope of all coordinates, and there are some ten slopes.
+_CURVES_AT_ONCE = 1000
 # mu is near zero if it is within so many errors of the zero.
 _NEAR_ZERO = 10.0
 
@@ -115,11 +118,12 @@ class ReducedCurves:
     """The curves of a campaign as coordinates.
 
     Attributes:
-        vectors: V of all curves on its diagonal, shape (points, coordinates).
+        by_coordinate: V' of all curves on its diagonal, shape (coordinates, points).
+        weight: W, the weight of each point, shape (points,).
         curve: Curve of each coordinate, shape (coordinates,).
         conditions: Centred conditions of each curve, shape (curves, 3).
         slips: Scaled slips that stand for those of all points (`slip_nodes`), shape (slips,).
-        to_slips: V' W as weights of `slips`, shape (coordinates, slips).
+        weights_of_slips: Weights of `slips` at each point, shape (points, slips).
         departure: V' W of ln mu less that of the law, shape (coordinates,).
         law_slopes: V' W of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
         effects: V' W of the design of the effects of runs, shape (coordinates, effects).
@@ -127,11 +131,12 @@ class ReducedCurves:
         rig: Number of the rig of each curve, `ANOTHER_RIG` where it is not named, shape (curves,).
     """
 
-    vectors: scipy.sparse.csr_array
+    by_coordinate: scipy.sparse.csr_array
+    weight: FloatArray
     curve: IndexArray
     conditions: FloatArray
     slips: FloatArray
-    to_slips: FloatArray
+    weights_of_slips: scipy.sparse.csr_array
     departure: FloatArray
     law_slopes: FloatArray
     effects: FloatArray
@@ -149,6 +154,15 @@ class ReducedCurves:
     def starts(self) -> IndexArray:
         """First coordinate of each curve, shape (curves,)."""
         return np.searchsorted(self.curve, np.arange(len(self.conditions)))
+
+    @cached_property
+    def to_slips(self) -> FloatArray:
+        """V' W as weights of `slips`, shape (coordinates, slips).
+
+        It would be the largest array of many curves; `select` makes the rows that it needs.
+        """
+        projection = weighted(self.by_coordinate, self.weight)
+        return np.asarray((projection @ self.weights_of_slips).toarray())
 
     @cached_property
     def pairs(self) -> tuple[IndexArray, IndexArray]:
@@ -171,13 +185,14 @@ class ReducedCurves:
     @property
     def residual_freedom(self) -> int:
         """Number of points less the number of coordinates."""
-        points, coordinates = self.vectors.shape
+        coordinates, points = self.by_coordinate.shape
         return points - coordinates
 
     def select(self, coordinates: IndexArray) -> Coordinates:
         """Some coordinates, with what they need only."""
         curves, row = np.unique(self.curve[coordinates], return_inverse=True)
-        weights = self.to_slips[coordinates]
+        projection = weighted(self.by_coordinate[coordinates], self.weight)
+        weights = (projection @ self.weights_of_slips).toarray()
         used = np.flatnonzero(np.any(weights != 0, axis=0))
         return Coordinates(
             conditions=self.conditions[curves],
@@ -189,6 +204,11 @@ class ReducedCurves:
             rig=self.rig[self.curve[coordinates]],
         )
 
+    def coordinates_of(self, rows: IndexArray) -> IndexArray:
+        """Indices of the coordinates of some curves, in ascending order."""
+        ends = np.append(self.starts[1:], len(self.curve))
+        return np.concatenate([np.arange(self.starts[row], ends[row]) for row in np.sort(rows)])
+
     def vectors_of(self, coordinates: IndexArray) -> tuple[IndexArray, FloatArray]:
         """Points of some coordinates, and V of these, shape (points, coordinates)."""
         block = self.by_coordinate[coordinates].tocoo()
@@ -197,10 +217,10 @@ class ReducedCurves:
         vectors[row, block.row] = block.data
         return points.astype(np.int64), vectors
 
-    @cached_property
-    def by_coordinate(self) -> scipy.sparse.csr_array:
-        """V', shape (coordinates, points)."""
-        return scipy.sparse.csr_array(self.vectors.T)
+    @property
+    def vectors(self) -> scipy.sparse.csc_array:
+        """V of all curves on its diagonal, shape (points, coordinates)."""
+        return self.by_coordinate.T
 
     def over_slip(self, correlations: FloatArray) -> FloatArray:
         """Covariance of the coordinates from that of `slips`, shape (coordinates, coordinates)."""
@@ -273,30 +293,75 @@ def reduced(
     )
     scaled = scaled_slip(slip)
     slips, weights_of_slips = slip_nodes(scaled)
-    ends = np.cumsum(np.bincount(measurements.curve))[:-1]
-    blocks = [
-        _leading_vectors(scaled_of_curve, weight_of_curve)
-        for scaled_of_curve, weight_of_curve in zip(
-            np.split(scaled, ends), np.split(weight, ends), strict=True
-        )
-    ]
-    vectors = scipy.sparse.csr_array(scipy.sparse.block_diag(blocks))
-    # V' W
-    projection = scipy.sparse.csr_array(vectors.T.multiply(weight))
-    departure = vectors.T @ weighted_departure
-    curve = np.repeat(np.arange(len(blocks)), [block.shape[1] for block in blocks])
+    by_coordinate, curve = _vectors_of_curves(measurements, scaled, weight)
+    departure = by_coordinate @ weighted_departure
+    law_slopes, effects = [], []
+    curves = len(measurements.conditions)
+    for first in range(0, curves, _CURVES_AT_ONCE):
+        block = [first, first + _CURVES_AT_ONCE]
+        points = slice(*np.searchsorted(measurements.curve, block))
+        coordinates = slice(*np.searchsorted(curve, block))
+        # V' W
+        projection = weighted(by_coordinate[coordinates, points], weight[points])
+        at_points_of_block = conditions[points], slip[points]
+        law_slopes.append(projection @ slopes_of_law(law, box, *at_points_of_block))
+        effects.append(projection @ effect_design(present_log_mu, *at_points_of_block))
     return ReducedCurves(
-        vectors=vectors,
+        by_coordinate=by_coordinate,
+        weight=weight,
         curve=curve,
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
-        to_slips=(projection @ weights_of_slips).toarray(),
+        weights_of_slips=weights_of_slips,
         departure=departure,
-        law_slopes=projection @ slopes_of_law(law, box, conditions, slip),
-        effects=projection @ effect_design(present_log_mu, conditions, slip),
-        remainder=weighted_departure - vectors @ departure,
-        rig=np.full(len(blocks), ANOTHER_RIG) if measurements.rig is None else measurements.rig,
+        law_slopes=np.vstack(law_slopes),
+        effects=np.vstack(effects),
+        remainder=weighted_departure - by_coordinate.T @ departure,
+        rig=np.full(curves, ANOTHER_RIG) if measurements.rig is None else measurements.rig,
     )
+
+
+def weighted(by_coordinate: scipy.sparse.csr_array, weight: FloatArray) -> scipy.sparse.csr_array:
+    """V' W of some coordinates, shape (coordinates, points).
+
+    Args:
+        by_coordinate: V' of these, shape (coordinates, points).
+        weight: Weight of each point, shape (points,).
+    """
+    projection = by_coordinate.copy()
+    projection.data *= weight[projection.indices]
+    return projection
+
+
+def _vectors_of_curves(
+    measurements: Measurements, scaled: FloatArray, weight: FloatArray
+) -> tuple[scipy.sparse.csr_array, IndexArray]:
+    """V' of all curves on its diagonal, and the curve of each coordinate.
+
+    Args:
+        measurements: The points.
+        scaled: Scaled slips of the points.
+        weight: Their weights.
+    """
+    points_of_curve = np.bincount(measurements.curve)
+    ends = np.cumsum(points_of_curve)
+    values, widths = [], []
+    for scaled_of_curve, weight_of_curve in zip(
+        np.split(scaled, ends[:-1]), np.split(weight, ends[:-1]), strict=True
+    ):
+        block = _leading_vectors(scaled_of_curve, weight_of_curve)
+        values.append(block.T.ravel())
+        widths.append(block.shape[1])
+    curve = np.repeat(np.arange(len(widths)), widths)
+    # in numbers of 4 bytes; blocks as arrays of scipy would take several times the memory
+    begins = np.append(0, np.cumsum(points_of_curve[curve])).astype(np.int32)
+    columns = np.arange(begins[-1], dtype=np.int32)
+    first_point = (ends - points_of_curve).astype(np.int32)
+    columns -= np.repeat(begins[:-1] - first_point[curve], points_of_curve[curve])
+    shape = (len(curve), len(scaled))
+    by_coordinate = scipy.sparse.csr_array((np.concatenate(values), columns, begins), shape)
+    by_coordinate.eliminate_zeros()
+    return by_coordinate, curve
 
 
 def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
@@ -315,13 +380,11 @@ def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
     Reference: A. G. Wilson, H. Nickisch, ICML 2015 (interpolation of a covariance from a grid).
     """
     slips, slip_number = np.unique(scaled, return_inverse=True)
-    rows = np.arange(len(scaled))
     # two nodes beyond each end: a point has two neighbours on either side
     first = slips[0] - _NODE_SPACING
     count = int(np.ceil((slips[-1] - first) / _NODE_SPACING)) + 2
     if len(slips) <= count:
-        shape = (len(scaled), len(slips))
-        return slips, scipy.sparse.csr_array((np.ones(len(scaled)), (rows, slip_number)), shape)
+        return slips, _rows_of_weights(np.ones((len(scaled), 1)), slip_number, len(slips))
     nodes = first + _NODE_SPACING * np.arange(count)
     position = (scaled - first) / _NODE_SPACING
     below = np.floor(position).astype(np.int64).clip(1, count - 3)
@@ -333,9 +396,23 @@ def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
         -(share + 1) * share * (share - 2) / 2,
         (share + 1) * share * (share - 1) / 6,
     ]
-    columns = [below - 1, below, below + 1, below + 2]
-    entries = (np.concatenate(weights), (np.tile(rows, 4), np.concatenate(columns)))
-    return nodes, scipy.sparse.csr_array(entries, (len(scaled), count))
+    return nodes, _rows_of_weights(np.column_stack(weights), below - 1, count)
+
+
+def _rows_of_weights(
+    weights: FloatArray, first_column: IndexArray, count: int
+) -> scipy.sparse.csr_array:
+    """A sparse matrix with some weights side by side in each row.
+
+    Args:
+        weights: Shape (rows, weights).
+        first_column: Column of the first weight of each row, shape (rows,).
+        count: Number of columns.
+    """
+    rows, width = weights.shape
+    columns = np.add.outer(first_column.astype(np.int32), np.arange(width, dtype=np.int32))
+    begins = np.arange(0, rows * width + 1, width, dtype=np.int32)
+    return scipy.sparse.csr_array((weights.ravel(), columns.ravel(), begins), (rows, count))
 
 
 def _leading_vectors(scaled: FloatArray, weight: FloatArray) -> FloatArray:

@@ -432,7 +432,7 @@ def _wanted_rows(
     _check_written_as(table, path)
     schema = _schema(path)
     kept = [arrow.schema([schema.field(name) for name in needed]).empty_table()]
-    for part in arrow_parts(table, path, needed):
+    for part in arrow_parts(table, path, needed, wanted):
         rows = part.select(needed)
         for name, value in wanted.items():
             rows = rows.filter(compute.equal(rows[name], value))
@@ -503,9 +503,18 @@ def read_parts(
 
 
 def arrow_parts(
-    table: str, path: Path, columns: Sequence[str] | None = None
+    table: str,
+    path: Path,
+    columns: Sequence[str] | None = None,
+    wanted: Mapping[str, str] | None = None,
 ) -> Iterator[arrow.Table]:
     """The row groups of a file as Arrow has them; their values are not checked.
+
+    Args:
+        table: Name of the table's model.
+        path: The file.
+        columns: The columns to read; all if not given.
+        wanted: Row groups that cannot have these values are left out.
 
     Raises:
         OilfilmError: As `read`, but for values.
@@ -514,9 +523,24 @@ def arrow_parts(
     try:
         with parquet.ParquetFile(path, page_checksum_verification=True) as file:
             for group in range(file.num_row_groups):
+                if not _may_have(file.metadata.row_group(group), wanted or {}):
+                    continue
                 yield file.read_row_group(group, columns, use_threads=False)
     except UNREADABLE as error:
         raise _damaged(path, error) from error
+
+
+def _may_have(group: parquet.RowGroupMetaData, wanted: Mapping[str, str]) -> bool:
+    """Whether a row group may have rows with some values, by its smallest and largest ones."""
+    for index in range(group.num_columns):
+        column = group.column(index)
+        value = wanted.get(column.path_in_schema)
+        ends = column.statistics
+        if value is None or ends is None or not ends.has_min_max:
+            continue
+        if not ends.min <= value <= ends.max:
+            return False
+    return True
 
 
 def _content(

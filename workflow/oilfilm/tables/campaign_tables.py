@@ -27,11 +27,6 @@ FITTED_POINTS = (
     *("entrainment_speed_systematic_m_s", "inlet_temperature_systematic_c"),
     "traction_force_n",
 )
-# Columns of `law_points` by which laws are compared.
-COMPARED_POINTS = (
-    *("oil", "law", "run_id", "first_row"),
-    *("traction_coefficient", "left_out_traction_coefficient"),
-)
 # Tables whose rows are those of another table.
 _SAME_COLUMNS = {"torque_quarantine": "quarantine"}
 # Tables whose file is not `tables/<name>.parquet`.
@@ -129,6 +124,30 @@ class CampaignTables:
             # a table without rows has one part, so that parts can be joined
             yield _part_of(empty(model_of(name)), columns, {})
             yield from read_parts(model_of(name), *self._files[name], columns=columns)
+
+    def parts_of_runs(
+        self, name: str, columns: Sequence[str] | None = None
+    ) -> Iterator[pd.DataFrame]:
+        """The same parts with whole runs: no run is in two of them.
+
+        Args:
+            name: Name of a table whose rows of one run are together, as of `points`.
+            columns: The columns, `run_id` among them; all if not given.
+
+        Raises:
+            OilfilmError: As `table`.
+        """
+        begun = None
+        for part in self.parts(name, columns):
+            rows = part if begun is None else pd.concat([begun, part], ignore_index=True)
+            if rows.empty:
+                begun = rows
+                continue
+            is_of_last_run = (rows["run_id"] == rows["run_id"].iloc[-1]).to_numpy()
+            begun = rows[is_of_last_run]
+            yield rows[~is_of_last_run]
+        if begun is not None:
+            yield begun
 
     @cached_property
     def configured(self) -> "CampaignTables":

@@ -5,7 +5,7 @@ Decides: which set points of runs are the same.
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -38,10 +38,16 @@ def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     return noted.assign(**levels)
 
 
-def with_measured(runs: pd.DataFrame, points: pd.DataFrame) -> pd.DataFrame:
-    """Runs with the mean of their accepted plateaus for each set point that they do not state."""
+def with_measured(runs: pd.DataFrame, parts: Iterable[pd.DataFrame]) -> pd.DataFrame:
+    """Runs with the mean of their accepted plateaus for each set point that they do not state.
+
+    Args:
+        runs: Table of runs.
+        parts: The table of points in parts of whole runs.
+    """
     names = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
-    means = points[points["accepted"]].groupby("run_id")[names].mean().reindex(runs["run_id"])
+    means_of_parts = [part[part["accepted"]].groupby("run_id")[names].mean() for part in parts]
+    means = pd.concat(means_of_parts).reindex(runs["run_id"])
     measured = means.add_prefix("nominal_").set_index(runs.index)
     # a load is a set point of the pressure
     pressure_gpa = measured["nominal_max_hertz_pressure_gpa"].mask(runs["nominal_load_n"].notna())

@@ -74,7 +74,7 @@ class MeasuredRuns:
         points = points[points["accepted"]]
         points_by_run = points.groupby("run_id")
         runs = results.runs[results.runs["run_id"].isin(list(points_by_run.groups))]
-        runs_at_levels = with_levels(with_measured(runs, points), settings).set_index("run_id")
+        runs_at_levels = with_levels(with_measured(runs, [points]), settings).set_index("run_id")
         runs_at_levels = runs_at_levels.loc[sorted(runs_at_levels.index, key=natural_key)]
         conditions = runs_at_levels[[f"nominal_{name}" for name in CONDITIONS]].to_numpy(
             dtype=float

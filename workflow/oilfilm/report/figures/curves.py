@@ -1,6 +1,5 @@
 """Figures of the measurements: mu against slip with the fit, residuals, coverage of the matrix."""
 
-import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -9,12 +8,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.ticker import MaxNLocator
 
+from oilfilm.base.units import IndexArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.names import CONDITIONS as CONDITION_NAMES
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels, with_measured
 from oilfilm.traction.law import CONDITIONS
 
@@ -25,6 +25,9 @@ _CONDITIONS_TOLD_APART = 6
 _POINTS_TOLD_APART = 2000
 # More lines than this in one panel are one dark area, and each takes 2 kB of SVG.
 _FITS_DRAWN = 500
+# The points of more runs of one oil cover each other, and all of them would be the largest table of
+# a campaign.
+_RUNS_DRAWN = 1000
 # Multiples of this number modulo 1 are spread evenly without a period. A fixed step could choose
 # conditions of one temperature only.
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
@@ -88,39 +91,29 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
 
     Traction coefficient of all accepted plateaus against slide-roll ratio, one panel per oil.
     Points: plateau means. Bars, where there are few points: 95 % interval of the random error.
-    Lines: fitted law at each tested condition; where only some are drawn, the legend says so.
+    Lines: fitted law at each tested condition. Where only some points or lines are drawn, evenly
+    chosen, the legend says so.
     """
     oils = list(settings.oils)
     sheet, panels = oil_grid(oils, height=2.2)
     # runs without a stated speed get their measured one: they need not be repeats
-    measured = results.table("points", ["run_id", "accepted", *CONDITIONS])
+    measured = results.parts_of_runs("points", ["run_id", "accepted", *CONDITIONS])
     runs = with_levels(with_measured(results.runs, measured), settings)
     for panel, _, oil in panels:
-        points_of_oil = results.table("points", CURVE_POINTS, oil=oil)
-        points_of_oil = points_of_oil[points_of_oil["accepted"]]
-        if points_of_oil.empty:
+        columns = ["run_id", "accepted", "load_n", *CONDITIONS, *_MEASURED]
+        points = results.table("points", columns, oil=oil)
+        points = points[points["accepted"]]
+        if points.empty:
             panel.say("no accepted point")
             continue
         fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
-        # one table per condition: columns that nobody draws would take most of the memory
-        conditions = _conditions(
-            runs, points_of_oil[["run_id", *fitted.law.conditions, *_MEASURED]]
-        )
+        points, labels = _with_conditions(runs, points)
         colour = style.oil_colour(oil, oils)
-        few_conditions = len(conditions) <= _CONDITIONS_TOLD_APART
-        few_points = len(points_of_oil) <= _POINTS_TOLD_APART
-        shades = style.shades(colour, len(conditions))
-        markers = itertools.cycle(style.MARKERS)
-        series = [
-            Series(label, oil, points, fitted, shade, marker)
-            for (label, points), shade, marker in zip(
-                conditions.items(), shades, markers, strict=False
-            )
-        ]
-        if few_conditions and few_points:
-            draw_series(panel, series)
+        few_points = len(points) <= _POINTS_TOLD_APART
+        if len(labels) <= _CONDITIONS_TOLD_APART and few_points:
+            draw_series(panel, _series(oil, fitted, points, labels, colour))
         else:
-            _draw_cloud(panel, colour, series)
+            _draw_cloud(panel, oil, fitted, points, labels, colour)
         panel.axis.legend(loc="upper left", fontsize=6)
     if sheet.parts:
         # all panels have one scale; room for the legends
@@ -130,8 +123,10 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, pd.DataFrame]:
-    """The points of each combination of set points, by the set points in words.
+def _with_conditions(runs: pd.DataFrame, points: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
+    """Points with the number of their `run` and `condition`, and the set points of each in words.
+
+    A condition is one combination of set points.
 
     Args:
         runs: As of `with_levels`.
@@ -139,44 +134,109 @@ def _conditions(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, pd.DataFr
     """
     names = list(NOMINAL_COLUMNS)
     units = ("GPa", "N", "m/s", "\N{DEGREE SIGN}C")
-    points_of_condition = {}
-    with_set_points = points.merge(runs[["run_id", *names]], on="run_id")
-    for _, group in with_set_points.groupby(names, dropna=False):
-        set_points = group[names].iloc[0]
+    run, run_names = pd.factorize(points["run_id"], sort=True)
+    set_points = runs.set_index("run_id").loc[run_names, names]
+    by_condition = set_points.groupby(names, dropna=False)
+    labels = []
+    for levels in by_condition.head(1).sort_values(names).to_numpy():
         stated = [
             f"{level:.4g} {unit}"
-            for level, unit in zip(set_points, units, strict=True)
+            for level, unit in zip(levels, units, strict=True)
             if not np.isnan(level)
         ]
-        points_of_condition[", ".join(stated)] = group
-    return points_of_condition
+        labels.append(", ".join(stated))
+    condition = by_condition.ngroup().to_numpy()[run]
+    numbered = points.drop(columns="run_id").assign(run=run, condition=condition)
+    return numbered.sort_values("condition", kind="stable"), labels
 
 
-def _draw_cloud(panel: Panel, colour: str, series: Sequence[Series]) -> None:
-    """Draw all points in one colour, and the fits at their conditions in black."""
-    points = pd.concat([condition.points for condition in series])
-    slip, mu, _ = points[_MEASURED].to_numpy(dtype=float).T
+def _series(
+    oil: str, fitted: FittedLaw, points: pd.DataFrame, labels: Sequence[str], colour: str
+) -> list[Series]:
+    """The curves of some conditions.
+
+    Args:
+        oil: Name of the oil.
+        fitted: Its fit.
+        points: Points of these conditions, as of `_with_conditions`.
+        labels: Set points of every condition in words.
+        colour: Colour of the oil.
+    """
+    shades = style.shades(colour, len(labels))
+    numbers = np.unique(points["condition"]).tolist()
+    tables_of_points = [rows for _, rows in points.groupby("condition")]
+    return [
+        Series(
+            labels[number],
+            oil,
+            rows,
+            fitted,
+            shades[number],
+            style.MARKERS[number % len(style.MARKERS)],
+        )
+        for number, rows in zip(numbers, tables_of_points, strict=True)
+    ]
+
+
+def _evenly_chosen(count: int, most: int) -> IndexArray:
+    """Numbers from 0 to `count`, at most so many, in order."""
+    spread_order = np.argsort(np.arange(count) * _GOLDEN_RATIO % 1)
+    return np.sort(spread_order[:most])
+
+
+def _of_drawn_runs(points: pd.DataFrame) -> pd.DataFrame:
+    """The points of all runs, or of `_RUNS_DRAWN` evenly chosen ones in the order of their names.
+
+    Args:
+        points: Points of one oil, with the number of their `run` in the order of the names.
+    """
+    count = int(points["run"].max()) + 1
+    return points[points["run"].isin(_evenly_chosen(count, _RUNS_DRAWN))]
+
+
+def _draw_cloud(
+    panel: Panel,
+    oil: str,
+    fitted: FittedLaw,
+    points: pd.DataFrame,
+    labels: Sequence[str],
+    colour: str,
+) -> None:
+    """Draw points in one colour, and the fits at their conditions in black.
+
+    Args:
+        panel: The panel.
+        oil: Name of the oil.
+        fitted: Its fit.
+        points: As of `_with_conditions`.
+        labels: Set points of every condition in words.
+        colour: Colour of the oil.
+    """
+    drawn_points = _of_drawn_runs(points)
+    slip, mu, _ = drawn_points[_MEASURED].to_numpy(dtype=float).T
     # so many error bars would hide the points: none is drawn
     dot_look: style.Look = {"marker": ".", "color": colour, "alpha": 0.7, "markersize": 1.6}
-    panel.dots("measured", slip, mu, dot_look | {"rasterized": True}, oil=series[0].oil)
+    panel.dots("measured", slip, mu, dot_look | {"rasterized": True}, oil=oil)
+    count = f"{len(points)}"
+    if len(drawn_points) < len(points):
+        count = f"{len(drawn_points)} of {len(points)}"
     # the legend has a larger dot
-    panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({len(points)})")
-    spread_order = np.argsort(np.arange(len(series)) * _GOLDEN_RATIO % 1)
-    drawn = sorted(spread_order[:_FITS_DRAWN])
+    panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({count})")
+    drawn = _evenly_chosen(len(labels), _FITS_DRAWN)
     line_look: style.Look = {"color": "black"}
-    if len(series) <= _CONDITIONS_TOLD_APART:
+    if len(labels) <= _CONDITIONS_TOLD_APART:
         # few lines are drawn over their points, many lines under all points
         line_look.update(linewidth=1.1, zorder=3)
     else:
         line_look.update(linewidth=0.3, zorder=1.5)
-    largest_slip = float(np.abs(slip).max())
-    for number in drawn:
-        condition = series[number]
+    largest_slip = float(points["slide_roll_ratio"].abs().max())
+    drawn_conditions = points[points["condition"].isin(drawn)]
+    for condition in _series(oil, fitted, drawn_conditions, labels, colour):
         fit_slip, fit_mu = condition.fit(largest_slip)
-        panel.line("fit", fit_slip, fit_mu, line_look, oil=condition.oil, label=condition.label)
+        panel.line("fit", fit_slip, fit_mu, line_look, oil=oil, label=condition.label)
     label = "fit"
-    if len(drawn) < len(series):
-        label = f"fit ({len(drawn)} of {len(series)} conditions)"
+    if len(drawn) < len(labels):
+        label = f"fit ({len(drawn)} of {len(labels)} conditions)"
     panel.axis.plot([], [], color="black", label=label)
 
 
@@ -191,29 +251,34 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
     Measured minus fitted traction coefficient of all accepted plateaus against maximum Hertz
     pressure (GPa), entrainment speed (m/s), inlet temperature (\N{DEGREE SIGN}C) and slide-roll
     ratio. Symbols with bars: mean and scatter at each level. A mean away from zero shows a
-    systematic error of the law.
+    systematic error of the law. Where the plateaus of some runs only are drawn, evenly chosen, the
+    legend says so; means are those of all.
     """
     oils = list(settings.oils)
     runs = with_levels(results.runs, settings)
     columns = len(CONDITION_NAMES)
     layout: style.Look = {"height": 1.1, "down": 0.3, "sharex": "col", "sharey": "row"}
     sheet = Sheet(len(oils) * columns, columns, **layout)
+    drawn_of_all = ""
     delta_mu = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})"
     for row, oil in enumerate(oils):
         points = _residuals(results, runs, oil)
         colour = style.oil_colour(oil, oils)
+        drawn = None if points is None else _of_drawn_runs(points)
+        if points is not None and drawn is not None and len(drawn) < len(points):
+            drawn_of_all = f" (at most {_RUNS_DRAWN} runs per oil)"
         for column, (condition, (symbol, _, unit)) in enumerate(CONDITION_NAMES.items()):
             panel = sheet.panel(row * columns + column)
             panel.axis.set_xlabel(f"{symbol} ({unit})" if unit else f"|{symbol}|")
             panel.axis.set_ylabel(f"{oil}: {delta_mu}", fontsize=7)
-            if points is None:
+            if points is None or drawn is None:
                 panel.say("no fit")
             elif points[condition].isna().all():
                 panel.say("not known")
             else:
-                _draw_residuals(panel, points, condition, oil, colour)
+                _draw_residuals(panel, points, drawn, condition, oil, colour)
     sheet.label()
-    plateau = style.symbol_handle("plateau", ".", color="black", markersize=3)
+    plateau = style.symbol_handle(f"plateau{drawn_of_all}", ".", color="black", markersize=3)
     label = "mean of a level, with the standard deviation of its plateaus"
     level = style.symbol_handle(label, "o", color="black", markerfacecolor="white")
     sheet.legend([plateau, level])
@@ -221,20 +286,21 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _draw_residuals(
-    panel: Panel, points: pd.DataFrame, condition: str, oil: str, colour: str
+    panel: Panel, points: pd.DataFrame, drawn: pd.DataFrame, condition: str, oil: str, colour: str
 ) -> None:
-    """Draw all residuals against one condition, and their mean and scatter at each level.
+    """Draw residuals against one condition, and the mean and scatter of all at each level.
 
     Args:
         panel: The panel.
         points: As of `_residuals`.
+        drawn: Those of them that are drawn.
         condition: Column of the abscissa.
         oil: Name of the oil.
         colour: Its colour.
     """
     dot_look: style.Look = {"alpha": 0.25, "markersize": 1.2, "rasterized": True, "marker": "."}
     dot_look["color"] = colour
-    panel.dots("point", points[condition], points["residual"], dot_look, oil=oil)
+    panel.dots("point", drawn[condition], drawn["residual"], dot_look, oil=oil)
     panel.axis.axhline(0, color="black", linewidth=0.6)
     groups = points.groupby(_levels_of_points(points, condition), observed=True)
     means = groups.agg(x=(condition, "mean"), y=("residual", "mean"), sd=("residual", "std"))
@@ -246,25 +312,35 @@ def _draw_residuals(
 
 
 def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.DataFrame | None:
-    """Accepted points with residual (1e-3) and the set points of the run; None without a fit."""
+    """Accepted points with residual (1e-3), number and set points of the run; None without fit."""
     coefficients = results.configured.coefficients
     coefficients_of_oil = coefficients[coefficients["oil"] == oil]
-    points = results.table("points", CURVE_POINTS, oil=oil)
-    points = points[points["accepted"]]
-    if coefficients_of_oil.empty or points.empty:
+    if coefficients_of_oil.empty:
         return None
     fitted_law = FittedLaw.from_tables(coefficients_of_oil, oil)
+    conditions = list(fitted_law.law.conditions)
+    columns = dict.fromkeys(["run_id", "accepted", *conditions, *CONDITION_NAMES])
+    points = results.table("points", [*columns, "traction_coefficient"], oil=oil)
+    points = points[points["accepted"]]
+    if points.empty:
+        return None
     slip = points["slide_roll_ratio"].to_numpy()
-    fitted_mu = fitted_law.predict(
-        points[list(fitted_law.law.conditions)].to_numpy(), slip
-    ).traction_coefficient
+    predictions = fitted_law.predictions(points[conditions].to_numpy(), slip)
+    fitted_mu = np.concatenate([part.traction_coefficient for part in predictions])
     if np.isnan(fitted_mu).all():
         return None
     # slip and traction of a rig that reverses the slip change sign together
     residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted_mu)
-    points = points.assign(residual=_THOUSANDTHS_PER_UNIT * residual, slide_roll_ratio=np.abs(slip))
     set_points = [f"nominal_{name}" for name in CONDITIONS]
-    return points.merge(runs[["run_id", *set_points]], on="run_id")
+    # a number in place of the name of the run, which would take most of the memory
+    run, names = pd.factorize(points["run_id"], sort=True)
+    levels_of_run = runs.set_index("run_id").loc[names, set_points]
+    return points[list(CONDITION_NAMES)].assign(
+        run=run,
+        residual=_THOUSANDTHS_PER_UNIT * residual,
+        slide_roll_ratio=np.abs(slip),
+        **{name: levels.to_numpy()[run] for name, levels in levels_of_run.items()},
+    )
 
 
 def _levels_of_points(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
@@ -330,12 +406,15 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
 def _measured_coverage(results: CampaignTables, settings: Settings) -> Sheet:
     """The mean measured speed and temperature of each run, for runs without common set points."""
     columns = ["oil", "run_id", "accepted", "entrainment_speed_m_s", "inlet_temperature_c"]
-    points = results.table("points", columns)
-    means = points.groupby(["oil", "run_id"], as_index=False).agg(
-        speed=("entrainment_speed_m_s", "mean"),
-        temperature=("inlet_temperature_c", "mean"),
-        accepted=("accepted", "any"),
-    )
+    means_of_parts = [
+        part.groupby(["oil", "run_id"], as_index=False).agg(
+            speed=("entrainment_speed_m_s", "mean"),
+            temperature=("inlet_temperature_c", "mean"),
+            accepted=("accepted", "any"),
+        )
+        for part in results.parts_of_runs("points", columns)
+    ]
+    means = pd.concat(means_of_parts).sort_values(["oil", "run_id"], ignore_index=True)
     means = means.dropna(subset=["speed", "temperature"])
     means["state"] = np.where(means["accepted"], "accepted", "refused")
     sheet, panels = oil_grid(

@@ -7,6 +7,7 @@ Decides: which sections a report has, and what they tell.
 """
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -134,13 +135,16 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
     rows = {}
     for oil in results.configured.fit_quality["oil"]:
         fit = FittedLaw.from_results(results, oil)
-        points = results.table("points", CURVE_POINTS, oil=oil)
+        columns = ["accepted", *fit.law.conditions, "slide_roll_ratio"]
+        points = results.table("points", columns, oil=oil)
         points = points[points["accepted"]]
         conditions = points[list(fit.law.conditions)].to_numpy(float)
         slip = points["slide_roll_ratio"].to_numpy(float)
-        prediction = fit.predict(conditions, slip)
-        mu_size = np.abs(prediction.traction_coefficient)
-        width = prediction.obs_ci_upper - prediction.obs_ci_lower
+        mu_sizes, widths = [], []
+        for prediction in fit.predictions(conditions, slip):
+            mu_sizes.append(np.abs(prediction.traction_coefficient))
+            widths.append(prediction.obs_ci_upper - prediction.obs_ci_lower)
+        mu_size, width = np.concatenate(mu_sizes), np.concatenate(widths)
         is_large_enough = mu_size > _SMALLEST_RELATIVE_MU * mu_size.max(initial=0.0)
         relative = pd.Series(width[is_large_enough] / 2 / mu_size[is_large_enough])
         rows[oil] = (relative.median(), relative.quantile(_SHARE_OF_POINTS))
@@ -164,9 +168,11 @@ def answer(results: CampaignTables, settings: Settings) -> Section:
     fit_of_oil = explored_fits(results, load_n_at_1_gpa)
     axes = sliders(fit_of_oil, results, settings)
     operating_point = [np.nan if axis.idle else axis.start for axis in axes]
-    predictions = {
-        oil: _predicted(fit, operating_point, load_n_at_1_gpa) for oil, fit in fit_of_oil.items()
-    }
+    predictions = {}
+    for oil in list(fit_of_oil):
+        # a fit keeps its surface: it goes before the next one
+        fit = fit_of_oil.pop(oil)
+        predictions[oil] = _predicted(fit, operating_point, load_n_at_1_gpa)
     comparisons = {row["oil"]: _comparison(row) for row in tables.rows(results.law_verdicts)}
     soundness = {row["oil"]: _soundness(row) for row in tables.rows(results.soundness)}
     is_accepted = results.runs["verdict"] == "accepted"
@@ -367,10 +373,14 @@ _STATES = ("accepted", "refused", "missing")
 
 def data(results: CampaignTables, settings: Settings) -> Section:
     """Accepted runs and points, coverage of the test matrix, and whether the film was judged."""
-    points = results.table("points", ["oil", "accepted", "film_judgement"])
+    points = Counter[str]()
+    unjudged = Counter[str]()
+    for part in results.parts("points", ["oil", "accepted", "film_judgement"]):
+        points.update(all=len(part), accepted=int(part["accepted"].sum()))
+        is_unjudged = part["accepted"] & (part["film_judgement"] == "cannot be judged")
+        unjudged.update(part.loc[is_unjudged, "oil"])
     has_matrix = results.coverage["planned"].any()
     conditions = planned_states(results.coverage) if has_matrix else results.coverage
-    unjudged = points["accepted"] & (points["film_judgement"] == "cannot be judged")
     sentences = facts(
         "report/sections/data.jinja",
         results=results,
@@ -380,7 +390,7 @@ def data(results: CampaignTables, settings: Settings) -> Section:
         shortfalls=shortfalls(results, settings.campaign),
         has_matrix=has_matrix,
         conditions=conditions["state"].value_counts().reindex(_STATES, fill_value=0),
-        unjudged=points.loc[unjudged, "oil"],
+        unjudged=unjudged,
         stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
     )
     return Section("data", "Data", sentences, [run_list(results, settings.report.rows_max)])
@@ -643,8 +653,10 @@ def run_list(results: CampaignTables, rows_max: int) -> ShownTable:
     """
     runs = results.runs.assign(refused=results.runs["verdict"] != "accepted")
     runs = runs.sort_values("refused", ascending=False, kind="stable")
-    points = results.table("points", ["run_id", "accepted"])
-    points_of_run = points.groupby("run_id")["accepted"].agg(["sum", "size"])
+    points_of_run = pd.concat(
+        part.groupby("run_id")["accepted"].agg(["sum", "size"])
+        for part in results.parts_of_runs("points", ["run_id", "accepted"])
+    )
     counts = points_of_run.reindex(runs["run_id"], fill_value=0).astype(int)
     passed = [f"{accepted} of {points}" for accepted, points in counts.to_numpy()]
     rows = runs.assign(passed=passed, why=runs["rule"]).dropna(axis="columns", how="all")
