@@ -1,6 +1,7 @@
 """The commands `predict` and `plan`: numbers with interval and source, and mistakes told."""
 
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,8 @@ import pytest
 
 import oilfilm
 from bearings import RPM, in_operation, problem, shipped
-from campaigns import LABORATORY, ROOT, Campaign, printed
+from campaigns import LABORATORY, ROOT, Campaign, needs_study, printed
+from command_line import succeeded
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.bearing.equilibria import friction_equilibrium
@@ -64,6 +66,16 @@ def test_prediction_has_its_interval(results: Path, capsys: pytest.CaptureFixtur
     assert "95% interval of the next good run 0.010" in output
     assert "simulated data" in output
     assert "OUTSIDE" not in output
+
+
+@needs_study
+def test_prediction_by_printed_constants_waits_for_no_import_that_it_does_not_use() -> None:
+    command = "predict --printed --oil 4102 --stress 1.2GPa --speed 30m/s --temperature 70degC"
+    code = f"import sys; from oilfilm.cli import main; main({[*command.split(), '--slip', '5%']})"
+    output = succeeded([sys.executable, "-c", f"{code}; print(*sys.modules)"], cwd=ROOT)
+    imported = set(output.splitlines()[-1].split())
+    assert "deng2026_study" in imported
+    assert imported.isdisjoint({"openpyxl", "PIL", "jinja2", "pint", "scipy.optimize"})
 
 
 def test_prediction_mistakes_are_told(results: Path, capsys: pytest.CaptureFixture[str]) -> None:

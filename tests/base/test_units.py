@@ -27,8 +27,10 @@ def test_frequency_of_a_spindle_is_revolutions_not_radians(unit: str, rpm: float
     assert conversion(unit, ("rpm", "m/s")).convert(np.array([1.0])) == pytest.approx([rpm])
 
 
-@pytest.mark.parametrize(("unit", "target"), [("kN", "N"), ("kPa", "Pa")])
-def test_thousandfold_is_that_of_the_registry(unit: str, target: str) -> None:
+@pytest.mark.parametrize(
+    ("unit", "target"), [("kN", "N"), ("kPa", "Pa"), ("%", "1"), ("%", "dimensionless")]
+)
+def test_usual_scale_is_that_of_the_registry(unit: str, target: str) -> None:
     # a space before the unit takes the way through the registry
     assert conversion(unit, ("m", target)) == conversion(f" {unit}", ("m", target))
 

@@ -11,19 +11,23 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.run.job import job
 
 
-class Inputs(list[str]):
-    """Inputs of a job without names."""
+class Files(list[str]):
+    """Inputs or outputs of a job, some of them with names."""
+
+    def __init__(self, *unnamed: str, **named: str) -> None:
+        super().__init__([*unnamed, *named.values()])
+        self.named = named
 
     def get(self, name: str, default: object = None) -> object:
-        return default
+        return self.named.get(name, default)
 
 
 def a_job(tmp_path: Path) -> SimpleNamespace:
     return SimpleNamespace(
         log=[str(tmp_path / "job.log")],
         rule="fit",
-        input=Inputs(),
-        output=Inputs(),
+        input=Files(),
+        output=Files(),
         wildcards={"oil": "4102"},
         params=SimpleNamespace(
             config={"campaign": {"name": "june", "data": "measured"}}, code="0123"
@@ -94,3 +98,26 @@ def test_what_the_user_can_mend_ends_a_job_in_a_sentence_and_in_the_log(
 def test_fault_of_the_program_keeps_its_traceback(tmp_path: Path, fault: Exception) -> None:
     with pytest.raises(type(fault)), job(a_job(tmp_path)):
         raise fault
+
+
+def test_result_that_was_changed_by_hand_is_used_by_no_step(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    table, listing = Path("results/june/tables/points.parquet"), "results/june/made/collect.sha256"
+    table.parent.mkdir(parents=True)
+    Path("results/june/made").mkdir()
+    collect, fit = a_job(tmp_path), a_job(tmp_path)
+    collect.output = Files(str(table), made=listing)
+    fit.input = Files(str(table))
+    fit.output = Files(made="results/june/made/fit.sha256")
+    with job(collect):
+        table.write_bytes(b"as written")
+    with job(fit):
+        pass
+    table.write_bytes(b"by hand")
+    with pytest.raises(SystemExit), job(fit):
+        pytest.fail("the step has begun")
+    said = capsys.readouterr().err
+    assert said.startswith("results/june/tables/points.parquet: is not as its step wrote it")
+    assert f"Remove it and {listing}" in said

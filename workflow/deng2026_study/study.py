@@ -11,7 +11,7 @@ import pandas as pd
 
 from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE, STAYS_BEST_SHARE
 from deng2026_study.audit.audit import UNDOUBTED
-from deng2026_study.printed_law import PrintedLaw, printed, printed_law
+from deng2026_study.printed_law import PrintedLaw, printed_law
 from deng2026_study.reference import Claim, Claims, read_claims, read_reference
 from deng2026_study.settings import NAME, default_settings, study_settings
 from oilfilm import tables
@@ -505,6 +505,5 @@ STUDY = Study(
     exported="The constants that the paper prints of these oils: "
     f"[{_EXPORT_FOLDER}]({_EXPORT_FOLDER}/README.md).",
     read_reference=read_reference,
-    published_law=printed,
     describe_published=_describe_published,
 )

@@ -5,7 +5,9 @@ oilfilm names none of them and works without them. A campaign asks for one by it
 package, and the reference files that its part of the report and of the exports needs: the Snakefile
 must know these before it imports anything. A package may also have:
 
-- `study` with `STUDY`: sections of the report, exports, laws with published constants;
+- `study` with `STUDY`: sections of the report, exports;
+- `printed`, function of an oil: its law with published constants, for `predict --printed`,
+  which must not wait for the imports of `study`;
 - `config.yaml` with settings of its own, and `settings` with their model `StudySettings` and with
   `contradictions` between them and a campaign;
 - `campaigns`, files of campaigns;
@@ -42,8 +44,6 @@ class Study:
             files for bearing codes; `oilfilm.exports.campaign.export_campaign` calls it.
         exported: Sentence about such files for the index of the exports.
         read_reference: Function that reads one of its reference files, for its figures.
-        published_law: Function of an oil: its law with published constants, for
-            `predict --printed`.
         describe_published: Function that gives such laws as
             `oilfilm.exports.description.Description`, for the command `export`, and the file that
             has their constants.
@@ -53,7 +53,6 @@ class Study:
     exports: Callable[..., dict[str, bytes]]
     exported: str
     read_reference: Callable[[Path], Any]
-    published_law: Callable[[str], Any]
     describe_published: Callable[[], tuple[list[Any], Path]]
 
 
@@ -132,6 +131,12 @@ def campaign_folders() -> list[Path]:
 def references(names: Iterable[str], purpose: Literal["reported", "exported"]) -> list[str]:
     """Reference files that some studies need for the report or for the exports."""
     return [file for name in names for file in _declaration(name).get(purpose, [])]
+
+
+def published_law(oil: str) -> Any:
+    """The law of an oil with published constants, of the one study that has some."""
+    (file,) = modules(available())
+    return import_module(file.parent.name).printed(oil)
 
 
 def load(names: Iterable[str]) -> list[Study]:

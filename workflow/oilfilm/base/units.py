@@ -61,8 +61,13 @@ _FACTOR = r"(?:1|%|[^\W\d]+)(?:(?:\^|\*\*)-?\d|\u207b?[\u00b9\u00b2\u00b3])?"
 _PRODUCT = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
 _BARE_EXPONENT = re.compile(r"([^\W\d_])(-?\d)")
 _LONGEST_UNIT = 40
-# Units whose thousandfold needs no registry.
-_WITH_KILO = ("N", "Pa")
+# Unit and target -> scale: the registry of all units takes a third of a second to load.
+_USUAL_SCALES = {
+    ("kN", "N"): 1e3,
+    ("kPa", "Pa"): 1e3,
+    ("%", "1"): 0.01,
+    ("%", "dimensionless"): 0.01,
+}
 
 
 def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
@@ -91,10 +96,9 @@ def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | Non
     """As `conversion`, but None where there is none."""
     if unit in targets:
         return Conversion(unit)
-    for target in _WITH_KILO:
-        # a bearing's load is typed in kN, and the registry takes half a second to load
-        if unit == f"k{target}" and target in targets:
-            return Conversion(target, scale=1e3)
+    for target in targets:
+        if (unit, target) in _USUAL_SCALES:
+            return Conversion(target, _USUAL_SCALES[unit, target])
     spelling = unit.strip()
     pint_units = _pint_units()
     pint_unit = pint_units.get(spelling) or pint_units.get(spelling.lower(), spelling)

@@ -27,8 +27,7 @@ def run(options: argparse.Namespace) -> int:
     operating_point |= typed_conditions(options)
     fit: FittedLaw
     if options.printed:
-        (study,) = studies.load(studies.available())
-        fit, source = study.published_law(options.oil), "published constants"
+        fit, source = studies.published_law(options.oil), "published constants"
     else:
         folder, campaign_facts = campaign_folder(options.results)
         fit = read_fit(folder, options.oil)

@@ -21,7 +21,6 @@ from oilfilm.base.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.base.digests import file_digest, files_below, files_of
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.home import RUN_LOCK, portable
-from oilfilm.logs.raw_files import read_listings
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import (
     CHECKSUMS,
@@ -37,6 +36,7 @@ from oilfilm.releases.manifest import (
     checksums,
     sha256_of,
 )
+from oilfilm.releases.step_outputs import StepOutputs
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, environment
 from oilfilm.report.metadata import data_package
@@ -171,24 +171,15 @@ def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
     Raises:
         OilfilmError: There is one.
     """
-    digests: dict[str, str] = {}
-    listing_by_path: dict[str, Path] = {}
-    for listing in run.made:
-        for path, digest in read_listings(run.root / listing).items():
-            digests[path] = digest
-            listing_by_path[path] = listing
+    outputs = StepOutputs.of(run.root / listing for listing in run.made)
     released = {portable(run.results / name): file for name, file in files.items()}
-    for path in sorted(digests.keys() | released.keys()):
-        if path not in digests:
+    for path in sorted(outputs.digests.keys() | released.keys()):
+        if path not in outputs.digests:
             raise OilfilmError(f"{path}: no step of the run has written it. Move it away.")
         file = released.get(path, run.root / path)
         # a file in object storage that is not released has no local copy
-        is_here = path in released or file.is_file()
-        if is_here and file_digest(file) != digests[path]:
-            raise OilfilmError(
-                f"{path}: is not as its step wrote it. Remove {listing_by_path[path]}, then run "
-                "`snakemake release` again: the step is repeated."
-            )
+        if path in released or file.is_file():
+            outputs.refuse_altered(path, file)
 
 
 def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) -> Manifest:

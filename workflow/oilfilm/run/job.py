@@ -20,6 +20,7 @@ from oilfilm.base.digests import file_digest, files_of, input_digest, settings_d
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import portable
 from oilfilm.logs.raw_files import RawLogs, listing, read_listings
+from oilfilm.releases.step_outputs import StepOutputs
 from oilfilm.run.start import job_lock, machine_fault
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables, model_of
@@ -102,6 +103,7 @@ def job(snakemake: Any) -> Iterator[Job]:
     try:
         with job_lock(Path(".snakemake")):
             log.write_text("", encoding="utf-8")
+            _refuse_altered_inputs(snakemake)
             settings = Settings.of(snakemake.params.config)
             yield Job(snakemake, settings, _provenance(snakemake, settings))
             _write_digests(snakemake.output)
@@ -123,8 +125,25 @@ def job(snakemake: Any) -> Iterator[Job]:
         )
 
 
+def _refuse_altered_inputs(snakemake: Any) -> None:
+    """Refuse a result that is not as its step wrote it; a result that no step has listed passes.
+
+    Raises:
+        OilfilmError: An input was changed by hand.
+    """
+    results = [path for path in map(Path, snakemake.input) if portable(path).startswith("results/")]
+    listing_path = snakemake.output.get("made")
+    if not results or not listing_path:
+        return
+    outputs = StepOutputs.of(Path(listing_path).parent.glob("*.sha256"))
+    for path in results:
+        for file in files_of(path):
+            if portable(file) in outputs.digests:
+                outputs.refuse_altered(portable(file), file)
+
+
 def _write_digests(outputs: Any) -> None:
-    """Write the sha256 of every output to the output `made`; a release compares them."""
+    """Write the sha256 of every output to the output `made`: what reads an output compares it."""
     listing_path = outputs.get("made")
     if not listing_path:
         return
