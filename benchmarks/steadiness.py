@@ -167,11 +167,10 @@ def seen(first: int, last: int) -> None:
         begin = int(random.integers(FEWEST_RUNS, RUNS - FEWEST_RUNS + 1))
         sign = float(random.choice([-1, 1]))
         steady = seen_campaign(truth, order, number, None)
-        planted = printed_change(fitted_surface(steady), steady, effect, course)
-        if planted > LARGEST_CHANGES.size_of(effect):
-            continue
-        for multiple in MULTIPLES:
-            size = multiple * planted
+        printed = printed_change(fitted_surface(steady), steady, effect, course)
+        sizes = np.array(MULTIPLES) * printed
+        # no rig has a larger one
+        for size in sizes[sizes <= LARGEST_CHANGES.size_of(effect)].tolist():
             fault = change_of(effect, course, begin, sign * size)
             campaign = seen_campaign(truth, order, number, fault)
             _, pattern, _, is_alarm, surface = judged(campaign)
