@@ -339,7 +339,7 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
         run=run,
         residual=_THOUSANDTHS_PER_UNIT * residual,
         slide_roll_ratio=np.abs(slip),
-        **{name: levels.to_numpy()[run] for name, levels in levels_of_run.items()},
+        **{name: levels_of_run[name].to_numpy()[run] for name in set_points},
     )
 
 
