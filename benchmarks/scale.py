@@ -1,4 +1,4 @@
-"""Time, memory and bytes of a campaign as it grows; renews its page.
+"""Time, memory and bytes of a campaign as it grows, from its logs on.
 
 Whole runs of the default workflow on simulated logs, as if a laboratory had measured them:
 
@@ -13,12 +13,11 @@ sum of these. A straight line is fitted to the whole runs of all sizes; another 
 sizes below the largest one, predicts that one. The largest two sizes predict a million runs. Growth
 beyond the allowed limits ends in exit code 1.
 
-    python benchmarks/scale.py [most runs] [--draw]
+    python benchmarks/scale.py [most runs]
 
 Takes half an hour.
 """
 
-import csv
 import json
 import os
 import shutil
@@ -27,20 +26,16 @@ import sys
 import tempfile
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 from campaigns import lay_out, printed, simulated_campaign, write_campaign  # noqa: E402
-from oilfilm.report.figures.sheet import save  # noqa: E402
-from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, MARKERS  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 from simulated_lab.simulate import simulate_campaign  # noqa: E402
 
@@ -49,9 +44,6 @@ COMMIT = subprocess.check_output(["git", "-C", ROOT, "rev-parse", "--short", "HE
 ]
 CORES = 2
 OILS = ("4102", "4050", "4010")
-TABLE, PICTURE, PAGE = (ROOT / f"docs/explanation/scale.{end}" for end in ("csv", "svg", "md"))
-# Around what was measured on the page.
-BEGIN, END = "<!-- measured: make bench NAME=scale -->", "<!-- end -->"
 FAR = 10**6
 SHORT = {"sampling_rate_hz": 10, "slip_steps": 12}
 LONG = {"sampling_rate_hz": 50, "slip_steps": 31}
@@ -187,8 +179,8 @@ def measured(
         yield row("results", "bytes", bytes_below(project / "results/scale"))
 
 
-def main(most: int) -> None:
-    """Measure every size up to `most` runs; write the table, the picture and what it means."""
+def main(most: int) -> list[Row]:
+    """Measure every size up to `most` runs."""
     sizes = [runs for runs in (100, 1000, 3000, 10000) if runs <= most]
     rounds = {runs: ROUNDS if runs < LARGEST else ROUNDS_OF_LARGEST for runs in sizes}
     plan = [("oils", runs, OILS, SHORT, rounds[runs]) for runs in sizes]
@@ -198,19 +190,7 @@ def main(most: int) -> None:
     for campaign in plan:
         print(*campaign[:2], "runs", flush=True)
         rows += measured(*campaign)
-    with TABLE.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, Row.__dataclass_fields__, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(asdict(row) for row in rows)
-
-
-def read_table() -> list[Row]:
-    """The last measurement."""
-    with TABLE.open(newline="", encoding="utf-8") as file:
-        return [
-            Row(**{**row, "runs": int(row["runs"]), "value": float(row["value"])})
-            for row in csv.DictReader(file)
-        ]
+    return rows
 
 
 def series(rows: list[Row], campaign: str, step: str, quantity: str) -> dict[int, float]:
@@ -243,9 +223,6 @@ def steps_of(rows: list[Row], campaign: str = "oils") -> list[str]:
 
 def report(rows: list[Row]) -> Iterator[str]:
     """Time, memory and bytes by step, the check of the model and its extrapolation, as Markdown."""
-    yield f"![CPU time and memory of the steps against the number of runs]({PICTURE.name})"
-    yield ""
-    yield f"All numbers are in [{TABLE.name}]({TABLE.name})."
     for quantity, title in (("cpu_s", "CPU time (s)"), ("mib", "Memory of one process (MiB)")):
         sizes = sorted(series(rows, "oils", "dry run", quantity))
         names = [title, *(f"{size:,} runs" for size in sizes), "off the line", f"{FAR:,} runs"]
@@ -305,7 +282,6 @@ def report(rows: list[Row]) -> Iterator[str]:
                 f"- {runs:,} {campaign.replace('oils', 'short logs')}: dry run {dry[runs]:.1f} s "
                 f"of CPU; kB per run: {', '.join(sizes)}."
             )
-    # parts of the step `points` that an earlier version had as steps: "points: ingest"
     steps = [step for step in steps_of(rows, "long logs") if step.startswith("points")]
     if steps:
         largest = [max(series(rows, "long logs", step, "mib").values()) for step in steps]
@@ -354,50 +330,9 @@ def complaints(rows: list[Row]) -> list[str]:
     return found
 
 
-def draw(rows: list[Row]) -> None:
-    """Draw time and memory against the number of runs, measured and extrapolated."""
-    figure = Figure(figsize=(DOUBLE_COLUMN_IN, 3.4))
-    time, memory = figure.subplots(1, 2)
-    jobs = [step for step in steps_of(rows) if step not in {"whole run", "dry run"}][:6]
-    draw_growth(time, rows, "cpu_s", ["dry run", *jobs, "whole run"])
-    time.set(ylabel="CPU time (s)")
-    draw_growth(memory, rows, "mib", ["dry run", *jobs])
-    memory.set(ylabel="Memory of the largest process (MiB)")
-    save(figure, PICTURE)
-
-
-def draw_growth(axis: Axes, rows: list[Row], quantity: str, steps: list[str]) -> None:
-    """Draw one quantity of some steps: points where it was measured, dotted beyond."""
-    for number, step in enumerate(steps):
-        values = series(rows, "oils", step, quantity)
-        runs = sorted(values)
-        look: dict[str, Any] = {"color": "k" if step == "whole run" else f"C{number}"}
-        heights = [values[size] for size in runs]
-        axis.plot(runs, heights, marker=MARKERS[number % 6], label=step, **look)
-        if len(runs) > 1:
-            axis.plot([runs[-1], FAR], [heights[-1], extrapolated(values)], ":", **look)
-    axis.set(xscale="log", yscale="log", xlabel="Runs")
-    axis.legend()
-
-
-def write_page(lines: Iterable[str]) -> None:
-    """Put what was measured into its place on the page."""
-    text = PAGE.read_text(encoding="utf-8")
-    before, begin, rest = text.partition(BEGIN)
-    _, end, after = rest.partition(END)
-    assert begin and end, f"{PAGE}: lacks {BEGIN} or {END}"
-    measured_text = "\n".join(lines)
-    PAGE.write_text(f"{before}{begin}\n{measured_text}\n\n{end}{after}", encoding="utf-8")
-
-
 if __name__ == "__main__":
-    given = [argument for argument in sys.argv[1:] if argument != "--draw"]
-    if "--draw" not in sys.argv:
-        main(int(given[0]) if given else 10000)
-    results = list(report(read_table()))
-    print("\n".join(results))
-    write_page(results)
-    draw(read_table())
-    if too_much := complaints(read_table()):
+    results = main(int(sys.argv[1]) if len(sys.argv) > 1 else 10000)
+    print("\n".join(report(results)))
+    if too_much := complaints(results):
         print("\n".join(too_much), file=sys.stderr)
         raise SystemExit(1)

@@ -266,7 +266,8 @@ def test_bytes_of_a_curve_do_not_grow_with_their_number(monkeypatch: pytest.Monk
             covariance_of(measured)
         peaks.append(peak())
     first, second = np.diff(peaks) / [200, 400]
-    assert second < 1.1 * first
+    # twice as much where the bytes grow with the square of the curves
+    assert second < 1.25 * first
     assert second < LARGEST_BYTES_OF_A_CURVE
 
 

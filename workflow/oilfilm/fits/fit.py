@@ -99,7 +99,10 @@ def fit_oil(
     """
     if law is None:
         law = LAWS[settings.law]
-    points = points[points["oil"] == oil]
+    is_of_oil = points["oil"] == oil
+    if not is_of_oil.all():
+        # the table of one oil, as a job has it, is not copied
+        points = points[is_of_oil]
     data = curve_data(points, law.conditions)
     is_incomplete = incomplete_curves(law.conditions, data.conditions, settings)
     incomplete_runs = list(itertools.compress(data.runs, is_incomplete))

@@ -56,8 +56,28 @@ def surface_of_oil(
         settings: `compare`, `same_condition` and `surface`.
         rigs: The rigs of the campaign.
     """
+    basis = _basis_of_surface(results, oil, settings, rigs)
+    if basis is None:
+        return CampaignTables.in_memory(**{table: tables.empty(table) for table in SURFACE_TABLES})
+    name, law, measurements, assumptions = basis
+    return searched_surface(oil, name, law, measurements, settings.surface, assumptions)
+
+
+def _basis_of_surface(
+    results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig]
+) -> tuple[str, FreeLaw, Measurements, RunAssumptions] | None:
+    """Name of the law of a surface, the law, the points, and what is known of the runs.
+
+    None without a surface. The table of points is not kept during the search.
+
+    Args:
+        results: As of `surface_of_oil`.
+        oil: The oil.
+        settings: As of `surface_of_oil`.
+        rigs: The rigs of the campaign.
+    """
     points = results.table("points", CURVE_POINTS, oil=oil)
-    rig_of_runs = _rig_of_runs(points, results.runs)
+    rig_of_runs = _rig_of_runs(points, results.table("runs", ["run_id", "rig"]))
     assumptions = RunAssumptions.from_settings(settings.same_condition, rigs, rig_of_runs)
     contact = Contact.from_points(points[points["accepted"]])
     for name in _laws_in_order(results, oil, settings.compare.bic_difference_min):
@@ -69,8 +89,8 @@ def surface_of_oil(
         runs, measurements = usable_measurements(points, law, contact, assumptions)
         if len(runs) < settings.surface.fewest_curves:
             break
-        return searched_surface(oil, name, law, measurements, settings.surface, assumptions)
-    return CampaignTables.in_memory(**{table: tables.empty(table) for table in SURFACE_TABLES})
+        return name, law, measurements, assumptions
+    return None
 
 
 def _rig_of_runs(points: pd.DataFrame, runs: pd.DataFrame) -> list[str] | None:

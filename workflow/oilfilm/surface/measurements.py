@@ -186,9 +186,16 @@ class Measurements:
         ends = np.cumsum(np.bincount(self.curve))[:-1]
         points_of_curves = np.split(by_value, ends)
 
+        _, place, counts = np.unique(
+            self.conditions, axis=0, return_inverse=True, return_counts=True
+        )
+        place = place.ravel()
+
         def content(row: int) -> tuple[float, ...]:
-            points = points_of_curves[row]
-            return (*self.conditions[row], *self.slip[points], *self.mu[points])
+            # of most curves the conditions are enough
+            is_shared = counts[place[row]] > 1
+            points = points_of_curves[row] if is_shared else points_of_curves[row][:0]
+            return (place[row], *self.slip[points], *self.mu[points])
 
         rows = sorted(range(len(points_of_curves)), key=content)
         points = np.concatenate([points_of_curves[row] for row in rows])

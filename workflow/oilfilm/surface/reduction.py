@@ -345,21 +345,23 @@ def _vectors_of_curves(
     """
     points_of_curve = np.bincount(measurements.curve)
     ends = np.cumsum(points_of_curve)
-    values, widths = [], []
+    coordinates_of_curve = np.minimum(points_of_curve, _COORDINATES)
+    curve = np.repeat(np.arange(len(points_of_curve)), coordinates_of_curve)
+    # in numbers of 4 bytes; blocks as arrays of their own would take several times the memory
+    begins = np.append(0, np.cumsum(points_of_curve[curve])).astype(np.int32)
+    first_point = (ends - points_of_curve).astype(np.int32)
+    columns = np.arange(begins[-1], dtype=np.int32)
+    columns -= np.repeat(begins[:-1] - first_point[curve], points_of_curve[curve])
+    values = np.empty(len(columns))
+    begin = 0
     for scaled_of_curve, weight_of_curve in zip(
         np.split(scaled, ends[:-1]), np.split(weight, ends[:-1]), strict=True
     ):
         block = _leading_vectors(scaled_of_curve, weight_of_curve)
-        values.append(block.T.ravel())
-        widths.append(block.shape[1])
-    curve = np.repeat(np.arange(len(widths)), widths)
-    # in numbers of 4 bytes; blocks as arrays of scipy would take several times the memory
-    begins = np.append(0, np.cumsum(points_of_curve[curve])).astype(np.int32)
-    columns = np.arange(begins[-1], dtype=np.int32)
-    first_point = (ends - points_of_curve).astype(np.int32)
-    columns -= np.repeat(begins[:-1] - first_point[curve], points_of_curve[curve])
+        values[begin : begin + block.size] = block.T.ravel()
+        begin += block.size
     shape = (len(curve), len(scaled))
-    by_coordinate = scipy.sparse.csr_array((np.concatenate(values), columns, begins), shape)
+    by_coordinate = scipy.sparse.csr_array((values, columns, begins), shape)
     by_coordinate.eliminate_zeros()
     return by_coordinate, curve
 
