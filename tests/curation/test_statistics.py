@@ -1,9 +1,11 @@
 """Means, errors and spikes of stretches, beside a plain loop over the stretches."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oilfilm.curation import statistics
 from oilfilm.curation.statistics import Stretches, mean_with_error
 
 SHARE, THRESHOLD = 0.2, 3.0
@@ -80,6 +82,18 @@ def test_stretches_of_any_lengths_give_what_each_gives_alone(
     np.testing.assert_allclose(errors, [standard_error(part) for part in alone], rtol=1e-9)
     error_of_last = mean_with_error(alone[-1])[1]
     np.testing.assert_allclose(error_of_last, errors[-1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("turns", [0.2, 3.0])
+def test_error_of_a_stretch_that_is_transformed_in_blocks_is_that_of_the_definition(
+    monkeypatch: pytest.MonkeyPatch, turns: float
+) -> None:
+    # 0.2 turns are correlated over several blocks, 3 over less than one
+    monkeypatch.setattr(statistics, "_MOST_TRANSFORMED", 100)
+    noise = np.random.default_rng(1).standard_normal(950)
+    values = np.sin(turns * np.linspace(0, 2 * np.pi, 950)) + noise / 10
+    _, error = mean_with_error(values)
+    np.testing.assert_allclose(error, standard_error(values), rtol=1e-12)
 
 
 def test_no_stretch_gives_no_number() -> None:

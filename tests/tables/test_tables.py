@@ -133,6 +133,15 @@ def test_other_nested_columns_are_not_unpacked(tmp_path: Path, kind: arrow.DataT
         refuse_unpacking(path)
 
 
+def test_column_that_a_file_has_twice_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "quarantine.parquet"
+    tables.write(tables.empty("quarantine"), "quarantine", path, ABOUT)
+    content = parquet.read_table(path)
+    parquet.write_table(content.append_column("file", content["file"]), path)
+    with pytest.raises(OilfilmError, match=r"repeats the columns \['file'\]"):
+        tables.read("quarantine", path)
+
+
 def test_list_that_unpacks_to_more_than_memory_holds_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "bomb.parquet"
     texts = arrow.array([["x" * 10_000] * 100] * 100, arrow.list_(arrow.string()))

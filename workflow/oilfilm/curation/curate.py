@@ -643,10 +643,10 @@ def _measure_runs(
     warnings: list[tuple[str, ...]] = []
     for row in tables.rows(runs):
         run_id = row["run_id"]
+        # the signals of one run at a time are in memory
         run = None
         if run_id in samples_of_run:
-            signals = rig.signals(samples_of_run[run_id], row["rig"], rig.settings)
-            run = measure(signals, rig, row["rig"], is_settled=row["log_kind"] == "steps")
+            run = _measured(samples_of_run[run_id], row, rig)
             plateaus_of_run[run_id] = run.plateaus
         refusal = _refusal_before_plateaus(row, run)
         if refusal is not None:
@@ -659,6 +659,18 @@ def _measure_runs(
     runs = runs.assign(warning=tables.lists(warnings, runs.index))
     points = _table_of_plateaus(plateaus_of_run, runs.set_index("run_id"), rig)
     return _MeasuredRuns(points, runs, refused, too_short, rig)
+
+
+def _measured(samples: Columns, row: Mapping[str, Any], rig: RigKind) -> Run:
+    """The plateaus of a run.
+
+    Args:
+        samples: Samples of the run.
+        row: Its row of the table of runs.
+        rig: The rig.
+    """
+    signals = rig.signals(samples, row["rig"], rig.settings)
+    return measure(signals, rig, row["rig"], is_settled=row["log_kind"] == "steps")
 
 
 def _refusal_before_plateaus(row: Mapping[str, Any], run: Run | None) -> Refusal | None:

@@ -1,6 +1,6 @@
 """A kind of rig in curation: everything in which traction and torque rigs differ."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple, Protocol
@@ -29,6 +29,26 @@ _SHORTEST_INTERVAL_S = 1e-6
 
 
 @dataclass(frozen=True)
+class _Chosen(Mapping[str, FloatArray]):
+    """Name of a column -> its chosen samples, copied when they are asked for.
+
+    Copies of all columns at once would be a second log in memory.
+    """
+
+    columns: Mapping[str, FloatArray]
+    chosen: BoolArray | slice
+
+    def __getitem__(self, name: str) -> FloatArray:
+        return self.columns[name][self.chosen]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+
+@dataclass(frozen=True)
 class Signals:
     """The samples of one run.
 
@@ -54,8 +74,7 @@ class Signals:
         """The samples that a mask or a slice chooses."""
         if not isinstance(chosen, slice) and chosen.all():
             return self
-        columns = {name: values[chosen] for name, values in self.columns.items()}
-        return Signals(self.row[chosen], self.time_s[chosen], columns)
+        return Signals(self.row[chosen], self.time_s[chosen], _Chosen(self.columns, chosen))
 
     def rows(self, first: int, last: int) -> dict[str, int]:
         """The rows that a refusal concerns, from the first sample to the last."""

@@ -7,6 +7,7 @@ the number of samples, whatever the lengths of the plateaus are.
 Decides: standard errors of autocorrelated samples.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -36,6 +37,7 @@ _FEWEST_HOLDS = 10
 
 # Noise is seldom correlated over more samples than this; a drift or a hum is.
 _LAGS_SUMMED_DIRECTLY = 8
+_MOST_TRANSFORMED = 1 << 19
 
 
 @dataclass(frozen=True)
@@ -207,15 +209,35 @@ def _covariance(residual: FloatArray, lengths: IndexArray, lag: int) -> FloatArr
 
 def _sum_of_positive_lags(residual: FloatArray) -> float:
     """Sum of the autocovariances of one stretch up to the first that is not positive."""
+    total = 0.0
+    for covariances in _autocovariances(residual):
+        is_ended = covariances <= 0
+        if is_ended.any():
+            return total + float(covariances[: np.argmax(is_ended)].sum())
+        total += float(covariances.sum())
+    return total
+
+
+def _autocovariances(residual: FloatArray) -> Iterator[FloatArray]:
+    """Sums of the products of samples a lag apart, for the lags from 1 on, some lags at a time.
+
+    By Fourier transforms. A long stretch is transformed in blocks: one transform of all its samples
+    takes ten times their memory.
+    """
     length = len(residual)
-    padded = scipy.fft.next_fast_len(2 * length, real=True)
-    spectrum = scipy.fft.rfft(residual, padded)
-    power = spectrum.real**2 + spectrum.imag**2
-    del spectrum
-    covariance = scipy.fft.irfft(power, padded)[1:length]
-    is_ended = covariance <= 0
-    last = int(np.argmax(is_ended)) if is_ended.any() else len(covariance)
-    return float(covariance[:last].sum())
+    block = min(length, _MOST_TRANSFORMED)
+    padded = scipy.fft.next_fast_len(2 * block, real=True)
+    for first_lag in range(0, length, block):
+        cross_spectrum = np.zeros(padded // 2 + 1, dtype=complex)
+        for start in range(0, length - first_lag, block):
+            earlier = residual[start : start + block]
+            later = residual[start + first_lag :][: 2 * block]
+            spectrum = scipy.fft.rfft(earlier, padded)
+            is_same = first_lag == 0 and block == length
+            other_spectrum = spectrum if is_same else scipy.fft.rfft(later, padded)
+            cross_spectrum += spectrum.conj() * other_spectrum
+        covariances = scipy.fft.irfft(cross_spectrum, padded)[: min(block, length - first_lag)]
+        yield covariances[1:] if first_lag == 0 else covariances
 
 
 def longest_hold(values: FloatArray) -> tuple[int, int]:

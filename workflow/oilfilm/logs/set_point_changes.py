@@ -3,7 +3,7 @@
 Decides: which rows of a log with several loads or speeds belong to one set point.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -30,30 +30,49 @@ def rows_of_set_points(run: LoggedRun) -> list[IndexArray]:
     The rows are divided only where the slip is swept at each load and speed. A log whose speed
     follows the slip, or whose load is not held, has one set point.
     """
-    one_set_point = [np.arange(len(run))]
-    load = run.samples["load_n"]
-    ball, disc = run.samples["ball_speed_m_s"], run.samples["disc_speed_m_s"]
+    all_rows = np.arange(len(run))
+    # in blocks: the signals of all rows of a long log are too large
+    has_level = [
+        np.isfinite(_signals(run, rows)).all(axis=0) for rows in _blocks(all_rows, _MOST_BLOCKS)
+    ]
+    # at standstill and without load there is no level
+    usable_rows = np.flatnonzero(np.concatenate(has_level))
+    if len(usable_rows) < 2 * _FEWEST_ROWS:
+        return [all_rows]
+    blocks = _blocks(usable_rows, _MOST_BLOCKS)
+    medians = np.stack([np.median(_signals(run, rows), axis=1) for rows in blocks], axis=1)
+    first_blocks = _first_blocks_of_sweeps(medians)
+    first_rows = [blocks[block][0] for block in first_blocks[1:]]
+    stretches = np.split(usable_rows, np.searchsorted(usable_rows, first_rows))
+    if len(stretches) < 2 or not _are_set_points(_signals(run, rows)[:2] for rows in stretches):
+        return [all_rows]
+    return np.split(all_rows, first_rows)
+
+
+def _blocks(rows: IndexArray, most: int) -> list[IndexArray]:
+    """Rows in equal blocks, but for the last one; one empty block of no rows.
+
+    Args:
+        rows: The rows.
+        most: Largest number of blocks.
+    """
+    rows_per_block = max(-(-len(rows) // most), 1)
+    return np.split(rows, range(rows_per_block, len(rows), rows_per_block))
+
+
+def _signals(run: LoggedRun, rows: IndexArray) -> FloatArray:
+    """Logarithms of load and speed, and the slip, of some rows, shape (3, rows)."""
+    load = run.samples["load_n"][rows]
+    ball = run.samples["ball_speed_m_s"][rows]
+    disc = run.samples["disc_speed_m_s"][rows]
     with np.errstate(divide="ignore", invalid="ignore"):
-        signals = np.stack(
+        return np.stack(
             [
                 np.log(np.abs(load)),
                 np.log(np.abs(ball + disc) / 2),
                 2 * (disc - ball) / (disc + ball),
             ]
         )
-    # at standstill and without load there is no level
-    usable_rows = np.flatnonzero(np.isfinite(signals).all(axis=0))
-    if len(usable_rows) < 2 * _FEWEST_ROWS:
-        return one_set_point
-    signals = signals[:, usable_rows]
-    rows_per_block = -(-len(usable_rows) // _MOST_BLOCKS)
-    starts = np.arange(0, len(usable_rows), rows_per_block)
-    signals_by_block = np.split(signals, starts[1:], axis=1)
-    medians = np.stack([np.median(block, axis=1) for block in signals_by_block], axis=1)
-    first_rows = starts[_first_blocks_of_sweeps(medians)]
-    if len(first_rows) < 2 or not _are_set_points(np.split(signals[:2], first_rows[1:], axis=1)):
-        return one_set_point
-    return np.split(one_set_point[0], usable_rows[first_rows[1:]])
 
 
 def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
@@ -78,14 +97,16 @@ def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
     return [0, *ends[:-1]]
 
 
-def _are_set_points(stretches: Sequence[FloatArray]) -> bool:
+def _are_set_points(stretches: Iterable[FloatArray]) -> bool:
     """Whether each stretch of rows holds its level, and neighbours differ.
 
     Args:
         stretches: Logarithms of load and speed in each stretch, shape (2, rows).
     """
-    medians = [np.median(stretch, axis=1) for stretch in stretches]
-    for stretch, median in zip(stretches, medians, strict=True):
+    medians: list[FloatArray] = []
+    for stretch in stretches:
+        median = np.median(stretch, axis=1)
+        medians.append(median)
         is_at_level = (np.abs(stretch - median[:, np.newaxis]) < _SAME_LEVEL).all(axis=0)
         if stretch.shape[1] < _FEWEST_ROWS or is_at_level.mean() < _SHARE_AT_LEVEL:
             return False

@@ -226,11 +226,13 @@ def _settled_readings(
     if len(time_s) < _FEWEST_READINGS:
         return None
     interval = float(np.median(np.diff(time_s)))
+    if interval < _INTERVAL_OF_READINGS_S:
+        return None
     # at standstill any slip may be computed
     with np.errstate(all="ignore"):
         slip = 2 * (disc - ball) / (disc + ball)
         is_other_slip = np.abs(np.diff(slip)) > _SAME_SLIP
-    if interval < _INTERVAL_OF_READINGS_S or is_other_slip.mean() < _SHARE_OF_READINGS:
+    if is_other_slip.mean() < _SHARE_OF_READINGS:
         return None
     return base.Refusal(
         "settled_readings",

@@ -50,7 +50,10 @@ class YamlFile:
                 key, node = entries[0]
                 line = _line(key)
             elif isinstance(node, yaml.SequenceNode):
-                node = node.value[int(str(step))]
+                index = int(str(step))
+                if index >= len(node.value):
+                    return line
+                node = node.value[index]
                 line = _line(node)
         return line
 

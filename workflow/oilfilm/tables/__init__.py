@@ -201,10 +201,10 @@ def conform(
 def _refuse_other_columns(
     found: Iterable[str], expected: Sequence[str], table: str, where: str, advice: str
 ) -> None:
-    """Refuse columns that are not those expected, in any order.
+    """Refuse columns that are not those expected, each once, in any order.
 
     Raises:
-        OilfilmError: A column is missing or unknown.
+        OilfilmError: A column is missing, unknown or repeated.
     """
     found = list(found)
     missing = [name for name in expected if name not in found]
@@ -214,6 +214,9 @@ def _refuse_other_columns(
             f"{where}: table {table!r} lacks the columns {missing or 'none'} and has the unknown "
             f"columns {cut(unknown or 'none')}. {advice}"
         )
+    if len(found) > len(expected):
+        repeated = [name for name in expected if found.count(name) > 1]
+        raise OilfilmError(f"{where}: table {table!r} repeats the columns {repeated}. {advice}")
 
 
 def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> pd.Series:
@@ -590,9 +593,8 @@ def _check_written_as(table: str, path: Path) -> None:
             f"{path}: holds table {cut(repr(name))}; expected {table!r}. Delete it and run "
             "snakemake again."
         )
+    _refuse_other_columns(schema.names, TABLES[table].names, table, str(path), _OTHER_VERSION)
     for column in TABLES[table].columns:
-        if column.name not in schema.names:
-            continue  # told with all others that are missing
         metadata = schema.field(column.name).metadata or {}
         unit = metadata.get(b"unit", b"").decode("utf-8", "replace")
         if unit != column.unit:
@@ -600,7 +602,6 @@ def _check_written_as(table: str, path: Path) -> None:
                 f"{path}: column {column.name!r} is in {cut(repr(unit))}; expected "
                 f"{column.unit!r}. {_OTHER_VERSION}"
             )
-    _refuse_other_columns(schema.names, TABLES[table].names, table, str(path), _OTHER_VERSION)
 
 
 def read_footer(path: Path) -> dict[str, Any]:
