@@ -7,8 +7,8 @@ import pytest
 import scipy.stats
 
 from lawless_truths import TRUTHS
-from oilfilm.surface import effect_likelihood
-from oilfilm.surface.effect_likelihood import EXPECTED, effect_likelihoods
+from oilfilm.surface import effect_likelihood as effect_likelihood_module
+from oilfilm.surface.effect_likelihood import EXPECTED, effect_likelihood
 from oilfilm.surface.effects import EFFECTS
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, simulated
@@ -24,7 +24,7 @@ def covariance():
 
 @pytest.mark.parametrize("effect", EFFECTS)
 def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
-    likelihood = effect_likelihoods(covariance)[effect]
+    likelihood = effect_likelihood(covariance, effect)
     number = EFFECTS.index(effect)
     pattern = np.linspace(-0.5, 0.5, len(covariance.curves.conditions))
     expected = covariance.sizes.effects[number] ** 2
@@ -39,7 +39,7 @@ def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
         # what is known of a size before the data: 0.6 in its logarithm
         return density - (np.log(ratio) / 2 / 0.6) ** 2 / 2
 
-    ratios = effect_likelihood._VARIANCES
+    ratios = effect_likelihood_module._VARIANCES
     size = 0.7 * np.sqrt(expected)
     first = log_density(1.0, 0.0)
     for chosen in (3, EXPECTED, 22):
@@ -53,9 +53,9 @@ def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
 
 
 def test_features_of_all_conditions_give_the_exact_likelihood(covariance, monkeypatch):
-    exact = effect_likelihoods(covariance)
-    monkeypatch.setattr(effect_likelihood, "LARGEST_DENSE", 1)
-    featured = effect_likelihoods(covariance)
+    exact = {effect: effect_likelihood(covariance, effect) for effect in EFFECTS}
+    monkeypatch.setattr(effect_likelihood_module, "LARGEST_DENSE", 1)
+    featured = {effect: effect_likelihood(covariance, effect) for effect in EFFECTS}
     for effect in EFFECTS:
         difference = exact[effect].steady - featured[effect].steady
         assert np.ptp(difference) < 1e-2

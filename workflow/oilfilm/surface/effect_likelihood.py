@@ -85,15 +85,16 @@ class EffectLikelihood(Protocol):
         ...
 
 
-def effect_likelihoods(covariance: CurveCovariance) -> dict[str, EffectLikelihood]:
-    """The likelihood of each effect, by its name.
+def effect_likelihood(covariance: CurveCovariance, effect: str) -> EffectLikelihood:
+    """The likelihood of one effect.
 
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
+        effect: One of `oilfilm.surface.effects.EFFECTS`.
     """
     if len(covariance.curves.conditions) > LARGEST_DENSE:
-        return _low_rank(covariance)
-    return {effect: _Dense.from_covariance(covariance, effect) for effect in EFFECTS}
+        return _LowRank.from_covariance(covariance, effect)
+    return _Dense.from_covariance(covariance, effect)
 
 
 def _log_prior_density() -> FloatArray:
@@ -176,6 +177,39 @@ class _LowRank:
     feature_pull: FloatArray
     expected_variance: float
 
+    @classmethod
+    def from_covariance(cls, covariance: CurveCovariance, effect: str) -> "_LowRank":
+        """The likelihood of one effect from the curves of a few conditions.
+
+        The features of one effect are the largest array of a campaign: those of all effects are
+        never in memory together.
+        """
+        number = EFFECTS.index(effect)
+        curves = covariance.curves
+        chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)
+        posterior = NystromPosterior(covariance, np.flatnonzero(np.isin(curves.curve, chosen)))
+        curve_count, feature_count = len(curves.conditions), len(posterior.inducing)
+        unshared, unshared_pull = np.zeros((2, curve_count))
+        unshared_features = np.zeros((curve_count, feature_count))
+        precision, feature_pull = np.eye(feature_count), np.zeros(feature_count)
+        for row, (coordinates, features, factor) in enumerate(posterior.by_curve()):
+            columns = [features, curves.effects[coordinates, number], curves.departure[coordinates]]
+            stacked = scipy.linalg.solve_triangular(factor, np.column_stack(columns), lower=True)
+            whitened, design, departure = stacked[:, :-2], stacked[:, -2], stacked[:, -1]
+            precision += whitened.T @ whitened
+            feature_pull += whitened.T @ departure
+            unshared[row] = design @ design
+            unshared_pull[row] = design @ departure
+            unshared_features[row] = design @ whitened
+        return cls(
+            unshared=unshared,
+            unshared_pull=unshared_pull,
+            features=unshared_features,
+            precision=precision,
+            feature_pull=feature_pull,
+            expected_variance=float(covariance.sizes.effects[number] ** 2),
+        )
+
     @property
     def steady(self) -> FloatArray:
         """See `EffectLikelihood`."""
@@ -231,34 +265,3 @@ class _FeaturesAtVariance(NamedTuple):
     variance_change: float
     factor: FloatArray
     pull: FloatArray
-
-
-def _low_rank(covariance: CurveCovariance) -> dict[str, EffectLikelihood]:
-    """The likelihood of each effect from the curves of a few conditions."""
-    curves = covariance.curves
-    chosen = spread_out(curves.conditions, _INDUCING_CONDITIONS)
-    posterior = NystromPosterior(covariance, np.flatnonzero(np.isin(curves.curve, chosen)))
-    count, features = len(curves.conditions), len(posterior.inducing)
-    unshared, unshared_pull = np.zeros((2, len(EFFECTS), count))
-    unshared_features = np.zeros((len(EFFECTS), count, features))
-    precision, feature_pull = np.eye(features), np.zeros(features)
-    for row, (coordinates, curve_features, factor) in enumerate(posterior.by_curve()):
-        columns = [curve_features, curves.effects[coordinates], curves.departure[coordinates]]
-        stacked = scipy.linalg.solve_triangular(factor, np.column_stack(columns), lower=True)
-        whitened, design, departure = np.split(stacked, [features, -1], axis=1)
-        precision += whitened.T @ whitened
-        feature_pull += whitened.T @ departure[:, 0]
-        unshared[:, row] = np.sum(design**2, axis=0)
-        unshared_pull[:, row] = design.T @ departure[:, 0]
-        unshared_features[:, row] = design.T @ whitened
-    return {
-        effect: _LowRank(
-            unshared=unshared[number],
-            unshared_pull=unshared_pull[number],
-            features=unshared_features[number],
-            precision=precision,
-            feature_pull=feature_pull,
-            expected_variance=float(covariance.sizes.effects[number] ** 2),
-        )
-        for number, effect in enumerate(EFFECTS)
-    }

@@ -6,7 +6,7 @@ cumulative sums give all of them at once. A Fourier transform gives all seasons 
 Decides: which changes of a rig over its runs are looked for.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -23,6 +23,14 @@ _LARGEST_WITH_EXCHANGE = 150
 # Starts of the search for a group, and its largest number of steps.
 _STARTS, _STEPS = 3, 60
 _TINY = 1e-300
+# Columns of a root that are summed over patterns at once: all of them would be several roots.
+_COLUMNS_AT_ONCE = 32
+
+
+def _column_blocks(root: FloatArray) -> Iterator[FloatArray]:
+    """The columns of a root, some at a time."""
+    for first in range(0, root.shape[1], _COLUMNS_AT_ONCE):
+        yield root[:, first : first + _COLUMNS_AT_ONCE]
 
 
 class Patterns(Protocol):
@@ -141,7 +149,9 @@ class Intervals:
     def power(self, information: Information) -> FloatArray:
         """p' W p of each pattern p, shape (patterns,)."""
         unshared = self._sums(information.unshared[:, np.newaxis])[:, 0]
-        shared = np.sum(self._sums(information.root) ** 2, axis=1)
+        shared = np.zeros(self.count)
+        for columns in _column_blocks(information.root):
+            shared += np.sum(self._sums(columns) ** 2, axis=1)
         return unshared + information.sign * shared
 
     @property
@@ -202,15 +212,18 @@ class Seasons:
         pull = np.fft.fft(information.pull[by_time], points)[numbers]
         unshared = np.fft.fft(information.unshared[by_time], points)
         unshared_at_double = unshared[2 * numbers % points]
-        root = np.fft.fft(information.root[by_time], points, axis=0)[numbers]
         # cos^2 = (1 + cos 2x)/2, sin^2 = (1 - cos 2x)/2, sin cos = (sin 2x)/2
         cosine = (unshared[0].real + unshared_at_double.real) / 2
         sine = (unshared[0].real - unshared_at_double.real) / 2
         cross = -unshared_at_double.imag / 2
         sign = information.sign
-        cosine += sign * np.sum(root.real**2, axis=1) + precision
-        sine += sign * np.sum(root.imag**2, axis=1) + precision
-        cross -= sign * np.sum(root.real * root.imag, axis=1)
+        cosine += precision
+        sine += precision
+        for columns in _column_blocks(information.root):
+            root = np.fft.fft(columns[by_time], points, axis=0)[numbers]
+            cosine += sign * np.sum(root.real**2, axis=1)
+            sine += sign * np.sum(root.imag**2, axis=1)
+            cross -= sign * np.sum(root.real * root.imag, axis=1)
         determinant = sine * cosine - cross**2
         squares = cosine * pull.imag**2 + sine * pull.real**2
         return np.asarray((squares + 2 * cross * pull.imag * pull.real) / determinant)

@@ -19,8 +19,9 @@ from oilfilm.surface.effect_likelihood import (
     EXPECTED,
     EffectLikelihood,
     Information,
-    effect_likelihoods,
+    effect_likelihood,
 )
+from oilfilm.surface.effects import EFFECTS
 from oilfilm.surface.reml import CurveCovariance
 from oilfilm.surface.run_patterns import (
     Columns,
@@ -181,7 +182,8 @@ def largest_change(
         patterns_of_labels(labels or {}),
     )
     changes = []
-    for effect, likelihood in effect_likelihoods(covariance).items():
+    for effect in EFFECTS:
+        likelihood = effect_likelihood(covariance, effect)
         precision = limits.usual.size_of(effect) ** -2
         profile = _Profile.at_variances(effect, likelihood, precision, len(order) <= LARGEST_DENSE)
         candidates = [profile.best(patterns) for patterns in families if patterns.count]
@@ -213,7 +215,8 @@ def smallest_changes(
     steps = steps_over_time(order, limits.fewest_runs)
     trend_sizes: dict[str, float] = {}
     step_sizes: dict[str, float] = {}
-    for effect, likelihood in effect_likelihoods(covariance).items():
+    for effect in EFFECTS:
+        likelihood = effect_likelihood(covariance, effect)
         trend_sizes[effect] = _smallest_seen_size(effect, likelihood, trend, limits)
         step_sizes[effect] = _smallest_seen_size(effect, likelihood, steps, limits)
     return SmallestChanges(trend_sizes, step_sizes)
@@ -234,7 +237,7 @@ def smallest_seen(
         pattern: The pattern, in the order of the curves, shape (curves,).
         limits: The number of standard deviations.
     """
-    likelihood = effect_likelihoods(covariance)[effect]
+    likelihood = effect_likelihood(covariance, effect)
     patterns = Columns("trend", pattern[:, np.newaxis], ("",))
     return _smallest_seen_size(effect, likelihood, patterns, limits or SteadinessLimits())
 
