@@ -261,7 +261,7 @@ def largest_order(kept_share: float) -> float:
 def _sign_choices(printed: PrintedCoefficients, oil: str) -> Iterator[FloatArray]:
     """The twelve constants of an oil with each choice of its open signs."""
     names = [f"{letter}{number}" for letter in "ABC" for number in range(4)]
-    certainties = printed.signs(oil)
+    certainties = printed.sign_certainties(oil)
     is_open = np.array([certainties.get(name) == "open" for name in names])
     for signs in itertools.product((1, -1), repeat=is_open.sum()):
         constants = printed.constants()[oil].copy()
