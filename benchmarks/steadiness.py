@@ -82,7 +82,7 @@ def judged(campaign: BadCampaign) -> tuple[str, np.ndarray, float, bool, Surface
     if misreading is not None and misreading.is_alarm:
         return "factor", misreading.members.astype(float), misreading.score, True, surface
     if swap is not None and swap.is_alarm and (change is None or swap.score > change.score):
-        members = np.isin(np.arange(len(campaign.order)), swap.curves).astype(float)
+        members = np.isin(np.arange(len(campaign.order)), swap.rows).astype(float)
         return "labels", members, swap.score, True, surface
     if change is None:
         return "none", np.zeros(len(campaign.order)), 0.0, False, surface

@@ -19,7 +19,7 @@ def test_a_curve_with_two_folds_is_crossed_at_all_three_roots():
     crossings = trace(cubic, start, ONE, level, wanted=0.0, first=-100.0, last=5.0)
     # x^3 - 3 x = 0
     np.testing.assert_allclose(crossings.unknowns[:, 0], [-np.sqrt(3), 0.0, np.sqrt(3)], atol=2e-3)
-    assert crossings.ended.all()
+    assert crossings.reached_last.all()
     assert not crossings.returned.any()
 
 
@@ -41,7 +41,7 @@ def test_a_curve_that_turns_back_says_so():
 
     crossings = trace(parabola, ONE, ONE, np.zeros(1), wanted=2.0, first=0.0, last=2.0)
     assert crossings.returned.all()
-    assert not crossings.ended.any()
+    assert not crossings.reached_last.any()
     assert len(crossings.point) == 0
 
 
@@ -62,6 +62,6 @@ def test_a_kink_stalls_a_curve_unless_its_steps_may_turn(kink):
         return np.where(unknowns < 1, unknowns, 1 + (unknowns - 1) / 10) - level[..., np.newaxis]
 
     crossings = trace(bent, 0 * ONE, ONE, np.zeros(1), 1.05, -1.0, 1.1, kink=kink)
-    assert crossings.ended.tolist() == [kink > 0]
+    assert crossings.reached_last.tolist() == [kink > 0]
     if kink:
         np.testing.assert_allclose(crossings.unknowns, [[1.5]], atol=1e-6)

@@ -352,7 +352,7 @@ def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
     is_exponential = np.isin(names, content["law"]["exponential"])
     base = np.exp(relative - 1, out=relative, where=is_exponential)
     known: dict[str, Any] = {"S": np.abs(arguments[:, 3]), "asinh": np.arcsinh, **vars(np)}
-    for name in fit.law.local_constants:
+    for name in fit.law.coefficient_names:
         exponents = [values[f"{name}{number}"] for number in (1, 2, 3)]
         known[name] = values[f"{name}0"] * (base**exponents).prod(axis=1)
     for name, text in content["law"]["parts_of_mu"].items():

@@ -112,6 +112,11 @@ class View:
     def rows(self, table: str, *, reason: str) -> pd.DataFrame:
         """A table of the basis.
 
+        Args:
+            table: Name of the table.
+            reason: Code of claims.yaml where the basis `refit` has none of its rows. The other
+                bases say "not printed".
+
         Raises:
             NotCheckableError: The basis has none.
         """

@@ -47,14 +47,14 @@ def aligned(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], Labelled]:
         if isinstance(column, pd.Series):
             indices[argument] = column.index
     if not indices:
-        return dict(arguments), lambda array, argument: array
+        return dict(arguments), lambda array, name: array
     (first_argument, first_index), *others = indices.items()
     for argument, other_index in others:
         if not other_index.equals(first_index):
             raise OilfilmError(
                 _different_indices(first_argument, first_index, argument, other_index)
             )
-    return dict(arguments), lambda array, argument: pd.Series(array, first_index, name=argument)
+    return dict(arguments), lambda array, name: pd.Series(array, first_index, name=name)
 
 
 def _different_indices(

@@ -54,7 +54,8 @@ class Crossings:
     Attributes:
         point: Number of the point of each crossing, in ascending order, shape (crossings,).
         unknowns: Unknowns interpolated on the curve, near a solution, (crossings, unknowns).
-        ended: True where the curve of a point reached the last value of the parameter, (points,).
+        reached_last: True where the curve of a point reached the last value of the parameter,
+            shape (points,).
         returned: True where the curve of a point turned back to the first value, (points,).
         end: Unknowns at the end of each curve, shape (points, unknowns).
         end_parameter: Parameter at the end of each curve, shape (points,).
@@ -62,7 +63,7 @@ class Crossings:
 
     point: IndexArray
     unknowns: FloatArray
-    ended: BoolArray
+    reached_last: BoolArray
     returned: BoolArray
     end: FloatArray
     end_parameter: FloatArray
@@ -155,7 +156,7 @@ def trace(
     )
     crossing_points = [np.arange(0)]
     crossing_states = [np.empty((0, unknown_count + 1))]
-    ended = np.zeros(curve_count, dtype=bool)
+    reached_last = np.zeros(curve_count, dtype=bool)
     returned = np.zeros(curve_count, dtype=bool)
     for _ in range(_MAX_STEPS):
         if len(curves.point) == 0:
@@ -173,7 +174,7 @@ def trace(
         new_parameter = curves.state[:, -1]
         reaches_last = accepted & (new_parameter >= last)
         returns_to_first = accepted & (new_parameter < first)
-        ended[curves.point[reaches_last]] = True
+        reached_last[curves.point[reaches_last]] = True
         returned[curves.point[returns_to_first]] = True
         end_state[curves.point] = curves.state
         has_stalled = curves.step < _SHORTEST_STEP
@@ -184,7 +185,7 @@ def trace(
     return Crossings(
         point=point[order_by_point],
         unknowns=unknowns[order_by_point],
-        ended=ended,
+        reached_last=reached_last,
         returned=returned,
         end=(end_state * state_scale)[:, :-1],
         end_parameter=end_state[:, -1],
@@ -318,37 +319,38 @@ def _crossings(
     Returns:
         Row of the curve of each crossing, and the interpolated states.
     """
-    old_slope = old_tangent * length[:, np.newaxis]
-    new_slope = new_tangent * length[:, np.newaxis]
+    old_derivative = old_tangent * length[:, np.newaxis]
+    new_derivative = new_tangent * length[:, np.newaxis]
     state_change = new_state - old_state
     # coefficients of t^3, t^2, t and 1, for t from 0 to 1 (Hermite)
-    cubic_coefficient = old_slope + new_slope - 2 * state_change
-    square_coefficient = 3 * state_change - 2 * old_slope - new_slope
-    coefficients = np.stack([cubic_coefficient, square_coefficient, old_slope, old_state])
+    cubic_coefficient = old_derivative + new_derivative - 2 * state_change
+    square_coefficient = 3 * state_change - 2 * old_derivative - new_derivative
+    coefficients = np.stack([cubic_coefficient, square_coefficient, old_derivative, old_state])
     # of the parameter's distance from the wanted value
-    parameter_distance = coefficients[..., -1].copy()
-    parameter_distance[3] -= wanted
+    distance_coefficients = coefficients[..., -1].copy()
+    distance_coefficients[3] -= wanted
     # a cubic is within the hull of its Bezier points: it has a root only if they enclose 0
-    old_distance = parameter_distance[3]
-    new_distance = parameter_distance.sum(axis=0)
+    old_distance = distance_coefficients[3]
+    new_distance = distance_coefficients.sum(axis=0)
     bezier = np.stack(
         [
             old_distance,
-            old_distance + parameter_distance[2] / 3,
-            new_distance - new_slope[:, -1] / 3,
+            old_distance + distance_coefficients[2] / 3,
+            new_distance - new_derivative[:, -1] / 3,
             new_distance,
         ]
     )
     may_cross = (bezier.min(axis=0) <= 0) & (bezier.max(axis=0) >= 0)
     crossing_rows = []
-    crossing_lengths = []
+    crossing_shares = []
     for row in np.flatnonzero(may_cross):
-        roots = np.roots(parameter_distance[:, row])
+        roots = np.roots(distance_coefficients[:, row])
         real_roots = np.sort(roots[np.abs(roots.imag) < _ROUNDING].real)
         for root in real_roots[(real_roots > 0) & (real_roots <= 1)]:
             crossing_rows.append(row)
-            crossing_lengths.append(root)
+            crossing_shares.append(root)
     rows = np.array(crossing_rows, dtype=np.intp)
-    t = np.array(crossing_lengths)[:, np.newaxis]
+    # share of the step at each crossing
+    t = np.array(crossing_shares)[:, np.newaxis]
     a, b, c, d = coefficients[:, rows]
     return rows, np.asarray(((a * t + b) * t + c) * t + d)

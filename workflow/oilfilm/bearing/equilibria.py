@@ -359,7 +359,7 @@ def _followed_curves(
                 remaining_problem, start[points], resistance_share[points], last_parameter, kink
             )
             motions_at_crossings = _Motions.with_full_bands(crossings.point, crossings.unknowns)
-        ended[points] = crossings.ended
+        ended[points] = crossings.reached_last
         motions_at_crossings = replace(
             motions_at_crossings, point=points[motions_at_crossings.point]
         )
@@ -502,7 +502,7 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
             kink=_KINK,
             tolerance=_BAND_TOLERANCE,
         )
-        has_stalled = ~crossings.ended & ~crossings.returned
+        has_stalled = ~crossings.reached_last & ~crossings.returned
         bands = FULL_BANDS * band_shares(crossings.end_parameter)
         narrower_motions = _Motions(motions.point, crossings.end, bands)
         # at the edge of a narrow band the slopes may not lead to the solution
@@ -514,7 +514,7 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
             bands=np.where(is_narrower, bands, motions.bands),
         )
         stalled_motions = stalled_motions.joined(narrowest_motions.select(has_stalled))
-        motions = narrowest_motions.select(crossings.ended)
+        motions = narrowest_motions.select(crossings.reached_last)
     # a curve may stall beside a motion that is exact without bands
     motions = motions.joined(stalled_motions)
     unbanded_motions = replace(motions, bands=np.zeros_like(motions.bands))

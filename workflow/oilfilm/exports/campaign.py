@@ -208,7 +208,7 @@ def _add_constants(sheet: Any, description: Description) -> dict[str, str]:
     exponents = [exponent_meaning(law, group) for group in law.groups]
     _add_row(sheet, "", "at the reference", *exponents, font=_BOLD)
     cell_of_name = {}
-    for coefficient in law.local_constants:
+    for coefficient in law.coefficient_names:
         names = [f"{coefficient}{number}" for number in range(len(exponents) + 1)]
         row = _add_row(sheet, coefficient, *(description.values[name] for name in names))
         # column A has the name of the coefficient

@@ -243,7 +243,7 @@ class Description:
                 power_texts.append(f"exp(X{exponent_index} ({relative_text} - 1))")
             else:
                 power_texts.append(f"({relative_text})^X{exponent_index}")
-        return f"X = X0 {' '.join(power_texts)} for X = {', '.join(self.law.local_constants)}"
+        return f"X = X0 {' '.join(power_texts)} for X = {', '.join(self.law.coefficient_names)}"
 
     @property
     def obstacle(self) -> str:
@@ -271,7 +271,7 @@ class Description:
         steps = []
         for condition in self.arguments:
             steps.append((condition.relative_name, f"{condition.name}/{condition.reference!r}"))
-        for coefficient in self.law.local_constants:
+        for coefficient in self.law.coefficient_names:
             factors = [text_of_constant[f"{coefficient}0"]]
             for exponent_index, condition in enumerate(self.conditions, 1):
                 exponent_name = f"{coefficient}{exponent_index}"
@@ -300,7 +300,7 @@ class Description:
         design = np.concatenate([[1.0], terms])[np.newaxis]
         sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
         signs = [coefficient.sign for coefficient in law.coefficients]
-        return dict(zip(law.local_constants, (sizes * signs).tolist(), strict=True))
+        return dict(zip(law.coefficient_names, (sizes * signs).tolist(), strict=True))
 
     def is_outside_tested_box(self, groups: FloatArray) -> bool:
         """Whether a row of the law's groups is outside the tested box, at any slip."""
@@ -509,7 +509,7 @@ def number_or_none(value: float) -> float | None:
 def constant_meanings(law: Law) -> dict[str, str]:
     """The meaning of each constant of a law, by name."""
     meanings = {}
-    for coefficient in law.local_constants:
+    for coefficient in law.coefficient_names:
         meanings[f"{coefficient}0"] = f"{coefficient} at the reference condition"
         meanings[coefficient] = (
             f"{coefficient} where the rest was tested, at the reference of the arguments"

@@ -120,7 +120,7 @@ def _coefficients(solution: Solution, settings: FitSettings, fixed_conditions: s
     estimated = _estimated(solution, settings.sign_confidence)
     # the level of a condition that did not vary is inside X0, and the row is then that of X
     has_value = set(estimated.index) | set(at_bounds)
-    coefficients_at_level = [name for name in law.local_constants if name in has_value]
+    coefficients_at_level = [name for name in law.coefficient_names if name in has_value]
     rows = estimated.reindex(fitted_names(law) + coefficients_at_level)
     rows["identifiable"] = rows.index.isin(estimated.index)
     rows["verdict"] = rows["verdict"].fillna("not identifiable")

@@ -801,7 +801,7 @@ def _in_order_of_law(law: Law, rows: pd.DataFrame) -> FloatArray:
     """
     names = [constant.name for constant in law.constants]
     values = rows.reindex(columns=names).to_numpy(dtype=float, copy=True)
-    at_tested_level = rows.reindex(columns=list(law.local_constants)).to_numpy(dtype=float)
+    at_tested_level = rows.reindex(columns=list(law.coefficient_names)).to_numpy(dtype=float)
     is_x0 = np.array([constant.condition is None for constant in law.constants])
     has_no_x0 = np.isnan(values[:, is_x0]) & ~np.isnan(at_tested_level)
     values[:, is_x0] = np.where(has_no_x0, at_tested_level, values[:, is_x0])

@@ -130,7 +130,7 @@ class Problem:
         names = [constant.name for constant in self.law.constants]
         if self.followed.all():
             return names
-        coefficient_names = {f"{name}0": name for name in self.law.local_constants}
+        coefficient_names = {f"{name}0": name for name in self.law.coefficient_names}
         return [coefficient_names.get(name, name) for name in names]
 
     @cached_property

@@ -78,7 +78,7 @@ def _smallest_seen_change(row: Mapping[str, Any], course: str, name: str) -> str
         seen_sizes.append(f"{temperature_k:.1f} K")
     if not seen_sizes:
         return f"No {name} would have been seen."
-    seen_text = f"A {name} of {' or '.join(seen_sizes)} would have been seen"
+    seen_text = f"A {name} of {' or '.join(seen_sizes)} would most likely have been seen"
     return f"{seen_text}, but none of {unseen[0]}." if unseen else f"{seen_text}."
 
 

@@ -226,11 +226,11 @@ def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]
     surface = campaign.surface
     measured = surface.measurements
     conditions = measured.conditions.copy()
-    conditions[swap.curves, 2] = swap.temperatures_c
+    conditions[swap.rows, 2] = swap.temperatures_c
     differences = conditions[:, 2] - measured.conditions[:, 2]
     as_labelled = surface.log_mu(measured.point_conditions, measured.slip)
     as_exchanged = surface.log_mu(conditions[measured.curve], measured.slip)
-    is_suspect = np.isin(np.arange(len(conditions)), swap.curves)
+    is_suspect = np.isin(np.arange(len(conditions)), swap.rows)
     return {
         "campaign_verdict": "changed",
         "change": SWAPPED_LABELS,

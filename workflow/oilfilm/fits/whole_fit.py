@@ -99,14 +99,17 @@ def _rows_of_oil(table: pd.DataFrame, oil: str) -> pd.DataFrame:
 
 
 def _missing_or_twice(names: pd.Series, law: Law) -> Iterator[str]:
-    """Names of constants that are no constants of the law, are there twice, or lack one."""
+    """Complaints about constants that the law has not, that are there twice, or that are missing.
+
+    The table has A0 of a fit over conditions, or the coefficient A of a fit of one condition.
+    """
     constant_names = [constant.name for constant in law.constants]
-    for name in names[~names.isin([*constant_names, *law.local_constants])]:
+    for name in names[~names.isin([*constant_names, *law.coefficient_names])]:
         yield f"coefficients has the constant {cut(repr(name))}, which {law.name} has not"
     for name in names[names.duplicated()]:
         yield f"coefficients has the constant {name} twice"
     present = set(names)
-    for constant, coefficient in zip(_leading_constants(law), law.local_constants, strict=True):
+    for constant, coefficient in zip(_leading_constants(law), law.coefficient_names, strict=True):
         if not {constant, coefficient} & present:
             yield f"coefficients lacks the constant {constant}"
 
@@ -117,11 +120,13 @@ def _leading_constants(law: Law) -> list[str]:
 
 
 def _wrong_signs(table: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
-    """Constants whose sign is not that of the law; unknown ones have none."""
+    """Complaints about constants whose sign is not that of the law; unknown ones have none."""
     sign_by_name = {constant.name: constant.sign for constant in law.constants}
     sign_by_name |= dict(
         zip(
-            law.local_constants, map(sign_by_name.__getitem__, _leading_constants(law)), strict=True
+            law.coefficient_names,
+            map(sign_by_name.__getitem__, _leading_constants(law)),
+            strict=True,
         )
     )
     signs = rows["constant"].map(sign_by_name).fillna(0).to_numpy(dtype=float)

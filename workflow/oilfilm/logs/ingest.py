@@ -139,7 +139,7 @@ def ingest_logs(
 
     Args:
         logs: Name and bytes of each log.
-        settings: Settings of the run.
+        settings: The settings.
         kind: The kind of log.
         sheet: The run sheet; it overrides the headers of the logs.
         keep: Called with one run after the other. Without it the samples are returned.
@@ -155,16 +155,16 @@ def ingest_logs(
     file_of_run: dict[str, str] = {}
     read_logs: list[ReadLog] = []
     for file, content in logs:
-        reader, reading = read_log(content, file, settings, kind, sheet)
+        format_name, reading = read_log(content, file, settings, kind, sheet)
         understood = {run.run_id: run.understood for run in reading.runs}
-        read_logs.append(ReadLog(file, reader, reading.form, reading.rows, understood))
+        read_logs.append(ReadLog(file, format_name, reading.form, reading.rows, understood))
         digest = (verified or {}).get(file) or hashlib.sha256(content).hexdigest()
         file_columns = {
             "campaign": settings.campaign.name,
             "file": file,
             "sha256": digest,
             "content_sha256": reading.unpacked_sha256 or digest,
-            "reader": reader,
+            "reader": format_name,
             **asdict(reading.form),
         }
         for run in reading.runs:
@@ -272,7 +272,7 @@ def read_log(
     Args:
         content: The bytes of the file.
         file: Its name, unique among the logs.
-        settings: Settings of the run.
+        settings: The settings.
         kind: The kind of log.
         sheet: The run sheet.
 
@@ -431,6 +431,7 @@ def _run_columns(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[
         "stated": run.understood.stated,
         **{f"nominal_{key}": run.nominal.get(key, np.nan) for key in base.SET_POINT_KEYS},
         "samples": len(run),
+        # until curation judges the run
         "plateaus": 0,
         "accepted_points": 0,
         "verdict": "refused",

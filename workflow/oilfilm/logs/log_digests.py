@@ -35,11 +35,11 @@ class LogDigests:
     """The digests of the logs of a campaign.
 
     Args:
-        record: File in which a run keeps states and digests for the next one.
+        record_file: File in which a run keeps states and digests for the next one.
     """
 
-    def __init__(self, record: Path) -> None:
-        self._file = record
+    def __init__(self, record_file: Path) -> None:
+        self._file = record_file
         self._records_of_this_run: dict[str, _Record] = {}
 
     def by_name(self, folder: Path, names: Iterable[str]) -> dict[str, str]:
@@ -52,10 +52,10 @@ class LogDigests:
         return {name: self._digest(folder / name) for name in names}
 
     def keep(self) -> None:
-        """Write the states and digests of this run to the record, for the next run.
+        """Write the states and digests of this run to the file, for the next run.
 
         Raises:
-            OSError: The record cannot be written.
+            OSError: The file cannot be written.
         """
         write_text(json.dumps(self._records_of_this_run), self._file)
 
@@ -69,9 +69,11 @@ class LogDigests:
 
     def _digest(self, path: Path) -> str:
         """sha256 of a log; empty where it cannot be read."""
-        name = path.as_posix()
+        path_text = path.as_posix()
         now_ns = time.time_ns()
-        record = self._records_of_this_run.get(name) or self._records_of_last_run.get(name)
+        record = self._records_of_this_run.get(path_text) or self._records_of_last_run.get(
+            path_text
+        )
         try:
             status = path.stat()
             state = status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino
@@ -82,5 +84,5 @@ class LogDigests:
         except OSError:
             return ""
         if status.st_ctime_ns < now_ns - _COARSEST_CLOCK_NS:
-            self._records_of_this_run[name] = _Record(state, digest)
+            self._records_of_this_run[path_text] = _Record(state, digest)
         return digest

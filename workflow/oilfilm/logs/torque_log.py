@@ -45,7 +45,7 @@ def _run(log: UsableLog, settings: Settings) -> LoggedRun:
     bearing = torque_of(settings.campaign).bearing
     # the rows of a torque log are never settled readings, even if its header says so
     log = replace(log, keys={**log.keys, "log_kind": "continuous"})
-    return log.run(bearing, samples, {}, None)
+    return log.run(bearing, samples, nominal={}, flaw=None)
 
 
 def torque_of(campaign: Campaign) -> Torque:

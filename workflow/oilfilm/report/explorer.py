@@ -482,7 +482,7 @@ def law_script(laws: Iterable[Law]) -> str:
 def _law_function(law: Law) -> str:
     """One entry of the table `LAWS`."""
     steps, (mu,) = straight_line_form(law.graphs[:1])
-    arguments = ", ".join(law.local_constants)
+    arguments = ", ".join(law.coefficient_names)
     lines = "".join(f"    const {name} = {JAVASCRIPT.write(node)};\n" for name, node in steps)
     return (
         f'  "{law.name}": ([{arguments}], S) => {{\n'

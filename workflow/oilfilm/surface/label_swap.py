@@ -4,7 +4,7 @@ A label that is wrong by 20 K or more acts like no small effect of a run, so the
 The runs that contradict the others most are left out together. The other runs predict each of them
 at the temperature of each, and the likeliest assignment is taken. This is repeated with the new
 temperatures until none changes. The likelihood of all points then stands beside the likelihood with
-the temperatures as they were.
+the temperatures as they were. A run is one curve here, and one row of the conditions.
 
 Decides: when temperature labels are called exchanged.
 """
@@ -40,13 +40,13 @@ class LabelSwap:
     """Temperatures that were exchanged among some runs.
 
     Attributes:
-        curves: Rows of the measurements whose temperature changes, shape (swapped,).
+        rows: Rows of the measurements whose temperature changes, shape (swapped,).
         temperatures_c: The temperatures with which they agree, shape (swapped,).
         score: Twice the logarithm of the likelihood ratio, less that of the number of exchanges.
         is_alarm: Whether the exchange explains more than chance does.
     """
 
-    curves: IndexArray
+    rows: IndexArray
     temperatures_c: FloatArray
     score: float
     is_alarm: bool
@@ -67,8 +67,8 @@ def swapped_temperatures(
         None also for more than 150 curves, for which the exchange is not tried.
     """
     conditions_as_read = surface.measurements.conditions
-    runs = len(conditions_as_read)
-    if runs > LARGEST_DENSE:
+    run_count = len(conditions_as_read)
+    if run_count > LARGEST_DENSE:
         return None
     as_labelled = Relabelled.as_read(surface, errors or RunErrorSizes())
     likeliest = current = as_labelled
@@ -89,7 +89,7 @@ def swapped_temperatures(
     if not count:
         return None
     # groups of this size, and the orders of their labels
-    ln_choices = np.log(scipy.special.comb(runs, count)) + scipy.special.gammaln(count + 1)
+    ln_choices = np.log(scipy.special.comb(run_count, count)) + scipy.special.gammaln(count + 1)
     score = float(2 * (as_labelled.objective - likeliest.objective - ln_choices))
     alarm_score = (limits or SteadinessLimits()).alarm_of_groups
     new_temperatures_c = likeliest.measurements.conditions[moved, _TEMPERATURE]
@@ -107,9 +107,9 @@ class _RemainingCurves:
     """The remaining curves, which predict the suspects.
 
     Attributes:
-        coordinates: Their coordinates.
+        coordinates: The curves as weighted sums of values (`Coordinates`).
         factor: Lower Cholesky factor of their covariance.
-        weights: Inverse of their covariance times the departure.
+        weights: Inverse of their covariance times the departure of ln mu from the law.
     """
 
     coordinates: Coordinates
@@ -122,8 +122,8 @@ def _likeliest_conditions(relabelled: Relabelled) -> FloatArray | None:
     suspects = _suspects(relabelled)
     conditions = relabelled.measurements.conditions
     temperatures = conditions[suspects, _TEMPERATURE]
-    density = _log_densities(relabelled, suspects, temperatures)
-    _, assigned = scipy.optimize.linear_sum_assignment(-density)
+    log_density = _log_densities(relabelled, suspects, temperatures)
+    _, assigned = scipy.optimize.linear_sum_assignment(-log_density)
     proposed = conditions.copy()
     proposed[suspects, _TEMPERATURE] = temperatures[assigned]
     is_moved = _is_moved(conditions, proposed, relabelled.measurements.level_widths)
@@ -133,9 +133,9 @@ def _likeliest_conditions(relabelled: Relabelled) -> FloatArray | None:
 
 def _suspects(relabelled: Relabelled) -> IndexArray:
     """The runs whose labels were changed, and those that contradict all others most."""
-    runs = len(relabelled.measurements.conditions)
+    run_count = len(relabelled.measurements.conditions)
     contradiction = []
-    for left_out in DensePosterior(relabelled.covariance).left_out(np.arange(runs)):
+    for left_out in DensePosterior(relabelled.covariance).left_out(np.arange(run_count)):
         squares = left_out.error @ left_out.precision @ left_out.error
         contradiction.append(squares / len(left_out.error))
     mean_squares = np.array(contradiction)
@@ -147,7 +147,7 @@ def _suspects(relabelled: Relabelled) -> IndexArray:
             measurements_as_read.level_widths,
         )
     ] = np.inf
-    count = min(_MOST_SUSPECTS, int(_LARGEST_SHARE * runs))
+    count = min(_MOST_SUSPECTS, int(_LARGEST_SHARE * run_count))
     return np.sort(np.argsort(-mean_squares, kind="stable")[:count])
 
 
@@ -156,18 +156,16 @@ def _log_densities(
 ) -> FloatArray:
     """Logarithm of the density of each suspect at each temperature, from the other runs."""
     curves = relabelled.covariance.curves
-    remaining_coordinates = np.flatnonzero(~np.isin(curves.curve, suspects))
-    remaining_covariance = relabelled.covariance.matrix()[
-        np.ix_(remaining_coordinates, remaining_coordinates)
-    ]
+    remaining_index = np.flatnonzero(~np.isin(curves.curve, suspects))
+    remaining_covariance = relabelled.covariance.matrix()[np.ix_(remaining_index, remaining_index)]
     factor = scipy.linalg.cholesky(remaining_covariance, lower=True)
-    weights = scipy.linalg.cho_solve((factor, True), curves.departure[remaining_coordinates])
-    remaining = _RemainingCurves(curves.select(remaining_coordinates), factor, weights)
-    distinct_temperatures, number_of_temperature = np.unique(temperatures, return_inverse=True)
-    density = [
+    weights = scipy.linalg.cho_solve((factor, True), curves.departure[remaining_index])
+    remaining = _RemainingCurves(curves.select(remaining_index), factor, weights)
+    distinct_temperatures, distinct_index = np.unique(temperatures, return_inverse=True)
+    log_density = [
         _log_densities_of_run(relabelled, remaining, row, distinct_temperatures) for row in suspects
     ]
-    return np.array(density)[:, number_of_temperature]
+    return np.array(log_density)[:, distinct_index]
 
 
 def _log_densities_of_run(
@@ -181,14 +179,14 @@ def _log_densities_of_run(
     measurements = relabelled.measurements
     conditions = np.tile(measurements.conditions[row], (len(temperatures), 1))
     conditions[:, _TEMPERATURE] = temperatures
-    moved = measurements.at_conditions(row, conditions)
+    copies = measurements.at_conditions(row, conditions)
     law = relabelled.surface.law
-    curves = reduced(moved, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
+    curves = reduced(copies, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
     every_coordinate = curves.select(np.arange(len(curves.departure)))
     across = smooth_covariance(covariance, every_coordinate, remaining.coordinates)
     whitened_across = scipy.linalg.solve_triangular(remaining.factor, across.T, lower=True)
     error = curves.departure - across @ remaining.weights
-    densities = []
+    log_densities = []
     for coordinates in coordinates_by_group(curves.curve, np.arange(len(temperatures))):
         copy = curves.select(coordinates)
         explained = whitened_across[:, coordinates]
@@ -198,5 +196,5 @@ def _log_densities_of_run(
         curve_covariance += sizes.noise**2 * np.eye(len(coordinates))
         curve_factor = scipy.linalg.cholesky(curve_covariance, lower=True)
         whitened = scipy.linalg.solve_triangular(curve_factor, error[coordinates], lower=True)
-        densities.append(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))
-    return np.array(densities)
+        log_densities.append(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))
+    return np.array(log_densities)

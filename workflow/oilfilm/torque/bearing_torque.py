@@ -162,7 +162,7 @@ class Cases:
         """
         self.oils = [oil for oil, _, _ in groups]
         self.laws = [oil.laws[load_variable] for oil, load_variable, _ in groups]
-        self._points_of_group = [len(points) for _, _, points in groups]
+        self._point_counts = [len(points) for _, _, points in groups]
         tables_of_groups = []
         lubrications = []
         for oil, load_variable, points in groups:
@@ -182,7 +182,7 @@ class Cases:
         if "traction_factor" in self.points:
             traction_factor = self.points["traction_factor"].to_numpy()
             lubrication = lubrication.with_traction_factor(traction_factor)
-        law = law_of_groups(self.laws, self._points_of_group)
+        law = law_of_groups(self.laws, self._point_counts)
         load_n = self.points["axial_load_n"].to_numpy(dtype=float)
         speed_rpm = self.points["inner_speed_rpm"].to_numpy(dtype=float)
         operating_points = OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM)
@@ -214,13 +214,13 @@ class Cases:
             # first row: lowest level of each point; second row: highest
             tested[quantity] = range_of_point.T
         stress_ratios = [oil.properties.limiting_stress_ratio for oil in self.oils]
-        terms = _null_without_equilibrium(
+        calculated = _null_without_equilibrium(
             torque_terms(equilibrium, tested, self._for_each_point(stress_ratios))
         )
         long_term_limit_gpa, peak_limit_gpa = self._settings.pressure_limits_gpa
         pressures = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
-        larger_pressure_gpa = terms[pressures].max(axis=1)
-        terms["pressure_verdict"] = np.select(
+        larger_pressure_gpa = calculated[pressures].max(axis=1)
+        calculated["pressure_verdict"] = np.select(
             [
                 np.isnan(larger_pressure_gpa),
                 larger_pressure_gpa > peak_limit_gpa,
@@ -229,7 +229,7 @@ class Cases:
             ["not known", "above peak", "above long-term"],
             "within",
         )
-        return terms.join(self.points[self.points.columns.difference(terms.columns)])
+        return calculated.join(self.points[self.points.columns.difference(calculated.columns)])
 
     @property
     def _settings(self) -> BearingSettings:
@@ -238,7 +238,7 @@ class Cases:
 
     def _for_each_point(self, values_of_groups: npt.ArrayLike) -> npt.NDArray[Any]:
         """The value of each group, once for each of its points: shape (points, ...)."""
-        return np.repeat(values_of_groups, self._points_of_group, axis=0)
+        return np.repeat(values_of_groups, self._point_counts, axis=0)
 
     def assessed(self, seed: int) -> tuple[pd.DataFrame, FloatArray, Drawing]:
         """Friction at every point with its uncertainty, and the slowest cage where it has several.
@@ -249,7 +249,8 @@ class Cases:
         Returns:
             The table of `with_uncertainty`, with the number of `equilibria`, the slowest cage's
             `other_cage_slip` and `other_torque_n_m` where there are several, and `bistable`. Then
-            the draws of `Drawing.results`, and the drawing, which gives the shares of variance.
+            the draws of torque, cage slip and lambda (`Drawing.results`), shape
+            (3, draws, points), and the drawing, which gives the shares of variance.
         """
         all_equilibria = equilibria(self.problem)
         results = self._terms(all_equilibria.fastest)
@@ -262,24 +263,28 @@ class Cases:
             all_equilibria.fastest, oils_and_laws, group_of_point, results, settings, seed
         )
         draws = drawing.results()
-        speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
+        inner_speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
         has_refits = np.array([has_draws(law.fitted) for law in self.laws])
         was_drawn = has_refits[group_of_point] & results["converged"].to_numpy(dtype=bool)
-        terms = with_uncertainty(results, draws, was_drawn, speed_rad_s, settings.uncertainty)
+        assessed = with_uncertainty(
+            results, draws, was_drawn, inner_speed_rad_s, settings.uncertainty
+        )
         has_several = all_equilibria.count > 1
         # an incomplete search may find several equilibria, but not that there is only one
         several_is_known = (all_equilibria.count > 0) & (all_equilibria.complete | has_several)
-        several_or_null = pd.Series(has_several, terms.index, dtype="boolean").where(
+        several_or_null = pd.Series(has_several, assessed.index, dtype="boolean").where(
             several_is_known
         )
         # true if either is true, false if both are false, else null
-        terms["bistable"] = several_or_null | terms["draws_split"]
-        terms["equilibria"] = all_equilibria.count
-        terms["other_cage_slip"] = np.where(has_several, all_equilibria.slowest.cage_slip(), np.nan)
-        terms["other_torque_n_m"] = np.where(
+        assessed["bistable"] = several_or_null | assessed["draws_split"]
+        assessed["equilibria"] = all_equilibria.count
+        assessed["other_cage_slip"] = np.where(
+            has_several, all_equilibria.slowest.cage_slip(), np.nan
+        )
+        assessed["other_torque_n_m"] = np.where(
             has_several, all_equilibria.slowest.torque_n_m(), np.nan
         )
-        return terms, draws, drawing
+        return assessed, draws, drawing
 
 
 def oils_in_bearings(
@@ -319,8 +324,8 @@ def oils_in_bearings(
             continue
         fit_quality = quality_of_oil[oil_name]
         available_laws = laws_of(oil_name, settings)
-        fitted_laws = set(coefficients.loc[coefficients["oil"] == oil_name, "law"])
-        law_names = _law_names(fit_quality["law"], fitted_laws & set(available_laws))
+        fitted_law_names = set(coefficients.loc[coefficients["oil"] == oil_name, "law"])
+        law_names = _law_names(fit_quality["law"], fitted_law_names & set(available_laws))
         fit_by_law = {}
         for law_name in set(law_names.values()):
             fit = FittedLaw.from_tables(
@@ -364,16 +369,16 @@ def oils_of_results(results: CampaignTables, settings: Settings) -> list[OilInBe
     )
 
 
-def _law_names(configured_law: str, fitted_laws: Collection[str]) -> dict[str, str]:
+def _law_names(configured_law: str, fitted_law_names: Collection[str]) -> dict[str, str]:
     """Name of the law for each key of `OilInBearing.laws`.
 
     Args:
         configured_law: The campaign's law.
-        fitted_laws: Names of the laws that have a fit and are available.
+        fitted_law_names: Names of the laws that have a fit and are available.
     """
     law_names = dict.fromkeys(LOAD_VARIABLES, configured_law)
     for law_name in BEARING_LAW_NAMES:
-        if law_name in fitted_laws:
+        if law_name in fitted_law_names:
             law_names[law_name] = law_name
     return law_names
 
@@ -392,13 +397,14 @@ def _laws_in_bearing(
         rig_contact: Contact of the traction rig.
         settings: Section `bearing` of the settings.
     """
-    floor = settings.law_floor.model_dump()
+    # no law is evaluated below these levels
+    smallest_levels = settings.law_floor.model_dump()
     laws = {}
     for load_variable, law_name in law_names.items():
         coefficients = fit_by_law[law_name].coefficients
         if coefficients.followed.all() and not np.isnan(coefficients.constants).any():
             laws[load_variable] = LawInBearing.from_fit(
-                fit_by_law[law_name], load_variable, rig_contact, floor
+                fit_by_law[law_name], load_variable, rig_contact, smallest_levels
             )
     return laws
 
@@ -430,12 +436,12 @@ def _flag_or_null(flag: FloatArray, is_known: BoolArray) -> "pd.Series[bool]":
 
 
 def torque_table(
-    runs: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
+    plateaus: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Measured and calculated torque with every load variable, and traction by inversion.
 
     Args:
-        runs: Table of torque runs. Refused plateaus are left out.
+        plateaus: Table `torque_runs`, one row per plateau. Refused ones are left out.
         oils: Oils with their laws.
         settings: The settings.
 
@@ -443,10 +449,10 @@ def torque_table(
         The tables `torque` and `torque_inversion`.
     """
     columns = ["run_id", "first_row", "oil", "axial_load_n", "inner_speed_rpm"]
-    measured = runs.loc[runs["accepted"], columns].assign(
-        inlet_temperature_c=runs["oil_temperature_c"],
-        measured_torque_n_m=runs["torque_n_m"],
-        measured_torque_n_m_se=runs["torque_n_m_se"],
+    measured = plateaus.loc[plateaus["accepted"], columns].assign(
+        inlet_temperature_c=plateaus["oil_temperature_c"],
+        measured_torque_n_m=plateaus["torque_n_m"],
+        measured_torque_n_m_se=plateaus["torque_n_m_se"],
     )
     measured_names = set(measured["oil"])
     measured_oils = [oil for oil in oils if oil.name in measured_names]
@@ -454,30 +460,32 @@ def torque_table(
         return tables.empty("torque"), tables.empty("torque_inversion")
     groups: list[CaseGroup] = []
     for oil in measured_oils:
-        plateaus = measured[measured["oil"] == oil.name]
-        groups += [CaseGroup(oil, load_variable, plateaus) for load_variable in oil.laws]
+        measured_with_oil = measured[measured["oil"] == oil.name]
+        groups += [CaseGroup(oil, load_variable, measured_with_oil) for load_variable in oil.laws]
     bearing = settings.tested_bearing()
     calculated, _, _ = Cases(bearing, groups).assessed(settings.seed)
-    terms = _compared_with_measured(bearing, calculated, measured_oils, settings)
-    inversion = _inversion_table(bearing, measured_oils, terms, settings)
-    return joined([terms], "torque"), joined([inversion], "torque_inversion")
+    compared = _compared_with_measured(bearing, calculated, measured_oils, settings)
+    inversion = _inversion_table(bearing, measured_oils, compared, settings)
+    return joined([compared], "torque"), joined([inversion], "torque_inversion")
 
 
 def _compared_with_measured(
-    bearing: Bearing, terms: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
+    bearing: Bearing, calculated: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
 ) -> pd.DataFrame:
     """Calculated torque compared with the measured torque, and the estimates of catalogues.
 
     The calculated torque has the uncertainty of the side of its interval on which the measured one
-    is, because the two sides are not alike.
+    is, because the two sides are not alike. `compatibility` is the difference over its
+    standard uncertainty.
     """
     measured_uncertainty_n_m = np.hypot(
-        terms["measured_torque_n_m_se"].to_numpy(), _calibration_uncertainty_n_m(terms, settings)
+        calculated["measured_torque_n_m_se"].to_numpy(),
+        _calibration_uncertainty_n_m(calculated, settings),
     )
-    torque_n_m = terms["torque_n_m"]
-    difference_n_m = torque_n_m - terms["measured_torque_n_m"]
-    below_n_m = torque_n_m - terms["torque_n_m_lower"]
-    above_n_m = terms["torque_n_m_upper"] - torque_n_m
+    torque_n_m = calculated["torque_n_m"]
+    difference_n_m = torque_n_m - calculated["measured_torque_n_m"]
+    below_n_m = torque_n_m - calculated["torque_n_m_lower"]
+    above_n_m = calculated["torque_n_m_upper"] - torque_n_m
     # a torque beyond an end of its own interval has nothing on that side
     interval_side_n_m = below_n_m.where(difference_n_m > 0, above_n_m).clip(lower=0)
     compatibility = difference_n_m / np.hypot(
@@ -487,18 +495,18 @@ def _compared_with_measured(
     verdict = np.select(
         [np.isnan(compatibility), is_compatible], ["not known", "compatible"], "not compatible"
     )
-    load_n, speed_rpm, temperature_c = terms[_LOAD_SPEED_TEMPERATURE].to_numpy().T
-    kinematic_viscosity_m2_s = np.empty(len(terms))
+    load_n, speed_rpm, temperature_c = calculated[_LOAD_SPEED_TEMPERATURE].to_numpy().T
+    kinematic_viscosity_m2_s = np.empty(len(calculated))
     for oil in oils:
-        is_oil = terms["oil"].to_numpy() == oil.name
+        is_oil = calculated["oil"].to_numpy() == oil.name
         kinematic_viscosity_m2_s[is_oil] = oil.properties.kinematic_viscosity_m2_s(
             temperature_c[is_oil]
         )
     pitch_diameter_m = bearing.pitch_diameter_m
     palmgren = settings.bearing.palmgren
-    return terms.assign(
+    return calculated.assign(
         measured_torque_n_m_uncertainty=measured_uncertainty_n_m,
-        relative_error=terms["torque_n_m"] / terms["measured_torque_n_m"] - 1,
+        relative_error=calculated["torque_n_m"] / calculated["measured_torque_n_m"] - 1,
         compatibility=compatibility,
         verdict=verdict,
         palmgren_torque_n_m=palmgren_torque_n_m(
@@ -520,7 +528,7 @@ def _compared_with_measured(
 
 
 def _inversion_table(
-    bearing: Bearing, oils: Sequence[OilInBearing], terms: pd.DataFrame, settings: Settings
+    bearing: Bearing, oils: Sequence[OilInBearing], compared: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
     """Traction that gives the measured torque, with one factor on all traction.
 
@@ -530,7 +538,7 @@ def _inversion_table(
     are as near, the one of weaker traction.
     """
     # one oil after the other, in the order of `oils`
-    plateaus = terms[terms["load_variable"] == "stress"].reset_index(drop=True)
+    plateaus = compared[compared["load_variable"] == "stress"].reset_index(drop=True)
     plateau_count = len(plateaus)
     # each plateau with every factor; the order of the plateaus stays the same
     repeated_rows = np.repeat(plateaus.index, len(_TRACTION_FACTORS))
@@ -602,7 +610,7 @@ def _nearest_pair(encloses: BoolArray) -> IndexArray:
     return first_smallest(distance, axis=0)
 
 
-def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
+def _traction_torque_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the traction torque: measured torque less the other terms.
 
     It has a part by the calibration of the torque sensor, one by each other term, and one by the
@@ -611,27 +619,27 @@ def _traction_torque_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) ->
     # the middles of the slices stand for the distribution
     probabilities = (np.arange(_NORMAL_SLICES) + 0.5) / _NORMAL_SLICES
     normal_numbers = scipy.special.ndtri(probabilities)
-    bearing = settings.bearing
+    bearing_settings = settings.bearing
     relative_by_term = {
-        term: random_factor(bearing, term, normal_numbers).std() for term in FACTOR_TERMS
+        term: random_factor(bearing_settings, term, normal_numbers).std() for term in FACTOR_TERMS
     }
-    ranges = {**settings.tested_bearing().uncertain, **bearing.uncertain()}
+    ranges = {**settings.tested_bearing().uncertain, **bearing_settings.uncertain()}
     for term, names in _RANGES_OF_TERM.items():
         relative_spreads = [
             ranges[name].quantiles(probabilities).std() / ranges[name].value for name in names
         ]
         relative_by_term[term] = np.linalg.norm(relative_spreads)
-    uncertainties_n_m = [_calibration_uncertainty_n_m(terms, settings)]
+    uncertainties_n_m = [_calibration_uncertainty_n_m(plateaus, settings)]
     for term, spread in relative_by_term.items():
         # the momentum is null where the flow is not known, and the torque is one without it
-        uncertainties_n_m.append(np.nan_to_num(spread * terms[f"{term}_torque_n_m"].to_numpy()))
+        uncertainties_n_m.append(np.nan_to_num(spread * plateaus[f"{term}_torque_n_m"].to_numpy()))
     return np.asarray(np.linalg.norm(uncertainties_n_m, axis=0))
 
 
-def _calibration_uncertainty_n_m(terms: pd.DataFrame, settings: Settings) -> FloatArray:
+def _calibration_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the measured torque by offset and gain of the sensor."""
     calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
-    gain_n_m = calibration.torque_relative * terms["measured_torque_n_m"].to_numpy()
+    gain_n_m = calibration.torque_relative * plateaus["measured_torque_n_m"].to_numpy()
     return np.hypot(calibration.torque_n_m, gain_n_m)
 
 
@@ -713,10 +721,11 @@ def _map_of_cage_slip(
         }
     )
     cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
-    terms, draws, _ = cases.assessed(settings.seed)
+    calculated, draws, _ = cases.assessed(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
-    shares = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
-    return joined([terms.assign(**shares)], table)
+    # in how many draws the oil is the best one
+    best_oil_columns = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
+    return joined([calculated.assign(**best_oil_columns)], table)
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
@@ -749,20 +758,20 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
         groups = [
             CaseGroup(oil, load_variable, point) for oil in oils for load_variable in oil.laws
         ]
-        terms = Cases(variant, groups).run()
-        torque_by_oil_and_variable = terms.set_index(["oil", "load_variable"])[
+        calculated = Cases(variant, groups).run()
+        torque_by_oil_and_variable = calculated.set_index(["oil", "load_variable"])[
             "traction_torque_n_m"
         ]
         # of the oil of each row
         stress_torque_n_m = torque_by_oil_and_variable.xs("stress", level="load_variable")[
-            terms["oil"]
+            calculated["oil"]
         ].to_numpy()
         terms_of_variants.append(
-            terms.assign(
+            calculated.assign(
                 varied=varied,
                 ball_diameter_mm=variant.ball_diameter_m * MM_PER_M,
                 groove_curvature=variant.groove_curvature[0],
-                relative_to_stress=terms["traction_torque_n_m"] / stress_torque_n_m - 1,
+                relative_to_stress=calculated["traction_torque_n_m"] / stress_torque_n_m - 1,
             )
         )
     joined_table = joined(terms_of_variants, "size_effect")

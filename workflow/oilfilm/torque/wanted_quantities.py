@@ -46,8 +46,8 @@ class Wanted:
         lever: Change of each quantity per relative change of all traction, in the unit of
             `gradients`.
         form_error: Relative standard error of the law's form there, shape (quantities,).
-        coordinates: Conditions of the contacts that matter, as `form_coordinates` gives them,
-            shape (quantities, contacts, 3).
+        coordinates: ln W / 3, ln U and T of the contacts that matter, as `form_coordinates` gives
+            them for the load W of the rig's contact, shape (quantities, contacts, 3).
         left_out: Operating points without such a gradient, with the reason.
     """
 
@@ -218,13 +218,14 @@ def _coordinates_of_contacts(
     results: pd.DataFrame, duty: FloatArray, contact: Contact
 ) -> FloatArray:
     """Conditions of both contacts at each operating point, shape (operating points, 2, 3)."""
-    load_n = contact.load_n(results[_PRESSURES].to_numpy())
+    # the load at which the contact of the rig has the pressure of the bearing's
+    rig_load_n = contact.load_n(results[_PRESSURES].to_numpy())
     speed_m_s = results[["entrainment_speed_m_s"]].to_numpy()
     temperature_c = duty[:, [2]]
     return form_coordinates(
-        load_n,
-        np.broadcast_to(speed_m_s, load_n.shape),
-        np.broadcast_to(temperature_c, load_n.shape),
+        rig_load_n,
+        np.broadcast_to(speed_m_s, rig_load_n.shape),
+        np.broadcast_to(temperature_c, rig_load_n.shape),
     )
 
 

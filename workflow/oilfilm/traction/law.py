@@ -262,7 +262,7 @@ class Law:
     def linear_in(self) -> BoolArray:
         """For each constant, whether it is the X0 of a coefficient in which mu is linear."""
         is_linear_coefficient = []
-        for name, slope in zip(self.local_constants, self.graphs[1:], strict=True):
+        for name, slope in zip(self.coefficient_names, self.graphs[1:], strict=True):
             # mu = X g + h is linear in X: its logarithmic derivative X g is its own derivative
             is_linear_coefficient.append(expression.logarithmic_derivative(slope, name) is slope)
         constants_per_coefficient = len(self.constants) // len(self.coefficients)
@@ -280,7 +280,7 @@ class Law:
     @cached_property
     def _arguments(self) -> tuple[str, ...]:
         """Names of the arguments of compiled functions."""
-        return (*self.local_constants, "S")
+        return (*self.coefficient_names, "S")
 
     @cached_property
     def constants(self) -> tuple[Constant, ...]:
@@ -395,7 +395,7 @@ class Law:
         return np.array([group in self.exponential for group in self.groups])
 
     @property
-    def local_constants(self) -> tuple[str, ...]:
+    def coefficient_names(self) -> tuple[str, ...]:
         """Names of the coefficients."""
         return tuple(coefficient.name for coefficient in self.coefficients)
 

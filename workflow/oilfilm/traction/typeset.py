@@ -65,7 +65,7 @@ def mathml(law: Law) -> str:
 
     X is any coefficient whose exponents are fitted.
     """
-    steps = parse_steps(law.steps, (*law.local_constants, "S"))
+    steps = parse_steps(law.steps, (*law.coefficient_names, "S"))
     # mu first, then its parts
     formulas = [
         f"{MATHML.identifier(name)}<mo>=</mo>{MATHML.write(value)}"
