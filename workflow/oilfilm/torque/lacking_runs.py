@@ -184,7 +184,7 @@ def evenly_spaced_values(lowest: float, highest: float, count: int, dimension: i
         dimension: Column of the condition: 0 for P, 1 for U, 2 for T.
 
     Examples:
-        >>> spaced(25, 40, 3, CONDITIONS.index("entrainment_speed_m_s"))
+        >>> evenly_spaced_values(25, 40, 3, CONDITIONS.index("entrainment_speed_m_s"))
         array([25. , 31.6, 40. ])
     """
     ends = np.ones((2, len(CONDITIONS)))
