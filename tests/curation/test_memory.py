@@ -76,7 +76,7 @@ from oilfilm.cli import main
 def print_peak():
     print(re.search(r"VmHWM: *([0-9]+)", Path("/proc/self/status").read_text().expandtabs())[1])
 atexit.register(print_peak)
-main(["check", *sys.argv[1:]])
+sys.exit(main(["check", *sys.argv[1:]]))
 """
 
 
