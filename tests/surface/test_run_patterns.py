@@ -5,6 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
+from allocations import peak_bytes
+from oilfilm.surface import run_patterns
 from oilfilm.surface.effect_likelihood import Information
 from oilfilm.surface.run_patterns import (
     likeliest_group,
@@ -26,7 +28,9 @@ def information(seed, sign=1.0, runs=RUNS):
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_ratios_of_all_kinds_are_those_of_their_columns(sign):
+def test_ratios_of_all_kinds_are_those_of_their_columns(sign, monkeypatch):
+    # the ten columns of the root are summed in three parts
+    monkeypatch.setattr(run_patterns, "_COLUMNS_AT_ONCE", 4)
     known = information(1, sign)
     order = np.random.default_rng(2).permutation(RUNS)
     for patterns in patterns_over_time(order, 3, 4):
@@ -79,3 +83,14 @@ def test_labels_of_the_same_runs_are_one_and_the_smaller_of_two_halves_stays():
     assert patterns.labels == ("rig a",)
     np.testing.assert_array_equal(patterns.columns(0)[:, 0], few)
     assert patterns_of_labels({}).count == 0
+
+
+@pytest.mark.parametrize("runs", [300, 1200])
+def test_patterns_of_many_runs_take_the_memory_of_two_roots_at_most(runs):
+    # 360 features of a curve, as a large campaign has
+    root = np.random.default_rng(3).standard_normal((runs, 360))
+    known = Information(np.ones(runs), np.ones(runs), root, -1e-4)
+    for patterns in patterns_over_time(np.arange(runs), 3, 6):
+        with peak_bytes() as peak:
+            patterns.ratios(known, precision=0.3)
+        assert peak() < 2 * root.nbytes, patterns.kind

@@ -248,7 +248,7 @@ def _smallest_seen_size(
     patterns: Columns | Intervals,
     limits: SteadinessLimits,
 ) -> float:
-    """The smallest size at which each of some patterns would be seen."""
+    """The smallest size at which each of some patterns would be seen; infinite if one never is."""
     information = likelihood.information(EXPECTED)
     power = patterns.power(information)
     # the conditions may take up all of a pattern
@@ -406,8 +406,10 @@ def _share_of_information(
 
 def _share_of_pattern(information: Information, pattern: FloatArray) -> float:
     """`_share_of_information` of one pattern, shape (curves,)."""
-    one = Columns("one", pattern[:, np.newaxis], ("",))
-    return float(_share_of_information(information, one.power(information), one.squares)[0])
+    power = pattern @ information.times(pattern)
+    squares = np.sum((pattern - pattern.mean()) ** 2)
+    share = _share_of_information(information, np.array([power]), np.array([squares]))
+    return float(share[0])
 
 
 def _with_suspects(change: Change, order: IndexArray) -> Change:
