@@ -52,7 +52,7 @@ class StepOutputs:
         digest, written = file_digest(file), self.digests[path]
         if digest != written:
             raise OilfilmError(
-                f"{path}: is not as its step wrote it (sha256 {digest[:12]}, then "
-                f"{written[:12]}). Remove it and {self.listings[path]}, then give the same "
-                "command again: the step is repeated."
+                f"{path}: is not as its step wrote it. Its sha256 begins with {digest[:12]}, the "
+                f"step wrote {written[:12]}. Remove it and {self.listings[path]}, then give the "
+                "same command again: the step is repeated."
             )
