@@ -28,7 +28,8 @@ from scale import LONG, NAMES, OILS, levels, snakemake, write_logs
 
 from campaigns import QUICK, printed, read_campaign, write_campaign
 from oilfilm import tables
-from oilfilm.logs.raw_files import listing
+from oilfilm.base.digests import file_digest
+from oilfilm.logs.raw_files import listing, read_listings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 # Logs whose plateaus are used again; at least five of each oil, as its shapes are judged.
@@ -86,7 +87,18 @@ def multiply(share: Path, runs: int) -> int:
     (share / "logs.sha256").write_text(
         listing({f"data/raw/scale/{f}": d for f, d in digests.items()})
     )
+    list_again(share)
     return count
+
+
+def list_again(share: Path) -> None:
+    """Write the digests of the replaced tables over those that the step has listed."""
+    results = share.parents[2]
+    listed = results / f"made/points-{share.name}.sha256"
+    project = results.parents[1]
+    listed.write_text(
+        listing({path: file_digest(project / path) for path in read_listings(listed)})
+    )
 
 
 def made(

@@ -21,6 +21,11 @@ NUMBERS = [0.0, -1.0, 1.0, 2.0, 1e-300, 1e-9, 5e3, -1e9, 1e300, np.nan, np.inf, 
 INTEGERS = [0, -1, 1, 2, 7, 2**62, -(2**63)]
 TEXTS = ["", "x", "\x1b[31m", "deng2026", "tanh", "A" * 100_000, "steady", "[]", "{}", "first"]
 LISTS: list[list[str]] = [[], ["x"], ["deng2026", "tanh"]]
+TYPES = [
+    *(arrow.string(), arrow.float32(), arrow.int8(), arrow.bool_(), arrow.binary(), arrow.null()),
+    *(arrow.list_(arrow.float64()), arrow.timestamp("ns"), arrow.decimal128(10)),
+    arrow.dictionary(arrow.int32(), arrow.string()),
+]
 
 
 @pytest.fixture(scope="module")
@@ -116,10 +121,29 @@ def values_of(kind: arrow.DataType) -> list[Any]:
     return LISTS if arrow.types.is_list(kind) else TEXTS
 
 
+def other_form(table: arrow.Table, rng: np.random.Generator) -> arrow.Table:
+    """The table with a column of another name, of another type or twice, or with another footer."""
+    index = int(rng.integers(table.num_columns))
+    name = table.column_names[index]
+    kind = rng.integers(4)
+    if kind == 0:
+        names = [*table.column_names]
+        names[index] = TEXTS[int(rng.integers(len(TEXTS)))]
+        return table.rename_columns(names)
+    if kind == 1:
+        other = TYPES[int(rng.integers(len(TYPES)))]
+        return table.set_column(index, name, arrow.nulls(table.num_rows, other))
+    if kind == 2:
+        return table.append_column(name, table.column(index))
+    return table.replace_schema_metadata({b"oilfilm": rng.bytes(20)})
+
+
 def some_alteration(table: arrow.Table, rng: np.random.Generator) -> arrow.Table:
     """The table with rows left out, repeated or in another order, or with a column altered."""
     count = table.num_rows
-    kind = rng.integers(12)
+    kind = rng.integers(15)
+    if kind >= 12:
+        return other_form(table, rng)
     if kind == 0:
         return table.take(arrow.array(rng.permutation(count)))
     if kind == 1:

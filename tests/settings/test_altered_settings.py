@@ -2,12 +2,12 @@
 
 import shutil
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import yaml
 
+from alterations import alter
 from campaigns import LABORATORY, ROOT
 from oilfilm.base.errors import OilfilmError
 from oilfilm.settings.resolve import resolve
@@ -18,9 +18,6 @@ FILES = (
     "rigs/ball-on-disc-20mm.yaml",
     "oils/4102.yaml",
 )
-# Values that no key has, or that other keys have.
-VALUES = [None, True, 0, -1, 1.5, 2**70, 1e308, "", "x", "\x1b[31m", "..", [], {}, [None], {"x": 1}]
-Steps = tuple[Any, ...]
 
 
 @pytest.fixture(scope="module")
@@ -28,34 +25,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = Path(shutil.copytree(ROOT / "config", tmp_path_factory.mktemp("altered") / "config"))
     shutil.copy(LABORATORY / "campaigns/laboratory.yaml", folder / "campaigns")
     return folder
-
-
-def steps_below(value: Any) -> list[Steps]:
-    """The steps to everything in a group or list."""
-    if not isinstance(value, dict | list):
-        return []
-    found: list[Steps] = []
-    for step in value if isinstance(value, dict) else range(len(value)):
-        found.append((step,))
-        found += [(step, *below) for below in steps_below(value[step])]
-    return found
-
-
-def alter(values: Any, rng: np.random.Generator) -> None:
-    """Remove something, wrap it, repeat it, or put another value in its place."""
-    found = steps_below(values)
-    *groups, last = found[int(rng.integers(len(found)))]
-    for step in groups:
-        values = values[step]
-    kind = int(rng.integers(6))
-    if kind == 0:
-        del values[last]
-    elif kind == 1:
-        values[last] = {"x": values[last]}
-    elif kind == 2:
-        values[last] = [values[last], values[last]]
-    else:
-        values[last] = VALUES[int(rng.integers(len(VALUES)))]
 
 
 def alter_and_resolve(folder: Path, alterations: range) -> int:
