@@ -120,7 +120,7 @@ def test_load_cell_one_percent_off_is_named(
 
 
 def _values(release: Path) -> np.ndarray:
-    coefficients = StoredRelease.open(release).table("coefficients")
+    coefficients = StoredRelease.open(release).read_table("coefficients")
     assert coefficients is not None
     return coefficients.loc[coefficients["oil"] == "4102", "value"].to_numpy()
 

@@ -259,11 +259,11 @@ def _judged_advice(
     oil_names = np.array([*oils, ""])
     rule_names = np.array([rule.name for rule in selection.rules])
     return points.assign(
-        oils_within_limit=tables.lists(_names_of(within_limit, oils), points.index),
+        oils_within_limit=tables.list_column(_names_of(within_limit, oils), points.index),
         selection_rule=rule_names[rule_index],
         advised_oil=oil_names[advised_oil],
         best_oil=oil_names[best_oil],
-        good_oils=tables.lists(_names_of(is_good, oils), points.index),
+        good_oils=tables.list_column(_names_of(is_good, oils), points.index),
         judgement=judgement,
         true_best_oil="",
         true_judgement="",

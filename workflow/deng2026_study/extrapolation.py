@@ -146,7 +146,7 @@ def _rows_of_fit(
     with_true_mu = truth.rename(columns={"traction_coefficient": "true_traction_coefficient"})
     predictions = with_true_mu.assign(
         law=quality_row["law"],
-        beyond=tables.lists(names_beyond, with_true_mu.index),
+        beyond=tables.list_column(names_beyond, with_true_mu.index),
         traction_coefficient=prediction.traction_coefficient,
     )
     for name in ("mean_ci_lower", "mean_ci_upper"):

@@ -23,7 +23,7 @@ from oilfilm.run.start import (
 )
 from oilfilm.settings.resolve import resolve_given
 from oilfilm.tables.contract import contract_digest
-from oilfilm.tables.table_needs import NOT_IN_EVERY_CAMPAIGN, FIT_TABLES, SURFACE_TABLES, lacking
+from oilfilm.tables.table_needs import NOT_IN_EVERY_CAMPAIGN, FIT_TABLES, SURFACE_TABLES, lacking_tables
 from oilfilm.traction import LAW_FILES
 
 RECORDS = Path(".snakemake")
@@ -103,7 +103,7 @@ wildcard_constraints:
 
 def finished(*names):
     """Files of finished tables by name; an empty list for a table that this campaign lacks."""
-    missing = lacking(CAMPAIGN)
+    missing = lacking_tables(CAMPAIGN)
     return {name: [] if name in missing else f"<tables>/{name}.parquet" for name in names}
 
 

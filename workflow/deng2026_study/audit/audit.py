@@ -72,7 +72,7 @@ def refit_evidence(
     laws = {oil: FittedLaw.from_tables(fits, oil) for oil in oils}
     is_planned = points["run_id"].isin(runs_of_matrix(results.runs, settings)["run_id"])
     measured_rows = {
-        "points": points[is_planned & failed_gates.failed_none_but(points, "thin_film")]
+        "points": points[is_planned & failed_gates.passed_all_but(points, "thin_film")]
     }
     for name in ("fit_quality", "torque", "torque_control"):
         measured_rows[name] = results.table(name)

@@ -180,8 +180,8 @@ def _field(column: tables.Column) -> dict[str, Any]:
     high = column.at_most
     constraints = {
         "required": not column.nullable or None,
-        "minimum": low if low is not None and low > -tables.LARGEST else None,
-        "maximum": high if high is not None and high < tables.LARGEST else None,
+        "minimum": low if low is not None and low > -tables.LARGEST_NUMBER else None,
+        "maximum": high if high is not None and high < tables.LARGEST_NUMBER else None,
         # the standard has no such key for the items of a list
         "enum": list(column.allowed) if column.type != "texts" else [],
     }

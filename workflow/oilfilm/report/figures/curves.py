@@ -15,7 +15,7 @@ from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.names import CONDITIONS as CONDITION_NAMES
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels, with_measured
+from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels, with_measured_set_points
 from oilfilm.traction.law import CONDITIONS
 
 NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
@@ -98,7 +98,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     sheet, panels = oil_grid(oils, height=2.2)
     # runs without a stated speed get their measured one: they need not be repeats
     measured = results.parts_of_runs("points", ["run_id", "accepted", *CONDITIONS])
-    runs = with_levels(with_measured(results.runs, measured), settings)
+    runs = with_levels(with_measured_set_points(results.runs, measured), settings)
     for panel, _, oil in panels:
         columns = ["run_id", "accepted", "load_n", *CONDITIONS, *_MEASURED]
         points = results.table("points", columns, oil=oil)

@@ -299,7 +299,7 @@ def _rows_to_mark(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, in
 
 def _fail_own_gates(points: pd.DataFrame) -> "pd.Series[bool]":
     """Plateaus that fail a gate of plateaus, not only because their whole run was refused."""
-    return failed_gates.failed_any(points, (gate.name for gate in PLATEAU_GATES))
+    return failed_gates.failed_any_of(points, (gate.name for gate in PLATEAU_GATES))
 
 
 def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:

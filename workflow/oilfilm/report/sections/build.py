@@ -473,7 +473,7 @@ def bearing(results: CampaignTables, settings: Settings) -> Section:
         logs=len(all_logs),
         plateaus=runs,
         limits_gpa=settings.bearing.pressure_limits_gpa,
-        refused_plateaus=_by_gate_name(failed_gates.counts(runs)),
+        refused_plateaus=_by_gate_name(failed_gates.refusal_counts(runs)),
         cases=first_cases(refused),
         not_calculated=without_torque["oil"].value_counts().to_dict(),
         torque=torque,
