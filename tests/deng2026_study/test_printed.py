@@ -27,7 +27,7 @@ from deng2026_study.settings import default_settings, study_settings
 from deng2026_study.study import describe_printed
 from oilfilm import tables
 from oilfilm.base.home import CONFIG
-from oilfilm.exports.campaign import in_folders
+from oilfilm.exports.campaign import export_oils
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
@@ -310,7 +310,7 @@ def test_every_export_says_how_sure_each_sign_is() -> None:
     assert (verdicts["A1"], verdicts["B1"]) == ("printed, sign certain", "printed, sign open")
     texts = {
         file: content.decode()
-        for file, content in in_folders([described], {}).items()
+        for file, content in export_oils([described], {}).items()
         if file.endswith((".py", ".f90", ".m", ".mo", ".h", ".json", ".csv"))
     }
     assert len(texts) >= 7

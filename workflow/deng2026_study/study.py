@@ -17,13 +17,13 @@ from deng2026_study.settings import NAME, default_settings, study_settings
 from oilfilm import tables
 from oilfilm.base.home import CONFIG, reference_file
 from oilfilm.base.studies import Study, publication
-from oilfilm.exports.campaign import in_folders
+from oilfilm.exports.campaign import export_oils
 from oilfilm.exports.description import (
     Condition,
     Description,
     Published,
     constant_meanings,
-    identifiers,
+    make_identifiers,
 )
 from oilfilm.report.document import Entry, Section, facts, show_table
 from oilfilm.settings.campaign import Campaign
@@ -53,7 +53,7 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
         OilfilmError: The file is missing or has a mistake.
     """
     printed_coefficients = load(path, PrintedCoefficients)
-    identifier_of_oil = identifiers(
+    identifier_of_oil = make_identifiers(
         [f"{oil} printed" for oil in printed_coefficients.falling_viscosity]
     )
     adore_points = tuple(point.model_dump() for point in settings.adore_points)
@@ -488,7 +488,7 @@ def _exports(
     tested = study_settings(settings).printed.boxes.tested
     descriptions = describe_printed(path, tested, settings.exports)
     chosen = [description for description in descriptions if description.oil in oils]
-    files = in_folders(chosen, provenance) if chosen else {}
+    files = export_oils(chosen, provenance) if chosen else {}
     return {f"{_EXPORT_FOLDER}/{file}": content for file, content in files.items()}
 
 

@@ -15,8 +15,8 @@ from oilfilm.base.atomic_write import atomic_folder, write_bytes, write_text
 from oilfilm.base.digests import file_digest
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
-from oilfilm.exports.campaign import export, export_campaign
-from oilfilm.exports.description import describe, identifiers
+from oilfilm.exports.campaign import export_campaign, export_oil
+from oilfilm.exports.description import describe, make_identifiers
 from oilfilm.fits.soundness import finished_fits
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.report.html import html
@@ -86,9 +86,9 @@ def export_fit(fit: ArrayFit, path: Path) -> None:
     """
     results, settings, provenance = as_campaign(fit, "arrays")
     law = LAWS[settings.fit.law]
-    identifier = identifiers([fit.oil])[fit.oil]
+    identifier = make_identifiers([fit.oil])[fit.oil]
     description = describe(results, fit.oil, identifier, law, settings)
-    files = export(description, provenance)
+    files = export_oil(description, provenance)
     content_by_ending: dict[str, bytes] = {}
     for file, content in files.items():
         # the first of several files with one ending

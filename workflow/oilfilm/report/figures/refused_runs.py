@@ -319,7 +319,7 @@ def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
     lines: list[str] = []
     for text, lines_max in lines_max_of_text:
         wrapper = textwrap.TextWrapper(_LETTERS_PER_LINE, max_lines=lines_max, placeholder=" ...")
-        lines += wrapper.wrap(style.plain(text))
+        lines += wrapper.wrap(style.plain_text(text))
     return lines
 
 

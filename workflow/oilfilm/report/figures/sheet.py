@@ -34,7 +34,7 @@ from oilfilm import tables
 from oilfilm.base.atomic_write import atomic_file
 from oilfilm.base.figure_catalogue import figures
 from oilfilm.base.units import IndexArray
-from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look, plain
+from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look, plain_text
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -185,7 +185,7 @@ class Sheet:
         if title is not None:
             letter = string.ascii_letters[number]
             look.setdefault("parse_math", False)
-            axis.set_title(f"({letter}) {plain(title)}".rstrip(), **look)
+            axis.set_title(f"({letter}) {plain_text(title)}".rstrip(), **look)
         axis.set_label(letter)
         return Panel(axis, letter, self.parts)
 

@@ -148,7 +148,7 @@ def cell_edges(centres: FloatArray, scale: str = "linear") -> FloatArray:
     return np.exp(edges) if scale == "log" else edges
 
 
-def plain(text: str) -> str:
+def plain_text(text: str) -> str:
     """Text of a log for a figure: characters that the font lacks become their codes.
 
     Draw it with `parse_math=False`: otherwise `$` begins a formula.
