@@ -13,7 +13,7 @@ from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.bearing.resistance import HEATS
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes, torque
-from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, sentences
+from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, text_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import OPERATING_POINT, stays_best
@@ -126,7 +126,7 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     """
     advice, oils = results.slip_advice, list(settings.oils)
     if advice.empty:
-        return sentences(_NO_MAP)
+        return text_figure(_NO_MAP)
     advice = advice.assign(**in_units_of_axes(advice))
     sheet = Sheet(2, 2, height=2.2, across=0.3, sharex=True, sharey=True)
     sheet.axes[0].set_yscale("log")

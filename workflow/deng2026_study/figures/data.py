@@ -22,7 +22,7 @@ from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
-from oilfilm.report.figures.curves import NO_POINT, Series, draw_series
+from oilfilm.report.figures.curves import NO_POINT, CurveInPanel, draw_curves
 from oilfilm.report.figures.fits import draw_constants
 from oilfilm.report.figures.sheet import Sheet, register, table_page
 from oilfilm.settings.base import present
@@ -72,9 +72,9 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
                 results.points, runs, oil, {**levels_of_panel, varied: level}
             )
             label = style.level_phrases({varied: level})
-            series.append(Series(label, oil, points, law, shade, marker))
+            series.append(CurveInPanel(label, oil, points, law, shade, marker))
         title = style.level_phrases(levels_of_panel) + _count_of_curves(series)
-        draw_series(sheet.panel(panel_number, title), series)
+        draw_curves(sheet.panel(panel_number, title), series)
     left_panels = sheet.axes[::2]
     right_panels = sheet.axes[1::2]
     _label_axes_and_legend(sheet, [left_panels, right_panels])
@@ -112,8 +112,8 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
             )
             law = FittedLaw.from_tables(results.configured.coefficients, oil)
             look = style.oil_look(oil, oils)
-            series.append(Series(oil, oil, points, law, look["color"], look["marker"]))
-        draw_series(sheet.panel(panel_number, style.level_phrases({_PRESSURE: pressure})), series)
+            series.append(CurveInPanel(oil, oil, points, law, look["color"], look["marker"]))
+        draw_curves(sheet.panel(panel_number, style.level_phrases({_PRESSURE: pressure})), series)
     drawn_oils = set(sheet.drawn()["oil"])
     oils_without_points = [oil for oil in oils if oil not in drawn_oils]
     notes = style.lost_handles(oils_without_points, "no accepted point here")
@@ -121,7 +121,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-def _count_of_curves(series: Sequence[Series]) -> str:
+def _count_of_curves(series: Sequence[CurveInPanel]) -> str:
     """How many curves of a panel have points; empty where all or none have."""
     count = sum(len(curve.points) > 0 for curve in series)
     if count in (0, len(series)):
@@ -158,7 +158,7 @@ def _label_axes_and_legend(
         title: Title of the legend.
     """
     sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
-    if not sheet.parts:
+    if not sheet.drawn_parts:
         # a panel without points has this text; a sheet without any level has drawn no panel
         if not sheet.axes[0].texts:
             sheet.panel(0).say(NO_POINT)

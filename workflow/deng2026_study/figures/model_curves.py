@@ -24,8 +24,7 @@ from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import mu_at_zero_slip, symbol_of
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
-from oilfilm.report.names import CONDITIONS as CONDITION_NAMES
-from oilfilm.report.names import law_name
+from oilfilm.report.names import CONDITION_TEXTS, law_title
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -421,13 +420,13 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     labels = {
         "fit": "fit to all curves",
         "left out": "fit to all other curves",
-        "Eq. 7": f"{law_name(DENG2026.name)}, fit to all other curves",
+        "Eq. 7": f"{law_title(DENG2026.name)}, fit to all other curves",
     }
     line_handles = [
         style.line_handle(label, linestyle=_LINESTYLE_OF_SERIES[series], **black)
         for series, label in labels.items()
     ]
-    sheet.legend([*oil_handles, plateau, *line_handles], columns=1)
+    sheet.legend([*oil_handles, plateau, *line_handles], column_count=1)
     return sheet
 
 
@@ -586,8 +585,8 @@ def _draw_measured(
         upper=y + half_interval,
         **oil_and_label,
     )
-    levels = [f"{curve[name].mean():.3g} {CONDITION_NAMES[name][2]}" for name in CONDITIONS]
-    label = f"{law_name(fit['law'])}; {', '.join(levels)}"
+    levels = [f"{curve[name].mean():.3g} {CONDITION_TEXTS[name][2]}" for name in CONDITIONS]
+    label = f"{law_title(fit['law'])}; {', '.join(levels)}"
     if not fit["certified"]:
         label += ", not certified"
     return (
