@@ -282,7 +282,7 @@ def test_added_log_changes_counts_and_passes(
     more = pd.concat([runs, runs.iloc[:1].assign(run_id="new.csv")], ignore_index=True)
     raw = {**LOGS, "new.csv": b"1"}
     comparison = comparison_of(before, make(raw=raw, runs=more, fit_quality=quality))
-    assert {statement.column for statement in comparison.statements} == {"", "n_points"}
+    assert {statement.column_name for statement in comparison.statements} == {"", "n_points"}
     assert not comparison.beyond_limits
     uncertified = quality.assign(certified=False)
     (section,) = comparison_of(before, make(raw=raw, fit_quality=uncertified)).beyond_limits

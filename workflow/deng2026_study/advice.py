@@ -94,13 +94,13 @@ def advice_in_band(
     return {"slip_advice": advice, "advice_band": _advice_band(cage_slip, settings, BY_LAW)}
 
 
-def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> pd.DataFrame:
+def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction_source: str) -> pd.DataFrame:
     """Table `advice_band`: how often the advice of each scenario is good.
 
     Args:
         cage_slip: Table of cage slip at all temperatures of the band.
         settings: `gates` and `studies`.
-        traction: `BY_LAW` or `BY_TRUTH`: the traction behind the table of cage slip.
+        traction_source: `BY_LAW` or `BY_TRUTH`: the traction behind the table of cage slip.
     """
     selection = study_settings(settings).selection
     slip_map = _slip_map(cage_slip, selection)
@@ -115,7 +115,7 @@ def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> 
     band = judged.melt(key_columns, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
     agreements = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
     band = agreements.agg(operating_points="size", agreeing_points="sum").reset_index()
-    return joined([band.assign(traction=traction)], "advice_band")
+    return joined([band.assign(traction=traction_source)], "advice_band")
 
 
 def advice_by_truth(

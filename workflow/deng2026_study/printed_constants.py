@@ -66,30 +66,37 @@ def judge_printed(
             "printed_sse": squared_error(points, constants_by_oil[oil]),
             "fitted_sse": quality.at[oil, "sse"],
         }
-        fitted = FittedLaw.from_tables(results.coefficients, oil, law=LAW).coefficients.constants
+        fitted_constants = FittedLaw.from_tables(
+            results.coefficients, oil, law=LAW
+        ).coefficients.constants
         for box_name, ends in settings.boxes.model_dump().items():
             row[f"{box_name}_difference"] = largest_difference(
-                fitted, constants_by_oil[oil], ends, settings.levels
+                fitted_constants, constants_by_oil[oil], ends, settings.levels
             )
         rows.append(row)
     return tables.from_rows(rows, "printed_judged")
 
 
 def largest_difference(
-    fitted: FloatArray, printed: FloatArray, box: Mapping[str, Sequence[float]], levels: int
+    fitted_constants: FloatArray,
+    printed_constants: FloatArray,
+    box: Mapping[str, Sequence[float]],
+    level_count: int,
 ) -> float:
     """printed - fitted mu where they differ most in a box, on a grid of evenly spaced levels.
 
     Args:
-        fitted: A0..A3, B0..B3, C0..C3; any NaN makes the answer NaN.
-        printed: The same, as printed.
+        fitted_constants: A0..A3, B0..B3, C0..C3; any NaN makes the answer NaN.
+        printed_constants: The same, as printed.
         box: Lowest and highest value of each condition and of `slide_roll_ratio`.
-        levels: How many of each.
+        level_count: How many of each.
     """
     lowest, highest = box["slide_roll_ratio"]
-    slip = np.linspace(lowest, highest, levels)
-    internal = to_internal(LAW, np.array([printed, fitted])).T
-    printed_mu, fitted_mu = np.moveaxis(TractionOverBox.over(box, levels, slip, internal).mu, -1, 0)
+    slip = np.linspace(lowest, highest, level_count)
+    internal = to_internal(LAW, np.array([printed_constants, fitted_constants])).T
+    printed_mu, fitted_mu = np.moveaxis(
+        TractionOverBox.over(box, level_count, slip, internal).mu, -1, 0
+    )
     difference = printed_mu - fitted_mu
     return float(difference.flat[first_largest(np.abs(difference).ravel())])
 
@@ -155,7 +162,7 @@ class TractionOverBox:
     def over(
         cls,
         box: Mapping[str, Sequence[float]],
-        levels: int,
+        level_count: int,
         slip: Sequence[float] | FloatArray,
         internal: FloatArray,
     ) -> "TractionOverBox":
@@ -163,16 +170,18 @@ class TractionOverBox:
 
         Args:
             box: Lowest and highest value of each condition and of `slide_roll_ratio`.
-            levels: Evenly spaced levels of each condition.
+            level_count: Evenly spaced levels of each condition.
             slip: Levels of the slide-roll ratio.
             internal: Constants in the law's internal form, shape (constants, sets).
         """
-        levels_of_axes = [np.linspace(box[name][0], box[name][1], levels) for name in CONDITIONS]
+        levels_of_axes = [
+            np.linspace(box[name][0], box[name][1], level_count) for name in CONDITIONS
+        ]
         conditions = np.stack(np.meshgrid(*levels_of_axes, indexing="ij"), axis=-1).reshape(
             -1, len(levels_of_axes)
         )
         sizes = LAW.sizes(internal, LAW.design(conditions))
-        shape = -1, levels, levels, levels, internal.shape[1]
+        shape = -1, level_count, level_count, level_count, internal.shape[1]
         largest_slip = max(box["slide_roll_ratio"])
         return cls(levels_of_axes[STRESS], np.sort(slip), largest_slip, sizes.reshape(shape))
 
@@ -340,10 +349,10 @@ def _scores(
 
 
 def _over_box(
-    box: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
+    box_name: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
 ) -> TractionOverBox:
     """The traction over a box of the settings, at the slips of one of `_SLIP_LEVELS`."""
-    ends = settings.boxes.model_dump()[box]
+    ends = settings.boxes.model_dump()[box_name]
     slips = settings.signs.slide_roll_ratio.model_dump()[slip_levels]
     return TractionOverBox.over(ends, settings.signs.levels, slips, internal)
 

@@ -139,10 +139,10 @@ def _log_bytes(
     # first-order response to each change of the set point
     unfinished_share = np.exp(-np.arange(step_sample_count) / rate_hz / twin.response_s)
 
-    def controlled(set_point: FloatArray) -> FloatArray:
+    def controlled(set_point_over_time: FloatArray) -> FloatArray:
         """The controlled quantity, which follows its set point."""
-        unfinished_change = np.convolve(np.diff(set_point, prepend=0.0), unfinished_share)
-        return set_point - unfinished_change[: len(set_point)]
+        unfinished_change = np.convolve(np.diff(set_point_over_time, prepend=0.0), unfinished_share)
+        return set_point_over_time - unfinished_change[: len(set_point_over_time)]
 
     speed_set_point_rpm = set_points_over_time("inner_speed_rpm")
     time_s = np.arange(len(speed_set_point_rpm)) / rate_hz

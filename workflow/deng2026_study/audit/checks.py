@@ -594,10 +594,10 @@ def heavy_load_4010(evidence: Evidence) -> Outcome:
     return replace(outcome_with_film, numbers=outcome_with_film.numbers | bearing_numbers)
 
 
-def _true_of_every_law(evidence: Evidence, holds: Callable[[Law], BoolArray]) -> bool:
+def _true_of_every_law(evidence: Evidence, is_true_of: Callable[[Law], BoolArray]) -> bool:
     """Whether something is true of every law, whatever its constants."""
     laws = {fitted.law.name: fitted.law for fitted in evidence.fit_by_oil.values()}
-    return all(holds(law).all() for law in laws.values())
+    return all(is_true_of(law).all() for law in laws.values())
 
 
 def _any_constants(law: Law, slip: FloatArray) -> FloatArray:

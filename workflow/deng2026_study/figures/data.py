@@ -358,7 +358,7 @@ def _cell(
     unit: str,
     content: float | str,
     source: str,
-    number_format: Callable[[float], str] = _number,
+    format_number: Callable[[float], str] = _number,
 ) -> dict[str, Any]:
     """One cell of a table, as a row of its own.
 
@@ -368,14 +368,14 @@ def _cell(
         unit: Unit of the quantity; may be empty.
         content: A text, or a number in the unit; NaN where it is not known.
         source: Where the content is from; a star marks what is `assumed`.
-        number_format: Text of a number.
+        format_number: Text of a number.
     """
     value = np.nan
     if isinstance(content, str):
         text = content
     else:
         value = content
-        text = _NO_VALUE if np.isnan(value) else number_format(value)
+        text = _NO_VALUE if np.isnan(value) else format_number(value)
     if source == "assumed":
         text += "*"
     return {
@@ -611,12 +611,17 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
 
 
 def _draw_label(
-    axis: Axes, label: str, centre: tuple[float, float], target: tuple[float, float]
+    axis: Axes, label: str, centre: tuple[float, float], target_point: tuple[float, float]
 ) -> None:
     """Write a label, with a line to its target unless that is the centre of the label."""
     box = None
-    if centre != target:
-        axis.plot([centre[0], target[0]], [centre[1], target[1]], color=style.GREY, linewidth=0.5)
-        axis.plot(*target, ".", color=style.GREY, markersize=2.5)
+    if centre != target_point:
+        axis.plot(
+            [centre[0], target_point[0]],
+            [centre[1], target_point[1]],
+            color=style.GREY,
+            linewidth=0.5,
+        )
+        axis.plot(*target_point, ".", color=style.GREY, markersize=2.5)
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
     axis.text(*centre, label, ha="center", va="center", fontsize=7, linespacing=1.1, bbox=box)

@@ -155,8 +155,8 @@ def _draw_cuts(
         # a very wide interval leaves the panel; otherwise the lines would be flat
         panel.axis.set_ylim(0, _HEADROOM * highest_of_rows[row_index])
         colour = style.oil_colour(oil, list(settings.oils))
-        corner: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
-        panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner)
+        corner_look: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
+        panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner_look)
     sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL, fontsize=7)
     sheet.legend(
         _legend_entries(sheet.drawn(), getattr(levels, line_condition), (abscissa, line_condition)),

@@ -111,12 +111,12 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         OilfilmError: A raw log has changed since the run read it, a file is not as its step wrote
             it, or the release exists already with other content.
     """
-    config = as_yaml(run.settings.plain())
+    config_text = as_yaml(run.settings.plain())
     made_from = MadeFrom(
         campaign=run.settings.campaign.name,
         data=run.settings.campaign.data,
         tag=run.settings.release.tag,
-        config=sha256_of(config),
+        config=sha256_of(config_text),
         code=code_tree_digest(run.home),
         lock=file_digest(run.home / RUN_LOCK),
         environment=environment(run.home),
@@ -129,7 +129,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         shutil.rmtree(leftover)
     is_new = not folder.exists()
     try:
-        manifest = _collect_files(run, made_from, config, temporary)
+        manifest = _collect_files(run, made_from, config_text, temporary)
         if is_new:
             flush(temporary)
             for name in files_below(temporary):
@@ -184,7 +184,9 @@ def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
             listed_outputs.refuse_altered(path, file)
 
 
-def _collect_files(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) -> Manifest:
+def _collect_files(
+    run: FinishedRun, made_from: MadeFrom, config_text: str, folder: Path
+) -> Manifest:
     """Copy every file of a release into a folder, and write its manifest.
 
     Returns:
@@ -201,7 +203,7 @@ def _collect_files(run: FinishedRun, made_from: MadeFrom, config: str, folder: P
     for path_in_release, path in source_by_path.items():
         copy_file(path, folder / path_in_release)
     text_by_path = {
-        CONFIG: config,
+        CONFIG: config_text,
         ENVIRONMENT: canonical_json(made_from.environment.model_dump()),
         "tables/datapackage.json": data_package(
             run.settings, folder / "tables", folder.glob("tables/*.parquet")

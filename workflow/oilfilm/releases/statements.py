@@ -40,17 +40,17 @@ class Statement(NamedTuple):
     """A statement that the same table of two releases makes differently.
 
     Attributes:
-        table: Name of the table.
-        row: Key of the row.
-        column: Name of the column; empty where one of the tables lacks the row.
+        table_name: Name of the table.
+        row_key: Key of the row, as text.
+        column_name: Name of the column; empty where one of the tables lacks the row.
         before: First value, as text.
         after: Second value.
         counts_data: Whether it is about a row or a count, which change as soon as a log is added.
     """
 
-    table: str
-    row: str
-    column: str
+    table_name: str
+    row_key: str
+    column_name: str
     before: str
     after: str
     counts_data: bool

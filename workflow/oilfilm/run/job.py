@@ -71,20 +71,20 @@ class Job:
                 for rows in self.tables.parts(table_name):
                     add(rows)
 
-    def raw_logs(self, folder: str) -> RawLogs:
+    def raw_logs(self, folder_name: str) -> RawLogs:
         """The raw logs: the inputs `logs`, whose names and digests are the params `files`.
 
         Measured logs become inputs in the provenance when they are read.
 
         Args:
-            folder: Name of their folder below data/raw.
+            folder_name: Name of their folder below data/raw.
         """
         inputs = self.snakemake.input
         digest_by_name = self.snakemake.params.files
         paths = [Path(path) for path in inputs.get("logs", [])]
         is_simulated = bool(inputs.get("listing"))
         return RawLogs(
-            Path("data/raw", folder),
+            Path("data/raw", folder_name),
             dict(zip(digest_by_name, paths, strict=True)),
             read_listings(Path(inputs.listing)) if is_simulated else digest_by_name,
             is_simulated,

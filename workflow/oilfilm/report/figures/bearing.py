@@ -226,12 +226,12 @@ def _draw_motions(panel: Panel, rows: pd.DataFrame, x_column: str, y_column: str
     panel.axis.plot(not_known[x_column], not_known[y_column], **_NOT_KNOWN)
 
 
-def _motion_handles(table: pd.DataFrame) -> list[Any]:
+def _motion_handles(rows: pd.DataFrame) -> list[Any]:
     """Entries of the legend for the marks of `_draw_motions` that occur."""
     handles = []
-    if is_bistable(table).any():
+    if is_bistable(rows).any():
         handles.append(style.line_handle("cage may roll or skid", **_BISTABLE))
-    if table["bistable"].isna().any():
+    if rows["bistable"].isna().any():
         handles.append(style.line_handle("not known whether there is another motion", **_NOT_KNOWN))
     return handles
 
@@ -429,10 +429,12 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
         cells = _draw_plan(panel, tests_of_oil, runs_of_oil, y_column, tests["reduction"].max())
     sheet.label(style.CONDITION_LABELS[_SPEED], fontsize=7)
     sheet.colour_bar(cells, "Reduction of the torque's uncertainty (%)")
-    box: style.Look = {"marker": "s", "color": "black", "markerfacecolor": "white"}
+    box_look: style.Look = {"marker": "s", "color": "black", "markerfacecolor": "white"}
     sheet.legend(
         [
-            style.symbol_handle("number: test to run next, in this order", markersize=6, **box),
+            style.symbol_handle(
+                "number: test to run next, in this order", markersize=6, **box_look
+            ),
             style.symbol_handle("measured run", "o", color=style.GREY, markerfacecolor="none"),
         ]
     )

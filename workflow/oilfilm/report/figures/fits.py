@@ -214,10 +214,10 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     panel = sheet.panel(title=None)
     # laws have a distance of one; all oils of a law stay within 0.8
     distance_of_oils = min(0.24, 0.8 / len(oils))
-    for fit in tables.rows(compared):
-        oils_from_middle = oils.index(fit["oil"]) - (len(oils) - 1) / 2
-        y = laws.index(fit["law"]) + oils_from_middle * distance_of_oils
-        _draw_errors(panel, fit, y, oils)
+    for fit_row in tables.rows(compared):
+        oils_from_middle = oils.index(fit_row["oil"]) - (len(oils) - 1) / 2
+        y = laws.index(fit_row["law"]) + oils_from_middle * distance_of_oils
+        _draw_errors(panel, fit_row, y, oils)
     axis = panel.axis
     axis.set_yticks(range(len(laws)), map(law_title, laws))
     axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
@@ -256,42 +256,42 @@ def mu_at_zero_slip(
     return pd.DataFrame({"run_id": data.runs, "y": mu}).iloc[order]
 
 
-def _draw_errors(panel: Panel, fit: Mapping[str, Any], y: float, oils: Sequence[str]) -> None:
+def _draw_errors(panel: Panel, fit_row: Mapping[str, Any], y: float, oils: Sequence[str]) -> None:
     """Draw each kind of error of one fit, on a line from the smallest to the largest.
 
     Args:
         panel: The panel.
-        fit: Row of the table of fit quality.
+        fit_row: Row of the table of fit quality.
         y: Ordinate of the fit.
         oils: Oils of the campaign.
     """
-    oil = fit["oil"]
-    left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
+    oil = fit_row["oil"]
+    left_out = fit_row["left_out_rmse"] * fit_row["relative_rms"] / fit_row["rmse"]
     errors_of_kind = {
-        "fitted curves": np.array([fit["relative_rms"]]),
+        "fitted curves": np.array([fit_row["relative_rms"]]),
         "curve left out": np.array([left_out]),
         "end level left out": np.array(
-            [fit[f"{level}_end_out_relative_rms"] for level in _END_LEVELS]
+            [fit_row[f"{level}_end_out_relative_rms"] for level in _END_LEVELS]
         ),
     }
     all_errors = np.concatenate(list(errors_of_kind.values()))
     colour = style.oil_colour(oil, oils)
     ends_of_line = [np.nanmin(all_errors), np.nanmax(all_errors)]
     panel.axis.plot(ends_of_line, [y, y], color=colour, linewidth=0.6)
-    label = fit["law"] if fit["certified"] else f"{fit['law']}, not certified"
+    label = fit_row["law"] if fit_row["certified"] else f"{fit_row['law']}, not certified"
     for kind, errors in errors_of_kind.items():
         known_errors = errors[~np.isnan(errors)]
         look: style.Look = {"color": colour, "markerfacecolor": "white"}
-        if fit["certified"]:
+        if fit_row["certified"]:
             look["markerfacecolor"] = colour
         look.update(_LOOK_OF_ERROR[kind])
         panel.dots(kind, known_errors, np.full(len(known_errors), y), look, oil=oil, label=label)
 
 
-def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
+def symbol_of(fit_row: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
     """Symbol of an oil, open where the fit is not certified."""
-    look = style.oil_look(fit["oil"], oils)
-    look["markerfacecolor"] = look["color"] if fit["certified"] else "white"
+    look = style.oil_look(fit_row["oil"], oils)
+    look["markerfacecolor"] = look["color"] if fit_row["certified"] else "white"
     look["linestyle"] = ""
     return look
 
@@ -362,7 +362,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     mu_levels = _levels_up_to(largest_mu)
     colours: style.Look = {"norm": LogNorm(mu_levels[0], mu_levels[-1]), "extend": "min"}
     level_lines: style.Look = {"colors": "white", "linewidths": 0.4}
-    handles: dict[str, Any] = {}
+    handle_by_label: dict[str, Any] = {}
     for panel, (pressure_index, pressure_gpa), oil in panels:
         panel.axis.set(xscale="log", yscale="log")
         mu = mu_of_oil[oil][pressure_index, :, 0].T
@@ -381,7 +381,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
                 speed, slip, values, [level], colors="black", linestyles=dashes, linewidths=width
             )
             if any(len(path) for path in contour.get_paths()):
-                handles[label] = style.line_handle(
+                handle_by_label[label] = style.line_handle(
                     label, color="black", linestyle=dashes, linewidth=width
                 )
         _draw_tested_frame(panel, fit_by_oil[oil], pressure_gpa, temperature_c)
@@ -399,7 +399,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     bar.minorticks_off()
     frame_handle = Rectangle((0, 0), 1, 1, label="tested", **_TESTED_FRAME)
     title = style.level_phrases({"inlet_temperature_c": temperature_c})
-    sheet.legend([*handles.values(), frame_handle], title)
+    sheet.legend([*handle_by_label.values(), frame_handle], title)
     return sheet
 
 

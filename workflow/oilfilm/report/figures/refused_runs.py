@@ -183,7 +183,7 @@ def _refusals_of_runs_and_logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> 
     return refusals.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
 
 
-def page_name(run_id: str, rig: str) -> str:
+def page_name(run_id: str, rig_kind_name: str) -> str:
     """A file name that is safe on every system and different for each run of each kind of rig.
 
     Example:
@@ -191,7 +191,9 @@ def page_name(run_id: str, rig: str) -> str:
         'a-b-csv-8d1b61480e6c67c8.png'
     """
     slug = re.sub(r"[^a-z0-9]+", "-", run_id.lower()).strip("-")[:40]
-    digest = hashlib.sha256(f"{rig}:{run_id}".encode("utf-8", "surrogatepass")).hexdigest()[:16]
+    digest = hashlib.sha256(
+        f"{rig_kind_name}:{run_id}".encode("utf-8", "surrogatepass")
+    ).hexdigest()[:16]
     return f"{slug or 'run'}-{digest}.png"
 
 

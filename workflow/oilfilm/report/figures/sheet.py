@@ -288,8 +288,8 @@ class Sheet:
             bar_height = 0.8 * panels_in / height
             self._bar.set_position((bar_left, bar_bottom, bar_width, bar_height))
         if mark:
-            corner: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
-            self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color=GREY, **corner)
+            mark_look: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
+            self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color=GREY, **mark_look)
         return self.figure
 
 
