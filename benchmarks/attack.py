@@ -163,7 +163,7 @@ def changed_by_lists(project: Path) -> bool:
 def complaints(release: Path) -> bool:
     """Whether `oilfilm verify` finds fault with a release."""
     try:
-        return bool(StoredRelease.open(release).changes())
+        return bool(StoredRelease.open(release).find_changes())
     except OilfilmError:
         return True
 

@@ -34,7 +34,7 @@ from oilfilm.fits.soundness import verdict_of_fit
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction.law import FloatArray
-from simulated_lab.printed import printed_constants
+from simulated_lab.printed import read_printed_constants
 from simulated_lab.truth import LawTruth, TrueTraction, true_tractions
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
@@ -119,7 +119,7 @@ class PointTruth:
 @cache
 def truth_of(name: str, oil: str) -> TrueTraction:
     """The truth of this name."""
-    constants = printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
+    constants = read_printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
     settings = _settings("demo")
     if name == "deng2026":
         return LawTruth(constants[oil])

@@ -42,11 +42,11 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import CONDITIONS, FloatArray, bounds
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from simulated_lab.printed import printed_constants
+from simulated_lab.printed import read_printed_constants
 
 ROOT = Path(__file__).parents[1]
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
-PRINTED = printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
+PRINTED = read_printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
 OILS = ("4102", "4050", "4010")
 LOG_BOX = bounds(PAPER_LAW)
 # What a user who knows the size of mu and no more would allow for the raw constants.

@@ -35,11 +35,11 @@ from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction import LAW_NAMES
 from oilfilm.traction.law import FloatArray, IndexArray, Law, Observations
-from simulated_lab.printed import printed_constants
+from simulated_lab.printed import read_printed_constants
 
 ROOT = Path(__file__).parents[1]
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
-PRINTED = printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
+PRINTED = read_printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
 OILS = ("4102", "4050", "4010")
 SAME = 1e-6
 

@@ -23,7 +23,7 @@ from oilfilm.api.arrays import ArrayFit
 from oilfilm.cli import main
 from oilfilm.exports.campaign import adore_rows
 from oilfilm.fits.fitted import Prediction
-from oilfilm.report.sections.build import answer
+from oilfilm.report.sections.build import answer_section
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -166,14 +166,14 @@ def test_explorer_marks_mu(asked: Asked) -> None:
 
 def test_card_of_the_report_is_marked(asked: Asked, config: Settings) -> None:
     results = CampaignTables.in_folder(asked.folders[0])
-    (row,) = answer(results, config).tables[0].rows
+    (row,) = answer_section(results, config).tables[0].rows
     assert "not tested" not in row[2] and "limiting" not in row[2]
     quality = results.fit_quality.assign(limiting_stress_ratio=1e-4)
-    (row,) = answer(results.replace(fit_quality=quality), config).tables[0].rows
+    (row,) = answer_section(results.replace(fit_quality=quality), config).tables[0].rows
     assert "limiting shear stress" in row[2]
     ends = {"tested_min_entrainment_speed_m_s": 1.0, "tested_max_entrainment_speed_m_s": 2.0}
     quality = results.fit_quality.assign(**ends)
-    (row,) = answer(results.replace(fit_quality=quality), config).tables[0].rows
+    (row,) = answer_section(results.replace(fit_quality=quality), config).tables[0].rows
     assert "not tested there" in row[2]
 
     # the other exports: tests/deng2026_study/test_printed.py

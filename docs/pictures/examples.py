@@ -18,7 +18,7 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import BearingFile
-from simulated_lab.printed import printed_constants
+from simulated_lab.printed import read_printed_constants
 from simulated_lab.simulate import simulate_campaign
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -52,7 +52,7 @@ def bearing() -> Bearing:
 @cache
 def log(defect: str = "") -> pd.DataFrame:
     """A simulated log of the demonstration, the first with that defect."""
-    constants = printed_constants(reference_file("printed_coefficients"))
+    constants = read_printed_constants(reference_file("printed_coefficients"))
     for run, content, _ in simulate_campaign(settings(), constants):
         if run.defect == defect:
             return pd.read_csv(io.BytesIO(content), comment="#")

@@ -6,7 +6,7 @@ import pytest
 from campaigns import Campaign, without
 from oilfilm.curation.curate import curate
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.tables.failed_gates import failed_any
+from oilfilm.tables.failed_gates import failed_any_of
 from pcs_exports import shipped_numbers
 
 # docs/physics.md, PCS logs: rows where one force direction had not reversed
@@ -28,7 +28,7 @@ def test_exactly_the_half_reversed_rows_are_refused(etm: Campaign) -> None:
     points = etm.curated.points
     refused = points[~points["accepted"]]
     assert (len(refused), points["accepted"].sum()) == (18, 20_482)
-    assert failed_any(refused, ["force_not_reversed"]).all()
+    assert failed_any_of(refused, ["force_not_reversed"]).all()
     steps = refused["run_id"].str.extract(r"step(\d+)")[0].astype(int)
     assert steps.tolist() == HALF_REVERSED_STEPS
     step, time_s, slip, mu = shipped_numbers()
@@ -46,7 +46,7 @@ def test_force_is_half_the_difference_of_both_directions(etm: Campaign) -> None:
 
 def test_speed_spike_is_refused_and_nothing_else(etm: Campaign) -> None:
     points = etm.curated.points
-    spike = points[failed_any(points, ["speed_off_nominal", "slip_out_of_range"])]
+    spike = points[failed_any_of(points, ["speed_off_nominal", "slip_out_of_range"])]
     assert spike["run_id"].tolist() == ["step161.csv.gz"]
     assert spike["time_s"].tolist() == [154.0]
     assert spike["slide_roll_ratio"].iloc[0] == pytest.approx(-0.278, abs=5e-4)
@@ -58,5 +58,5 @@ def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> N
     samples = samples[samples["run_id"].isin(runs["run_id"])]
     strict = curate(samples, runs, TractionRig(without(etm.config, "film_unjudged")))
     assert not strict.points["accepted"].any()
-    assert failed_any(strict.points, ["film_not_judged"]).all()
+    assert failed_any_of(strict.points, ["film_not_judged"]).all()
     assert (strict.runs["verdict"] == "refused").all()

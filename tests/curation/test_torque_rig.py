@@ -45,7 +45,7 @@ def test_plateaus_are_kept_with_the_gate_that_refuses_them(config):
     frame["inner_speed_rpm"] *= -1
     runs, refused = measured([("a.csv", text(frame))], config)
     assert len(runs) == 3
-    assert failed_gates.counts(runs)["turns_backwards"] == 3
+    assert failed_gates.refusal_counts(runs)["turns_backwards"] == 3
     assert not runs["accepted"].any()
     assert refused["rule"].tolist() == ["turns_backwards"]
 

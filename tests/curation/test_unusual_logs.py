@@ -169,7 +169,7 @@ def test_many_faulty_plateaus_refuse(phases: tuple[float, ...], faulty: int, ref
     last = len(phases) - 1
     curated = judged(with_levels_changed(phases, range(last - faulty, last), 1.4))
     unsteady = ["not_steady", "spiky", "transient_not_ended"]
-    bad = failed_gates.failed_any(curated.points, unsteady)
+    bad = failed_gates.failed_any_of(curated.points, unsteady)
     assert bad.sum() == faulty
     assert rules(curated) == (["many_plateaus_fail"] if refused else [])
     for reason in curated.quarantine["reason"]:
@@ -183,7 +183,7 @@ def test_one_steady_plateau_of_impossible_traction_refuses_the_run(factor: int, 
     values["traction_force"][5 * HELD + rows : 6 * HELD] *= factor
     curated = judged(values)
     assert rules(curated) == ([] if rows else ["impossible_traction"])
-    gates = failed_gates.counts(curated.points).index
+    gates = failed_gates.refusal_counts(curated.points).index
     assert ("spiky" if rows else "traction_unphysical") in gates
     assert curated.points["accepted"].sum() == (len(curated.points) - 1 if rows else 0)
 
@@ -195,7 +195,7 @@ def test_light_contact_whose_zero_is_a_little_off_is_used() -> None:
     values["traction_force"][50:HELD] -= 0.03
     curated = judged(values, **NO_SET_POINTS)
     assert curated.runs["verdict"].tolist() == ["accepted"]
-    assert failed_gates.counts(curated.points).to_dict() == {"traction_unphysical": 1}
+    assert failed_gates.refusal_counts(curated.points).to_dict() == {"traction_unphysical": 1}
 
 
 # --- simple mistakes ---------------------------------------------------------------------------

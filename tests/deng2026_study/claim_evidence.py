@@ -9,7 +9,7 @@ import pandas as pd
 
 from campaigns import ROOT, printed
 from deng2026_study.audit.audit import printed_evidence
-from deng2026_study.audit.evidence import View
+from deng2026_study.audit.evidence import Evidence
 from deng2026_study.printed_constants import study_signs
 from deng2026_study.reference import Claim, read_claims
 from deng2026_study.settings import NAME, study_settings
@@ -44,7 +44,7 @@ def evidence_of(
     *,
     truth_is_law: bool = False,
     **measured: pd.DataFrame,
-) -> View:
+) -> Evidence:
     """Laws with these constants, and tables of what was measured."""
     evidence = printed_evidence({oil: np.array(row) for oil, row in constants.items()}, config)
     return replace(

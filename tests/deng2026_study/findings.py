@@ -140,7 +140,7 @@ def advice_of_a_rigid_bearing(campaign: str) -> dict[str, Any]:
         Points where the rules name the best oil, and where one oil everywhere is as good.
     """
     settings = resolve(ROOT / "config", {"campaign": campaign})
-    constants = load(reference_file("printed_coefficients"), PrintedCoefficients).constants()
+    constants = load(reference_file("printed_coefficients"), PrintedCoefficients).constants_by_oil()
     with mock.patch.object(true_bearing, "true_problem", _rigid_problem):
         truth = true_bearing.true_map(table(campaign, "cage_slip"), settings, constants)
     selection = study_settings(settings).selection
@@ -215,12 +215,14 @@ def order_by_signs() -> dict[str, Any]:
     shares = []
     for chosen in itertools.product(*choices):
         constants = dict(zip(printed.falling_viscosity, chosen, strict=True))
-        view = printed_evidence(constants, settings)
-        drawn = replace(view, grid=grid_of_box(settings, "extrapolated"))
+        evidence = printed_evidence(constants, settings)
+        drawn = replace(evidence, grid=grid_of_box(settings, "extrapolated"))
         shares.append(check("viscosity-order", drawn).share)
     heavy_gpa = np.linspace(2.0, 2.5, 6)
     heavy = grid_of_box(settings, "extrapolated").with_levels(max_hertz_pressure_gpa=heavy_gpa)
-    mu = replace(printed_evidence(printed.constants(), settings), grid=heavy).mu_by_viscosity()
+    mu = replace(
+        printed_evidence(printed.constants_by_oil(), settings), grid=heavy
+    ).mu_by_viscosity()
     assert (mu[-1] > mu[:-1].max(axis=0)).all()  # "from 2 GPa on 4010 has the most traction"
     return {"in_order": span(pd.Series(shares)), "sign_sets": len(shares)}
 
@@ -242,14 +244,16 @@ def largest_order(kept_share: float) -> float:
     keeping = scored[(scored[_TRENDS] >= kept_share).all(axis="columns")]
     mu = []
     for oil in printed.falling_viscosity:
-        size = np.abs(printed.constants()[oil])
+        size = np.abs(printed.constants_by_oil()[oil])
         of_sets = []
         for signs in keeping.loc[keeping["oil"] == oil, "signs"]:
             # A0 < 0 and B0, C0 > 0 are stated; the set has the nine exponents
             exponents = np.array([1 if sign == "+" else -1 for sign in signs]).reshape(3, 3)
             signed = np.column_stack([[-1, 1, 1], exponents]).ravel() * size
-            view = printed_evidence({oil: signed}, settings)
-            of_sets.append(replace(view, grid=grid_of_box(settings, "extrapolated")).mu().ravel())
+            evidence = printed_evidence({oil: signed}, settings)
+            of_sets.append(
+                replace(evidence, grid=grid_of_box(settings, "extrapolated")).mu().ravel()
+            )
         mu.append(np.array(of_sets))
     first, second, third = mu
     shares = [
@@ -264,7 +268,7 @@ def _sign_choices(printed: PrintedCoefficients, oil: str) -> Iterator[FloatArray
     certainties = printed.sign_certainties(oil)
     is_open = np.array([certainties.get(name) == "open" for name in names])
     for signs in itertools.product((1, -1), repeat=is_open.sum()):
-        constants = printed.constants()[oil].copy()
+        constants = printed.constants_by_oil()[oil].copy()
         constants[is_open] *= signs
         yield constants
 
@@ -330,7 +334,7 @@ def of_demo() -> dict[str, Any]:
     of_refit = demo("claim_numbers").query("basis == 'refit'")
     by_number = of_refit.set_index(["claim", "number", "oil"])["value"].sort_index()
     fits = demo("coefficients").query("law == @PAPER_LAW")
-    constants = load(reference_file("printed_coefficients"), PrintedCoefficients).constants()
+    constants = load(reference_file("printed_coefficients"), PrintedCoefficients).constants_by_oil()
     planted = np.concatenate([constants[oil] for oil in fits["oil"].unique()])
     errors = fits["value"] - planted
     assert (errors.abs() <= 3 * fits["standard_error"]).all()  # in words

@@ -22,7 +22,7 @@ from deng2026_study.audit.audit import (
     undoubted_evidence,
 )
 from deng2026_study.audit.audit import printed_evidence as of_printed
-from deng2026_study.audit.evidence import NotCheckableError, Outcome, View
+from deng2026_study.audit.evidence import Evidence, NotCheckableError, Outcome
 from deng2026_study.reference import read_claims
 from deng2026_study.settings import study_settings
 from oilfilm import tables
@@ -35,7 +35,7 @@ from reports import rows as rows_of
 from simulated_lab.printed import PrintedCoefficients
 
 Judge = Callable[..., Outcome]
-InBearing = Callable[[Any], View]
+InBearing = Callable[[Any], Evidence]
 EVERY_CLAIM = read_claims(CLAIMS).claims
 
 
@@ -49,7 +49,7 @@ def judge(config: Settings) -> Judge:
     """The finding on one claim over a box, by constants of each oil or by evidence."""
 
     def judge(claim: str, basis: Any, where: str = "extrapolated") -> Outcome:
-        evidence = basis if isinstance(basis, View) else evidence_of(basis, config)
+        evidence = basis if isinstance(basis, Evidence) else evidence_of(basis, config)
         return check(claim, replace(evidence, grid=grid_of_box(config, where)))
 
     return judge
@@ -192,8 +192,8 @@ def test_oils_converge_by_the_ratio_of_their_exponents(judge: Judge) -> None:
 
 def test_negative_traction_is_seen(judge: Judge, monkeypatch: pytest.MonkeyPatch) -> None:
     assert judge("non-negative", same()).share == judge("zero-slip", same()).share == 1.0
-    mu = View.mu
-    monkeypatch.setattr(View, "mu", lambda self, **levels: mu(self, **levels) - 1e-3)
+    mu = Evidence.mu
+    monkeypatch.setattr(Evidence, "mu", lambda self, **levels: mu(self, **levels) - 1e-3)
     assert judge("non-negative", same()).share < 1.0
     assert judge("zero-slip", same()).share == 0.0
 
@@ -205,8 +205,8 @@ def test_negative_traction_is_seen(judge: Judge, monkeypatch: pytest.MonkeyPatch
 )
 def test_truth_by_equation_is_no_evidence(config: Settings, law: str, given: bool) -> None:
     evidence = evidence_of(printed(), config)
-    laws = {oil: replace(fit, law=LAWS[law]) for oil, fit in evidence.laws.items()}
-    fitted, slips = replace(evidence, laws=laws), np.linspace(0, 0.3, 31)
+    laws = {oil: replace(fit, law=LAWS[law]) for oil, fit in evidence.fit_by_oil.items()}
+    fitted, slips = replace(evidence, fit_by_oil=laws), np.linspace(0, 0.3, 31)
     no_slip = partial(checks._any_constants, slip=np.zeros(1))
     assert checks._true_of_every_law(fitted, lambda law: no_slip(law) == 0) is given
     assert (
@@ -250,10 +250,10 @@ def test_without_the_doubtful_oil_the_order_holds_in_part(config: Settings) -> N
 
 def test_only_the_doubtful_oil_has_more_traction_than_a_film_can_carry(config: Settings) -> None:
     doubtful = load(REFERENCE, PrintedCoefficients).doubtful
-    view = of_printed(printed(), config).with_levels(
+    evidence = of_printed(printed(), config).with_levels(
         max_hertz_pressure_gpa=[2.5], entrainment_speed_m_s=[20.0], inlet_temperature_c=[20.0]
     )
-    largest = view.by_oil(np.max, view.mu(slide_roll_ratio=view.curve))
+    largest = evidence.by_oil(np.max, evidence.mu(slide_roll_ratio=evidence.curve_slips))
     limit = config.gates.traction_max
     assert {oil for oil, mu in largest.items() if mu > limit} == set(doubtful) == {"4010"}
 
@@ -321,7 +321,9 @@ def test_thinnest_minimum_film_is_below_the_stated_one(judge: Judge, config: Set
     basis = of_printed(printed(), config)
     finding = judge("full-film", basis, "tested")
     assert finding.numbers["thinnest_um"] == pytest.approx(0.079, abs=0.001)
-    curve = basis.with_levels(slide_roll_ratio=[0.0, *basis.grid.slide_roll_ratio, basis.curve[-1]])
+    curve = basis.with_levels(
+        slide_roll_ratio=[0.0, *basis.grid.slide_roll_ratio, basis.curve_slips[-1]]
+    )
     assert curve.films(thickness="central")[0].min() == pytest.approx(0.132, rel=0.02)
     assert finding.numbers["central"] == 1.0
 
@@ -564,7 +566,7 @@ def test_claims_are_judged_on_oils_of_the_paper(
     fit = fits["4102"]
     own, points = fit.assign(oil="house oil"), demo.curated.points
 
-    def evidence(fits: pd.DataFrame) -> View:
+    def evidence(fits: pd.DataFrame) -> Evidence:
         results = results_of(demo, fits).replace(
             points=points.assign(oil=points["oil"].replace("4050", "house oil")),
             torque=rows_of("torque", {"oil": "house oil", "relative_error": 9.9}),
@@ -576,7 +578,7 @@ def test_claims_are_judged_on_oils_of_the_paper(
     assert (unchecked["verdict"] == "cannot be checked").all()
     # beside an oil of the paper: that one alone is judged
     both, alone = evidence(pd.concat([fit, own])), evidence(fit)
-    assert list(both.laws) == list(alone.laws) == ["4102"]
+    assert list(both.fit_by_oil) == list(alone.fit_by_oil) == ["4102"]
     assert set(both.measured.points["oil"]) == {"4102", "4010"}
     assert both.measured.torque.empty
     assert set(both.measured.fit_quality["oil"]) == {"4102"}

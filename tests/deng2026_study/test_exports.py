@@ -16,7 +16,7 @@ from deng2026_study.study import describe_printed
 from exported import grid, tables_of
 from law_points import EVERY_LAW
 from oilfilm.cli import main
-from oilfilm.exports.campaign import export, export_campaign, workbook
+from oilfilm.exports.campaign import export_campaign, export_oil, workbook
 from oilfilm.exports.description import SLIP, Description
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS
@@ -41,7 +41,7 @@ def test_exported_printed_constants_give_eqs_7_to_9(
     rows = grid()[[*CONDITIONS, SLIP]].to_numpy()
     for fit in described.values():
         name = f"traction_{fit.identifier}.py"
-        (tmp_path / name).write_bytes(export(fit, PROVENANCE)[name])
+        (tmp_path / name).write_bytes(export_oil(fit, PROVENANCE)[name])
         exported = runpy.run_path(str(tmp_path / name))
         mu = np.array([exported["traction_coefficient"](*row) for row in rows])
         outside = np.array([exported["outside_tested_box"](*row) for row in rows])
@@ -78,7 +78,7 @@ def test_open_signs_go_with_printed_constants(
 
 
 def test_every_file_says_that_its_constants_are_printed(described: dict[str, Description]) -> None:
-    for name, content in export(described["4010"], PROVENANCE).items():
+    for name, content in export_oil(described["4010"], PROVENANCE).items():
         if name.endswith(".csv"):
             assert set(pd.read_csv(io.BytesIO(content))["data"]) == {"printed"}
         elif name.endswith(".xlsx"):

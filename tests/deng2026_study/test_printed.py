@@ -16,18 +16,18 @@ from campaigns import ROOT, printed
 from deng2026_study import printed_constants as signs
 from deng2026_study.printed_constants import (
     LAW,
-    Surface,
+    TractionOverBox,
     judge_printed,
     largest_difference,
+    sign_verdicts,
     squared_error,
-    verdicts,
-    where_true,
+    where_statements_hold,
 )
 from deng2026_study.settings import default_settings, study_settings
 from deng2026_study.study import describe_printed
 from oilfilm import tables
 from oilfilm.base.home import CONFIG
-from oilfilm.exports.campaign import in_folders
+from oilfilm.exports.campaign import export_oils
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
@@ -55,13 +55,13 @@ def constants(heads: tuple[float, float, float], powers: list[float]) -> np.ndar
     return np.concatenate([[head, *powers[3 * at : 3 * at + 3]] for at, head in enumerate(heads)])
 
 
-def surface(of: np.ndarray, levels: int = 7) -> Surface:
-    return Surface.over(BOX, levels, SLIPS, to_internal(LAW, of)[:, np.newaxis])
+def surface(of: np.ndarray, levels: int = 7) -> TractionOverBox:
+    return TractionOverBox.over(BOX, levels, SLIPS, to_internal(LAW, of)[:, np.newaxis])
 
 
-def scores(of: Surface, **limits: float) -> dict[str, float]:
+def scores(of: TractionOverBox, **limits: float) -> dict[str, float]:
     """Share of the box where each statement holds."""
-    holds = where_true(of, of, SLIPS, 0.15, LIMITS.model_copy(update=limits))
+    holds = where_statements_hold(of, of, SLIPS, 0.15, LIMITS.model_copy(update=limits))
     return {name: float(each.mean()) for name, each in holds.items()}
 
 
@@ -193,7 +193,7 @@ def test_signs_that_the_text_settles_and_those_that_it_leaves_open(studied: Stud
 )
 def test_verdicts_at_limits(margin: float, weakest: float, effect: float, expected: str) -> None:
     limits = LIMITS.model_copy(update={"near_best": 0.5, "no_effect_max": 0.02})
-    assert verdicts(*map(np.array, (margin, weakest, effect)), limits) == expected
+    assert sign_verdicts(*map(np.array, (margin, weakest, effect)), limits) == expected
 
 
 # ---------------------------------------------------------------- against points
@@ -310,7 +310,7 @@ def test_every_export_says_how_sure_each_sign_is() -> None:
     assert (verdicts["A1"], verdicts["B1"]) == ("printed, sign certain", "printed, sign open")
     texts = {
         file: content.decode()
-        for file, content in in_folders([described], {}).items()
+        for file, content in export_oils([described], {}).items()
         if file.endswith((".py", ".f90", ".m", ".mo", ".h", ".json", ".csv"))
     }
     assert len(texts) >= 7

@@ -16,8 +16,8 @@ from deng2026_study.printed_law import with_printed
 from deng2026_study.reference import read_claims
 from deng2026_study.settings import study_settings
 from oilfilm.curation.coverage import coverage, gate_counts
-from oilfilm.report.sections.build import sections
-from oilfilm.report.text import text
+from oilfilm.report.sections.build import campaign_sections
+from oilfilm.report.text import text_report
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -88,8 +88,8 @@ def test_report_tells_what_the_paper_claims(demo_tables: CampaignTables, demo: C
 
 
 def test_text_has_the_answer_first_and_no_keys(demo_tables: CampaignTables, demo: Campaign) -> None:
-    made = sections(demo_tables, demo.config)
-    lines = text(made, demo.config.campaign).splitlines()
+    made = campaign_sections(demo_tables, demo.config)
+    lines = text_report(made, demo.config.campaign).splitlines()
     assert "SIMULATED" in lines[1]
     titles = [lines[i - 1] for i, line in enumerate(lines) if line and set(line) == {"-"}]
     assert titles[:4] == ["Answer", "Trouble", "Where to find what", "Data"]

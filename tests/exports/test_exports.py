@@ -21,8 +21,8 @@ from campaigns import printed
 from exported import HOSTILE, arguments_of, beyond, describe_law, expected, grid, tables_of
 from law_points import EVERY_LAW
 from nights import nightly
-from oilfilm.exports.campaign import FORMS, adore_rows, export, export_campaign
-from oilfilm.exports.description import SLIP, Description, describe, identifiers, plain
+from oilfilm.exports.campaign import FORMS, adore_rows, export_campaign, export_oil
+from oilfilm.exports.description import SLIP, Description, describe, make_identifiers, plain_text
 from oilfilm.settings.resolved import Settings
 
 PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
@@ -64,13 +64,13 @@ def run(*command: str, folder: Path, given: str = "") -> str:
 
 
 def save(fit: Description, folder: Path) -> None:
-    for name, content in export(fit, PROVENANCE).items():
+    for name, content in export_oil(fit, PROVENANCE).items():
         (folder / name).write_bytes(content)
 
 
 def texts_of(fit: Description) -> dict[str, str]:
     """Every export but the workbook, as text."""
-    files = export(fit, PROVENANCE).items()
+    files = export_oil(fit, PROVENANCE).items()
     return {name: content.decode() for name, content in files if not name.endswith(".xlsx")}
 
 
@@ -287,7 +287,7 @@ def hostile(config: Settings) -> tuple[list[Description], dict[str, str]]:
     quality["active_bounds"] = [tuple(HOSTILE)] * len(quality)
     tables = tables.replace(fit_quality=quality)
     settings = config.with_changes({"campaign": {"description": " ".join(HOSTILE)}})
-    names = identifiers(HOSTILE).items()
+    names = make_identifiers(HOSTILE).items()
     fits = [describe(tables, oil, name, DENG, settings) for oil, name in names]
     return fits, export_campaign(tables, settings, PROVENANCE)
 
@@ -317,14 +317,14 @@ def test_hostile_names_stay_whole_in_json_and_harmless_in_csv(hostile: Any) -> N
 
 @given(st.lists(st.text(), unique=True, max_size=8))
 def test_identifiers_are_plain_short_and_all_different(oils: list[str]) -> None:
-    names = list(identifiers(oils).values())
+    names = list(make_identifiers(oils).values())
     assert len(set(names)) == len(oils)
     assert all(re.fullmatch(r"[a-z0-9][a-z0-9_]*", name) and len(name) <= 40 for name in names)
 
 
 @given(st.text())
 def test_plain_text_can_end_no_comment_or_string(text: str) -> None:
-    assert re.fullmatch(r"[A-Za-z0-9 .,:;()<>=+/%'_-]*", plain(text))
+    assert re.fullmatch(r"[A-Za-z0-9 .,:;()<>=+/%'_-]*", plain_text(text))
 
 
 # ------------------------------------------------------------------------- JSON, CSV, ADORE

@@ -83,12 +83,12 @@ def made(
         home=root,
         settings=settings,
         results=results,
-        files=[*files, sample, *single, results / "exports"],
-        raw={
+        output_paths=[*files, sample, *single, results / "exports"],
+        raw_digest_by_path={
             f"data/raw/{name}/{file}": sha256(content).hexdigest()
             for file, content in sorted(raw.items())
         },
-        made=[results / "made/all.sha256"],
+        step_listings=[results / "made/all.sha256"],
     )
 
 
@@ -97,7 +97,7 @@ def rebuilding(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: byt
 
     def run_again(folder: Path, *_: object) -> None:
         config = resolve(folder / "config", {})
-        raw = {Path(path).name: (folder / path).read_bytes() for path in run.raw}
+        raw = {Path(path).name: (folder / path).read_bytes() for path in run.raw_digest_by_path}
         again = made(folder, config, raw, {"runs": runs_of(raw)})
         for name, content in changed.items():
             (folder / run.results / f"{name}.txt").write_bytes(content)
@@ -120,7 +120,7 @@ def runs_of(raw: dict[str, bytes]) -> pd.DataFrame:
 
 def verify(folder: Path) -> list[str]:
     """What `oilfilm verify` finds in a release or a pin."""
-    return StoredRelease.open(folder).changes()
+    return StoredRelease.open(folder).find_changes()
 
 
 def released(run: FinishedRun) -> Path:
@@ -135,10 +135,10 @@ def made_now(run: FinishedRun) -> None:
     """The steps' list of what they wrote is that of the files as they are."""
     digests = {
         f"{run.results}/{name}": sha256(path.read_bytes()).hexdigest()
-        for name, path in run.below_results().items()
+        for name, path in run.files_below_results().items()
     }
-    (run.root / run.made[0]).parent.mkdir(exist_ok=True)
-    (run.root / run.made[0]).write_text(listing(digests), encoding="utf-8")
+    (run.root / run.step_listings[0]).parent.mkdir(exist_ok=True)
+    (run.root / run.step_listings[0]).write_text(listing(digests), encoding="utf-8")
 
 
 def alter(release: Path, path: str, content: bytes) -> None:

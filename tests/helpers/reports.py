@@ -12,8 +12,8 @@ from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.report.document import Section
-from oilfilm.report.html import html
-from oilfilm.report.sections.build import sections
+from oilfilm.report.html import html_report
+from oilfilm.report.sections.build import campaign_sections
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import SURFACE_TABLES
@@ -114,8 +114,8 @@ def report_of(
     for png in pngs:
         Image.new("RGB", (300, 200), "white").save(png)
         png.with_suffix(".svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
-    made = sections(results, config)
-    return html(made, results, pngs[:-1], folder, config, PROVENANCE)
+    made = campaign_sections(results, config)
+    return html_report(made, results, pngs[:-1], folder, config, PROVENANCE)
 
 
 def with_hostile_names(results: CampaignTables) -> CampaignTables:
@@ -133,7 +133,7 @@ def with_hostile_names(results: CampaignTables) -> CampaignTables:
 
 
 def by_anchor(results: CampaignTables, config: Settings) -> dict[str, Section]:
-    return {section.anchor: section for section in sections(results, config)}
+    return {section.anchor: section for section in campaign_sections(results, config)}
 
 
 def told(section: Section) -> str:

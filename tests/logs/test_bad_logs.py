@@ -20,7 +20,7 @@ from oilfilm.curation.curate import check_logs
 from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.failed_gates import failed_any
+from oilfilm.tables.failed_gates import failed_any_of
 
 
 @pytest.mark.parametrize("write", [csv, partial(formats.tdms, keys=KEYS)])
@@ -167,7 +167,7 @@ def test_sensor_slower_than_the_log_is_told(seconds: float, rows: int, told: boo
     assert ("20 rows (1 s)" in run["reason"]) == told
     # a wild reading is one, in however many rows it is
     assert verdict.points["accepted"].any() != told
-    assert not failed_any(verdict.points, ["spiky"]).any()
+    assert not failed_any_of(verdict.points, ["spiky"]).any()
 
 
 @pytest.mark.parametrize("drift_n", [0.0, 0.5])

@@ -12,7 +12,7 @@ from oilfilm.curation.curate import check_logs
 from oilfilm.logs.base import Reading
 from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolve import resolve
-from oilfilm.tables.failed_gates import failed_any
+from oilfilm.tables.failed_gates import failed_any_of
 from pcs_exports import FILM_EXPONENT, WRONG_ORDERS, film_export, shipped_steps, traction_export
 
 
@@ -94,7 +94,7 @@ def test_films_of_an_export_keep_their_planted_exponent() -> None:
 
 def test_films_of_a_wrong_fringe_order_are_found_in_an_export() -> None:
     points = carried(film_export()).curated.points
-    off = failed_any(points, ["film_off_trend"]).to_numpy()
+    off = failed_any_of(points, ["film_off_trend"]).to_numpy()
     expected = np.zeros(93, dtype=bool)
     expected[62:][WRONG_ORDERS] = True
     np.testing.assert_array_equal(off, expected)
@@ -107,7 +107,7 @@ def test_film_export_as_published_has_its_slopes_and_its_wrong_orders(real_pcs: 
     # docs/physics.md, PCS logs: slopes at 40, 60, 80 degC; seven wrong orders, 228 to 251 nm
     np.testing.assert_allclose(film_slopes(reading, 0.2), [0.74, 0.72, 0.78], atol=0.01)
     points = carried(content).curated.points
-    off = points[failed_any(points, ["film_off_trend"])]
+    off = points[failed_any_of(points, ["film_off_trend"])]
     assert len(off) == 7
     assert off["measured_film_thickness_um"].between(0.228, 0.252).all()
 

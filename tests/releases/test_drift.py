@@ -120,7 +120,7 @@ def test_load_cell_one_percent_off_is_named(
 
 
 def _values(release: Path) -> np.ndarray:
-    coefficients = StoredRelease.open(release).table("coefficients")
+    coefficients = StoredRelease.open(release).read_table("coefficients")
     assert coefficients is not None
     return coefficients.loc[coefficients["oil"] == "4102", "value"].to_numpy()
 
@@ -282,7 +282,7 @@ def test_added_log_changes_counts_and_passes(
     more = pd.concat([runs, runs.iloc[:1].assign(run_id="new.csv")], ignore_index=True)
     raw = {**LOGS, "new.csv": b"1"}
     comparison = comparison_of(before, make(raw=raw, runs=more, fit_quality=quality))
-    assert {statement.column for statement in comparison.statements} == {"", "n_points"}
+    assert {statement.column_name for statement in comparison.statements} == {"", "n_points"}
     assert not comparison.beyond_limits
     uncertified = quality.assign(certified=False)
     (section,) = comparison_of(before, make(raw=raw, fit_quality=uncertified)).beyond_limits

@@ -100,8 +100,12 @@ def test_anything_that_a_release_is_made_from_changes_its_version(
     before = released(run)
     if file:
         (run.root / file).write_text("numpy==1\n", encoding="utf-8")
-    raw = {path: sha256((run.root / path).read_bytes()).hexdigest() for path in run.raw}
-    after = released(replace(run, raw=raw, settings=run.settings.with_changes(settings)))
+    raw = {
+        path: sha256((run.root / path).read_bytes()).hexdigest() for path in run.raw_digest_by_path
+    }
+    after = released(
+        replace(run, raw_digest_by_path=raw, settings=run.settings.with_changes(settings))
+    )
     assert after.name != before.name
     assert verify(before) == verify(after) == []
     assert (before.parent / "latest").readlink() == Path(after.name)

@@ -89,8 +89,8 @@ def test_configuration_made_to_deceive_is_refused(
 
 def test_file_larger_than_any_of_a_release_is_not_opened(stranger: Path) -> None:
     opened = StoredRelease.open(stranger)
-    large = opened.files["summary.txt"].model_copy(update={"size": (1 << 28) + 1})
-    opened.files["summary.txt"] = large
+    large = opened.record_by_path["summary.txt"].model_copy(update={"size": (1 << 28) + 1})
+    opened.record_by_path["summary.txt"] = large
     with pytest.raises(OilfilmError, match="268435457 bytes"):
         opened.checked_file("summary.txt")
 

@@ -12,7 +12,7 @@ import pytest
 
 from browsers import Page, Tab
 from campaigns import rows
-from oilfilm.report.bearing_explorer import bearing_explorer
+from oilfilm.report.bearing_explorer import bearing_explorer_data
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import best_of
@@ -222,4 +222,4 @@ def test_everyone_can_use_the_explorer_of_the_bearing(tab: Tab, report: Path, wi
 
 
 def test_without_a_map_there_is_no_explorer(results: CampaignTables, config: Settings) -> None:
-    assert bearing_explorer(results, config) is None
+    assert bearing_explorer_data(results, config) is None

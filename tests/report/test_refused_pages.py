@@ -22,7 +22,7 @@ from oilfilm.report.figures.refused_runs import (
     draw_page,
     draw_pages,
     judged_torque_logs,
-    listing,
+    list_refusals,
     page_name,
 )
 from oilfilm.report.figures.sheet import save
@@ -46,7 +46,7 @@ HOSTILE = [
 def pages(demo: Campaign) -> dict[str, dict[str, Any]]:
     """Entry of each page by the rule that refused its run."""
     curated = demo.curated
-    listed = listing(curated.runs, curated.points, curated.quarantine, 50)
+    listed = list_refusals(curated.runs, curated.points, curated.quarantine, 50)
     return {entry["rule"]: entry for entry in tables.rows(listed[listed["page"] != ""])}
 
 
@@ -146,23 +146,23 @@ def test_pages_are_bounded_and_each_gate_gets_one_first(demo: Campaign) -> None:
     runs = pd.concat([curated.runs, *(run.assign(run_id=name) for name in many)])
     again = (stuck.assign(run_id=name, file=name) for name in many)
     refused = pd.concat([curated.quarantine, *again])
-    pages = listing(runs, curated.points, refused, 7)
+    pages = list_refusals(runs, curated.points, refused, 7)
     assert len(pages) == 6 + 20
     shown = pages[pages["page"] != ""]
     assert len(shown) == 7
     assert shown["rule"].nunique() == 6
     assert (pages.loc[pages["page"] == "", "first_row"] == 0).all()
-    assert (listing(runs, curated.points, refused, 0)["page"] == "").all()
+    assert (list_refusals(runs, curated.points, refused, 0)["page"] == "").all()
 
 
 def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
     unread = rows("quarantine", {"file": "broken.csv", "reason": "x", "stage": "ingest"})
-    (entry,) = tables.rows(listing(demo.curated.runs, demo.curated.points, unread, 9))
+    (entry,) = tables.rows(list_refusals(demo.curated.runs, demo.curated.points, unread, 9))
     assert (entry["file"], entry["page"], entry["reason"]) == ("broken.csv", "", "x")
-    assert listing(*map(tables.empty, ("runs", "points", "quarantine")), 9).empty
+    assert list_refusals(*map(tables.empty, ("runs", "points", "quarantine")), 9).empty
     # a step without a run is a refusal in a file with runs
     curated = carry_logs(PCS_CONFIG, [("log.txt", traction_export(range(1, 4)))]).curated
-    (entry,) = tables.rows(listing(curated.runs, curated.points, curated.quarantine, 9))
+    (entry,) = tables.rows(list_refusals(curated.runs, curated.points, curated.quarantine, 9))
     assert (entry["rule"], entry["page"]) == ("not_a_sweep", "")
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from campaigns import ROOT
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.report.explorer import Axis, explorer
+from oilfilm.report.explorer import Axis, explorer_data
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -116,7 +116,7 @@ def test_explorer_without_surface_and_speed(results: CampaignTables, config: Set
     lost = results.coefficients["constant"].isin(["A2", "B2", "C2"])
     table = results.coefficients.assign(value=results.coefficients["value"].mask(lost))
     without_surface = {name: results.table(name)[:0] for name in SURFACE_TABLES}
-    content = explorer(results.replace(coefficients=table, **without_surface), config)
+    content = explorer_data(results.replace(coefficients=table, **without_surface), config)
     assert [oil["surface"] for oil in content["oils"]] == [None] * 3
     assert [axis["idle"] for axis in content["axes"]] == [False, True, False, False]
     assert [oil["known"] for oil in content["oils"]] == [[True, False, True]] * 3

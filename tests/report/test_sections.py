@@ -9,9 +9,9 @@ import pytest
 
 from oilfilm import tables
 from oilfilm.logs.run_sheet import UNLISTED
-from oilfilm.report.document import Fact, _shown_tables, facts, percent
-from oilfilm.report.sections.build import sections
-from oilfilm.report.text import text
+from oilfilm.report.document import Fact, _shown_tables, facts, percent_form
+from oilfilm.report.sections.build import campaign_sections
+from oilfilm.report.text import text_report
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import NOT_KNOWN
@@ -27,7 +27,7 @@ def test_laboratory_without_the_paper_reads_nothing_of_it(
     own = config.with_changes({"campaign": about, "dataset": {"sources": None}})
     page = report_of(results, own, tmp_path, ["coverage"])
     shown = re.sub(r"<(script|style|pre).*?</\1>|<[^>]*>", "", page, flags=re.DOTALL)
-    assert not _PAPER.search(text(sections(results, own), own.campaign) + shown)
+    assert not _PAPER.search(text_report(campaign_sections(results, own), own.campaign) + shown)
 
 
 @pytest.mark.parametrize("verdict", ["another law is better", "tie"])
@@ -74,7 +74,7 @@ def test_bearing_errors_leave_out_skidding_cages(results: CampaignTables, config
     assert "Traction causes 20 % to 20 % of the torque." in told(section)  # 0.2 of 1.0 N m
     row = cells(section, "torque", "4102")
     assert row["Points"] == "1"
-    assert row["Median error"] == row["Largest error"] == percent(1)(0.1)
+    assert row["Median error"] == row["Largest error"] == percent_form(1)(0.1)
 
 
 def test_bearing_section_says_where_the_motion_is_not_known(

@@ -64,11 +64,11 @@ def test_row_groups_without_wanted_rows_are_left_out(points: pd.DataFrame, tmp_p
     with tables.writing("points", path, ABOUT, ROWS_OF_GROUP) as add:
         add(points.sort_values("oil", kind="stable", ignore_index=True))
     every = sum(map(len, tables.arrow_parts("points", path)))
-    some = sum(map(len, tables.arrow_parts("points", path, wanted={"oil": "4050"})))
+    some = sum(map(len, tables.arrow_parts("points", path, row_filter={"oil": "4050"})))
     of_oil = int((points["oil"] == "4050").sum())
     assert of_oil <= some < of_oil + 2 * ROWS_OF_GROUP < every
     names = ["run_id", "first_row"]
-    read = tables.read("points", path, columns=names, wanted={"oil": "4050"})
+    read = tables.read("points", path, columns=names, row_filter={"oil": "4050"})
     expected = points.loc[points["oil"] == "4050", names].reset_index(drop=True)
     pd.testing.assert_frame_equal(read, expected)
 
@@ -92,7 +92,7 @@ def test_bytes_of_a_table_do_not_depend_on_its_parts(points: pd.DataFrame, tmp_p
 def test_rows_of_many_files_are_sorted_range_by_range(
     points: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sorted_rows, "_ROWS_OF_RANGE", 300)
+    monkeypatch.setattr(sorted_rows, "_RANGE_ROW_COUNT", 300)
     paths = [tmp_path / f"{share}.parquet" for share in range(5)]
     shuffled = points.sample(frac=1, random_state=1)
     for share, path in enumerate(paths):
@@ -111,7 +111,7 @@ def test_rows_of_many_files_are_sorted_range_by_range(
 def test_rows_before_the_first_range_stay_first(
     points: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sorted_rows, "_ROWS_OF_RANGE", 300)
+    monkeypatch.setattr(sorted_rows, "_RANGE_ROW_COUNT", 300)
     path = tmp_path / "share.parquet"
     tables.write(points, "points", path, ABOUT)
     counts = points.groupby("run_id").size()

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from campaigns import Campaign, rows
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
-from oilfilm.tables import refuse_unpacking
+from oilfilm.tables import refuse_oversized
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.samples_content import content_digest, digests_of_runs, samples_by_run
+from oilfilm.tables.samples_content import content_digest, digests_of_runs, reader_of_samples
 
 ABOUT = {"campaign": "test", "data": "simulated"}
 
@@ -65,7 +65,9 @@ def test_forbidden_value_is_told(demo, column: str, value: object, expected: lis
         assert text.lower() in str(mistake.value).lower()
 
 
-NUMBERS = st.floats() | st.sampled_from([-tables.LARGEST, tables.LARGEST, 2 * tables.LARGEST])
+NUMBERS = st.floats() | st.sampled_from(
+    [-tables.LARGEST_NUMBER, tables.LARGEST_NUMBER, 2 * tables.LARGEST_NUMBER]
+)
 
 
 FLOATS = [("points", "time_s"), ("points", "lambda_ratio"), ("runs", "nominal_load_n")]
@@ -101,7 +103,7 @@ def test_list_is_read_back_as_it_was_written_whatever_its_texts_hold(tmp_path: P
     tables.write(frame, "soundness", path, ABOUT)
     assert tables.read("soundness", path)["changed_runs"].tolist() == runs
     assert parquet.read_table(path).schema.field("changed_runs").type.value_type == arrow.string()
-    refuse_unpacking(path)
+    refuse_oversized(path)
 
 
 def test_unknown_list_is_null_and_no_empty_list(tmp_path: Path) -> None:
@@ -130,7 +132,7 @@ def test_other_nested_columns_are_not_unpacked(tmp_path: Path, kind: arrow.DataT
     path = tmp_path / "nested.parquet"
     parquet.write_table(arrow.table({"a": arrow.array([None], kind)}), path)
     with pytest.raises(OilfilmError, match="list"):
-        refuse_unpacking(path)
+        refuse_oversized(path)
 
 
 def test_column_that_a_file_has_twice_is_refused(tmp_path: Path) -> None:
@@ -148,7 +150,7 @@ def test_list_that_unpacks_to_more_than_memory_holds_is_refused(tmp_path: Path) 
     parquet.write_table(arrow.table({"a": texts}), path, use_dictionary=["a.list.element"])
     assert path.stat().st_size < 100_000
     with pytest.raises(OilfilmError, match="unpacks to"):
-        refuse_unpacking(path, largest=10_000_000)
+        refuse_oversized(path, bytes_max=10_000_000)
 
 
 def test_accepted_point_with_a_reason_is_a_contradiction(demo) -> None:
@@ -278,7 +280,7 @@ def test_hash_of_samples_does_not_depend_on_files(samples: pd.DataFrame, tmp_pat
     two_files = [write(part, tmp_path / f"{len(part)}.parquet") for part in parts]
     assert content_digest(one_file) == content_digest(two_files)
     assert content_digest(one_file)[1] == len(samples)
-    read = samples_by_run(two_files)
+    read = reader_of_samples(two_files)
     for run_id in samples["run_id"].unique():
         expected = samples[samples["run_id"] == run_id].reset_index(drop=True)
         assert read(run_id).astype({"run_id": str}).equals(expected)

@@ -92,7 +92,7 @@ def test_run_is_released_once(project: Path, released_project: Path) -> None:
     folder = (project / "results/releases/small/latest").resolve()
     first = released_project.with_suffix(".txt").read_text()
     assert f"releases/small/{folder.name}: released" in first
-    assert StoredRelease.open(folder).changes() == []
+    assert StoredRelease.open(folder).find_changes() == []
     assert {"report.html", "summary.txt", "exports", "figures", "refused", "tables"} <= {
         path.name for path in folder.iterdir()
     }

@@ -21,7 +21,7 @@ Decides: which oil the paper advises at an operating point, and how firm that is
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -41,18 +41,34 @@ from simulated_lab.true_bearing import true_map
 OUTSIDE = "outside the film formula"
 # The judgement where an oil that may be the best one has no equilibrium.
 NO_EQUILIBRIUM = "no equilibrium"
-# Without a choice there is nothing that scenarios could disagree about.
+# Judgements without a choice: there is nothing that scenarios could disagree about.
 NO_CHOICE = ("no film", OUTSIDE, NO_EQUILIBRIUM)
-# Oils, operating points, and arrays of shape (oils, points): cage slip, torque in N m, lambda.
-SlipMap = tuple[list[str], pd.DataFrame, FloatArray, FloatArray, FloatArray]
-# An oil stays the best one if it is the best in this share of the draws.
+# An oil stays the best one if it is the best in at least this share of the draws.
 STAYS_BEST_SHARE = 0.95
 # The traction behind a band: the fitted law, or the truth of a simulated campaign.
 BY_LAW, BY_TRUTH = "law", "truth"
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
 BY_RULES = "rules"
 # Columns that identify a scenario of the rules.
-_SCENARIO = ["rule_order", "varied_limit", "limit_factor"]
+_SCENARIO_COLUMNS = ["rule_order", "varied_limit", "limit_factor"]
+
+
+class _SlipMap(NamedTuple):
+    """The motion of a bearing with each oil of the rules, over operating points.
+
+    Attributes:
+        oil_names: Names of the oils.
+        points: The operating points, with the larger contact pressure.
+        slip: Cage slip, shape (oils, points).
+        torque_n_m: Friction torque, shape (oils, points).
+        lambda_ratio: Film thickness over roughness, shape (oils, points).
+    """
+
+    oil_names: list[str]
+    points: pd.DataFrame
+    slip: FloatArray
+    torque_n_m: FloatArray
+    lambda_ratio: FloatArray
 
 
 def advice_in_band(
@@ -78,13 +94,13 @@ def advice_in_band(
     return {"slip_advice": advice, "advice_band": _advice_band(cage_slip, settings, BY_LAW)}
 
 
-def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> pd.DataFrame:
+def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction_source: str) -> pd.DataFrame:
     """Table `advice_band`: how often the advice of each scenario is good.
 
     Args:
         cage_slip: Table of cage slip at all temperatures of the band.
         settings: `gates` and `studies`.
-        traction: `BY_LAW` or `BY_TRUTH`: the traction behind the table of cage slip.
+        traction_source: `BY_LAW` or `BY_TRUTH`: the traction behind the table of cage slip.
     """
     selection = study_settings(settings).selection
     slip_map = _slip_map(cage_slip, selection)
@@ -95,11 +111,11 @@ def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> 
     judged = pd.concat(judged_scenarios)
     judged = judged[~judged["judgement"].isin(NO_CHOICE)]
     judged[BY_RULES] = judged["judgement"] == "agree"
-    key_columns = ["bearing", *_SCENARIO, "inlet_temperature_c"]
+    key_columns = ["bearing", *_SCENARIO_COLUMNS, "inlet_temperature_c"]
     band = judged.melt(key_columns, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
     agreements = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
     band = agreements.agg(operating_points="size", agreeing_points="sum").reset_index()
-    return joined([band.assign(traction=traction)], "advice_band")
+    return joined([band.assign(traction=traction_source)], "advice_band")
 
 
 def advice_by_truth(
@@ -193,17 +209,17 @@ def advise(
     """
     if not set(_oils_of_rules(selection)) <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
-    judged = _judged_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
-    return joined([judged], "slip_advice")
+    advice = _judged_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
+    return joined([advice], "slip_advice")
 
 
-def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> SlipMap:
+def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap:
     """Motion of a bearing with each oil of the rules."""
     oils_of_rules = _oils_of_rules(selection)
-    oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in oils_of_rules]
+    oil_names = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in oils_of_rules]
     slip, torque, lambda_ratio, inner_pressure, outer_pressure = by_oil(
         cage_slip,
-        oils,
+        oil_names,
         "cage_slip",
         "torque_n_m",
         "lambda_ratio",
@@ -213,88 +229,98 @@ def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> SlipMap:
     points = operating_points(cage_slip)
     pressures = np.concatenate([inner_pressure, outer_pressure])
     points["max_hertz_pressure_gpa"] = np.fmax.reduce(pressures)
-    return oils, points, slip, torque, lambda_ratio
+    return _SlipMap(oil_names, points, slip, torque, lambda_ratio)
 
 
 def _judged_advice(
-    slip_map: SlipMap, selection: SelectionSettings, lambda_limit: float
+    slip_map: _SlipMap, selection: SelectionSettings, lambda_limit: float
 ) -> pd.DataFrame:
-    """The advice and the best oil at each operating point of each scenario.
+    """The advice and the best oil at each operating point, and whether they agree.
 
     Returns:
-        Most columns of the table of advice, those of the scenario, and for each oil of the rules
-        by its name whether it is as good as the best one.
+        Most columns of the table of advice, and for each oil of the rules a column with its name:
+        whether it is as good as the best one.
 
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    oils, points, slip, torque, lambda_ratio = slip_map
+    oil_names, points, slip, torque, lambda_ratio = slip_map
     slip_limit = selection.limits.slip_limit
     has_film, may_have_film = enough_film(lambda_ratio, lambda_limit)
-    within_limit = has_film & reaches(slip_limit, slip)
+    is_within_limit = has_film & reaches(slip_limit, slip)
     best_choice = best_of(slip, torque, lambda_ratio, slip_limit, lambda_limit)
-    best_oil = best_choice.oil
-    rule_index, advised_oil = _rule_and_advised_oil(points, slip, oils, selection, has_film)
-    _, perhaps_advised_oil = _rule_and_advised_oil(points, slip, oils, selection, may_have_film)
-    film_unknown = (perhaps_advised_oil != advised_oil) | best_choice.lacks_film
+    best_oil_index = best_choice.oil
+    rule_index, advised_oil_index = _rule_and_advised_oil(
+        points, slip, oil_names, selection, has_film
+    )
+    _, perhaps_advised_oil_index = _rule_and_advised_oil(
+        points, slip, oil_names, selection, may_have_film
+    )
+    is_film_unknown = (perhaps_advised_oil_index != advised_oil_index) | best_choice.lacks_film
     # an oil is as good as the best one: by torque where the best oil holds the cage, else by slip
-    best_slip = _at_chosen_oil(slip, best_oil)
+    best_slip = _at_chosen_oil(slip, best_oil_index)
     best_holds_cage = reaches(slip_limit, best_slip)
     ratio_to_best = np.where(
-        best_holds_cage, torque / _at_chosen_oil(torque, best_oil), slip / best_slip
+        best_holds_cage, torque / _at_chosen_oil(torque, best_oil_index), slip / best_slip
     )
     is_nearly_best = reaches(1 + selection.indifference, ratio_to_best)
-    is_good = has_film & (within_limit | ~best_holds_cage) & is_nearly_best
+    is_good = has_film & (is_within_limit | ~best_holds_cage) & is_nearly_best
     # the first condition that is met gives the judgement
-    conditions = {
+    is_met_by_judgement = {
         NO_EQUILIBRIUM: best_choice.lacks_equilibrium,
-        OUTSIDE: film_unknown,
-        "no film": best_oil < 0,
-        "rule has none": advised_oil < 0,
-        "agree": _at_chosen_oil(is_good, advised_oil) == 1,
+        OUTSIDE: is_film_unknown,
+        "no film": best_oil_index < 0,
+        "rule has none": advised_oil_index < 0,
+        "agree": _at_chosen_oil(is_good, advised_oil_index) == 1,
         "slips more": ~best_holds_cage,
-        "heats more": _at_chosen_oil(within_limit, advised_oil) == 1,
+        "heats more": _at_chosen_oil(is_within_limit, advised_oil_index) == 1,
     }
-    judgement = np.select(list(conditions.values()), list(conditions), "slips")
-    oil_names = np.array([*oils, ""])
+    judgement = np.select(list(is_met_by_judgement.values()), list(is_met_by_judgement), "slips")
+    name_of_index = np.array([*oil_names, ""])
     rule_names = np.array([rule.name for rule in selection.rules])
     return points.assign(
-        oils_within_limit=tables.lists(_names_of(within_limit, oils), points.index),
+        oils_within_limit=tables.list_column(
+            _names_of_chosen(is_within_limit, oil_names), points.index
+        ),
         selection_rule=rule_names[rule_index],
-        advised_oil=oil_names[advised_oil],
-        best_oil=oil_names[best_oil],
-        good_oils=tables.lists(_names_of(is_good, oils), points.index),
+        advised_oil=name_of_index[advised_oil_index],
+        best_oil=name_of_index[best_oil_index],
+        good_oils=tables.list_column(_names_of_chosen(is_good, oil_names), points.index),
         judgement=judgement,
         true_best_oil="",
         true_judgement="",
-        **dict(zip(oils, is_good, strict=True)),
+        **dict(zip(oil_names, is_good, strict=True)),
     )
 
 
-def _names_of(is_chosen: BoolArray, oils: Sequence[str]) -> list[tuple[str, ...]]:
+def _names_of_chosen(is_chosen: BoolArray, oil_names: Sequence[str]) -> list[tuple[str, ...]]:
     """Names of the oils that are chosen at each operating point.
 
     Args:
         is_chosen: Whether an oil is chosen, shape (oils, points).
-        oils: Their names.
+        oil_names: Names of the oils.
     """
-    return [tuple(itertools.compress(oils, chosen_at_point)) for chosen_at_point in is_chosen.T]
+    return [
+        tuple(itertools.compress(oil_names, chosen_at_point)) for chosen_at_point in is_chosen.T
+    ]
 
 
 def first_rule_and_oil(
     points: pd.DataFrame,
     slip: FloatArray,
     selection: SelectionSettings,
-    oils: Sequence[str],
+    oil_names: Sequence[str],
     has_film: BoolArray,
 ) -> tuple[IntArray, IntArray]:
-    """At each operating point the first rule that applies, and the oil it advises (-1 for none).
+    """At each operating point the index of the first rule that applies, and of the oil it advises.
+
+    The index of the oil is -1 where the rule has none with enough film.
 
     Args:
         points: Pressure, dmN and temperature of operating points.
         slip: Their cage slip, shape (points,).
         selection: `selection` of the study's settings.
-        oils: The oils that may be advised.
+        oil_names: Names of the oils that may be advised.
         has_film: Whether an oil has enough film, shape (oils, points).
 
     Raises:
@@ -303,89 +329,102 @@ def first_rule_and_oil(
     limits = selection.limits
     levels = points[["max_hertz_pressure_gpa", "pitch_speed_mm_rpm", "inlet_temperature_c"]]
     pressure_gpa, pitch_speed, temperature_c = levels.to_numpy(dtype=float).T
-    slipping = exceeds(slip, limits.slip_limit)
-    states = {
-        "slipping": slipping,
-        "gripping": ~slipping,
+    is_slipping = exceeds(slip, limits.slip_limit)
+    is_in_state = {
+        "slipping": is_slipping,
+        "gripping": ~is_slipping,
         "light": exceeds(limits.light_below_gpa, pressure_gpa),
         "heavy": reaches(pressure_gpa, limits.heavy_from_gpa),
         "hot": reaches(temperature_c, limits.hot_from_c),
         "fast": reaches(pitch_speed, limits.fast_from_mm_rpm),
     }
     rule_applies = np.array(
-        [np.all([states[name] for name in rule.when], axis=0) for rule in selection.rules]
+        [np.all([is_in_state[name] for name in rule.when], axis=0) for rule in selection.rules]
     )
-    without_rule = ~rule_applies.any(axis=0)
-    if without_rule.any():
-        first_without_rule = levels.assign(cage_slip=slip)[without_rule].iloc[0]
+    lacks_rule = ~rule_applies.any(axis=0)
+    if lacks_rule.any():
+        first_without_rule = levels.assign(cage_slip=slip)[lacks_rule].iloc[0]
         condition = ", ".join(f"{name} {level:.3g}" for name, level in first_without_rule.items())
         raise OilfilmError(
             f"selection.rules of the study's settings: no rule applies at {condition}; end the "
             "list with rules for `slipping` and for `gripping`."
         )
-    oil_of_rule = []
+    oil_index_of_rule = []
     for rule in selection.rules:
-        preferred_oils = np.array([oils.index(oil) for oil in rule.prefer])
-        first_enough = preferred_oils[has_film[preferred_oils].argmax(axis=0)]
-        oil_of_rule.append(np.where(has_film[preferred_oils].any(axis=0), first_enough, -1))
+        preferred_indices = np.array([oil_names.index(oil) for oil in rule.prefer])
+        first_with_film = preferred_indices[has_film[preferred_indices].argmax(axis=0)]
+        oil_index_of_rule.append(
+            np.where(has_film[preferred_indices].any(axis=0), first_with_film, -1)
+        )
     rule_index = np.argmax(rule_applies, axis=0)
-    return rule_index, np.array(oil_of_rule)[rule_index, np.arange(len(slip))]
+    return rule_index, np.array(oil_index_of_rule)[rule_index, np.arange(len(slip))]
 
 
 def _rule_and_advised_oil(
     points: pd.DataFrame,
     slip: FloatArray,
-    oils: Sequence[str],
+    oil_names: Sequence[str],
     selection: SelectionSettings,
     has_film: BoolArray,
 ) -> tuple[IntArray, IntArray]:
-    """At each point the rule that decides, and the oil it advises.
+    """At each operating point the index of the rule that decides, and of the oil it advises.
 
     Args:
         points: As for `first_rule_and_oil`.
         slip: Cage slip, shape (oils, points).
-        oils: The oils that may be advised.
+        oil_names: Names of the oils that may be advised.
         selection: `selection` of the study's settings.
         has_film: As for `first_rule_and_oil`.
     """
     slip_limit = selection.limits.slip_limit
     point_indices = np.arange(len(points))
-    _, advised_without_slip = first_rule_and_oil(
-        points, np.zeros(len(points)), selection, oils, has_film
+    _, advised_at_no_slip = first_rule_and_oil(
+        points, np.zeros(len(points)), selection, oil_names, has_film
     )
     slip_with_advised = np.where(
-        advised_without_slip >= 0, slip[advised_without_slip, point_indices], 0.0
+        advised_at_no_slip >= 0, slip[advised_at_no_slip, point_indices], 0.0
     )
-    rule_index, advised_oil = first_rule_and_oil(
-        points, slip_with_advised, selection, oils, has_film
+    rule_index, advised_oil_index = first_rule_and_oil(
+        points, slip_with_advised, selection, oil_names, has_film
     )
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    still_slips = (advised_oil >= 0) & ~reaches(slip_limit, slip[advised_oil, point_indices])
-    for point in point_indices[still_slips]:
-        preferred_oils = [oils.index(oil) for oil in selection.rules[rule_index[point]].prefer]
-        oils_with_film = [oil for oil in preferred_oils if has_film[oil, point]]
-        oils_that_hold_cage = [
-            oil for oil in oils_with_film if reaches(slip_limit, slip[oil, point])
+    still_slips = (advised_oil_index >= 0) & ~reaches(
+        slip_limit, slip[advised_oil_index, point_indices]
+    )
+    for point_index in point_indices[still_slips]:
+        preferred_indices = [
+            oil_names.index(oil_name)
+            for oil_name in selection.rules[rule_index[point_index]].prefer
         ]
-        advised_oil[point] = oils_that_hold_cage[0] if oils_that_hold_cage else oils_with_film[-1]
-    return rule_index, advised_oil
+        indices_with_film = [
+            oil_index for oil_index in preferred_indices if has_film[oil_index, point_index]
+        ]
+        indices_that_hold_cage = [
+            oil_index
+            for oil_index in indices_with_film
+            if reaches(slip_limit, slip[oil_index, point_index])
+        ]
+        advised_oil_index[point_index] = (
+            indices_that_hold_cage[0] if indices_that_hold_cage else indices_with_film[-1]
+        )
+    return rule_index, advised_oil_index
 
 
-def _at_chosen_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
+def _at_chosen_oil(values: FloatArray | BoolArray, oil_index: IntArray) -> FloatArray:
     """Value of the chosen oil at each operating point, null where there is none."""
-    return np.where(oil >= 0, values[oil, np.arange(len(oil))], np.nan)
+    return np.where(oil_index >= 0, values[oil_index, np.arange(len(oil_index))], np.nan)
 
 
 def _scenarios(selection: SelectionSettings) -> Iterator[tuple[dict[str, Any], SelectionSettings]]:
     """The rules as set, in each order, and in each order with one limit after the other changed."""
     rule_by_name = {rule.name: rule for rule in selection.rules}
-    orders = {"as set": list(rule_by_name)}
-    orders.update(selection.band.rule_orders)
+    rule_names_by_order = {"as set": list(rule_by_name)}
+    rule_names_by_order.update(selection.band.rule_orders)
     limits_and_factors = [("", 1.0)]
     limits_and_factors.extend(
         itertools.product(SelectionLimits.model_fields, selection.band.limit_factors)
     )
-    for order_name, rule_names in orders.items():
+    for order_name, rule_names in rule_names_by_order.items():
         for limit_name, factor in limits_and_factors:
             changed_limit = {}
             if limit_name:

@@ -68,8 +68,8 @@ def extrapolate(
     refits: pd.DataFrame,
     quality: pd.DataFrame,
     level_tolerance: float,
-    laws: Mapping[str, Mapping[str, Law]] | None = None,
-    surfaces: Mapping[str, OilSurface | None] | None = None,
+    laws_by_oil: Mapping[str, Mapping[str, Law]] | None = None,
+    surface_by_oil: Mapping[str, OilSurface | None] | None = None,
 ) -> pd.DataFrame:
     """Every fitted law's traction, with the interval of the next run, beside the true one.
 
@@ -79,37 +79,36 @@ def extrapolate(
         refits: Table of refits.
         quality: Table of fit quality, which has each fit's tested box.
         level_tolerance: As in `is_beyond`.
-        laws: The laws by name, for each oil; without it those that need no properties of the oil.
-        surfaces: The surface of each oil, from which the interval of the next run comes; without it
-            there is none.
+        laws_by_oil: The laws by name, for each oil; if not given, the laws that need no properties
+            of an oil.
+        surface_by_oil: The surface of each oil, which gives the interval of the next run; without
+            it there is no interval.
 
     Returns:
         Table `extrapolation`: one row per law and row of `truth`.
     """
     # grouped once, because the table is long
     refits_of_fit = dict(iter(refits.groupby(["oil", "law"])))
-    predictions = []
+    frames = []
     for oil, truth_of_oil in truth.groupby("oil", sort=False):
-        laws_of_oil = LAWS if laws is None else laws[str(oil)]
-        interval_columns = _interval_of_next_run((surfaces or {}).get(str(oil)), truth_of_oil)
+        laws_of_oil = LAWS if laws_by_oil is None else laws_by_oil[str(oil)]
+        interval_columns = _interval_of_next_run((surface_by_oil or {}).get(str(oil)), truth_of_oil)
         for quality_row in quality[quality["oil"] == oil].to_dict("records"):
-            law = str(quality_row["law"])
-            own_refits = refits_of_fit.get((oil, law), refits.iloc[:0])
+            law_name = str(quality_row["law"])
+            refits_of_law = refits_of_fit.get((oil, law_name), refits.iloc[:0])
             fitted = FittedLaw.from_tables(
-                coefficients, str(oil), own_refits, quality, laws_of_oil[law]
+                coefficients, str(oil), refits_of_law, quality, laws_of_oil[law_name]
             )
-            predictions.append(
+            frames.append(
                 _rows_of_fit(
                     fitted, quality_row, truth_of_oil.assign(**interval_columns), level_tolerance
                 )
             )
-    return tables.conform(
-        pd.concat(predictions, ignore_index=True), "extrapolation", "extrapolation"
-    )
+    return tables.conform(pd.concat(frames, ignore_index=True), "extrapolation", "extrapolation")
 
 
 def _interval_of_next_run(surface: OilSurface | None, truth: pd.DataFrame) -> dict[str, FloatArray]:
-    """Columns `obs_ci_lower` and `obs_ci_upper`; NaN without a surface, or without support."""
+    """Columns `obs_ci_lower` and `obs_ci_upper`; NaN without a surface, or without its support."""
     if surface is None:
         no_interval = np.full(len(truth), np.nan)
         return {"obs_ci_lower": no_interval, "obs_ci_upper": no_interval}
@@ -141,19 +140,21 @@ def _rows_of_fit(
         [quality_row[f"tested_min_{name}"], quality_row[f"tested_max_{name}"]]
         for name in CONDITIONS
     ]
-    beyond = is_beyond(truth[list(CONDITIONS)].to_numpy(), np.array(box), level_tolerance)
-    names_beyond = [tuple(_SHORT_NAMES[beyond_of_point].tolist()) for beyond_of_point in beyond]
+    is_beyond_box = is_beyond(truth[list(CONDITIONS)].to_numpy(), np.array(box), level_tolerance)
+    names_of_conditions_beyond = [
+        tuple(_SHORT_NAMES[is_beyond_at_point].tolist()) for is_beyond_at_point in is_beyond_box
+    ]
     with_true_mu = truth.rename(columns={"traction_coefficient": "true_traction_coefficient"})
-    predictions = with_true_mu.assign(
+    rows = with_true_mu.assign(
         law=quality_row["law"],
-        beyond=tables.lists(names_beyond, with_true_mu.index),
+        beyond=tables.list_column(names_of_conditions_beyond, with_true_mu.index),
         traction_coefficient=prediction.traction_coefficient,
     )
     for name in ("mean_ci_lower", "mean_ci_upper"):
-        predictions[name] = getattr(prediction, name)
+        rows[name] = getattr(prediction, name)
     limited_columns = ["traction_coefficient", *INTERVALS]
-    predictions[limited_columns] = predictions[limited_columns].clip(-_LARGEST_MU, _LARGEST_MU)
-    return predictions
+    rows[limited_columns] = rows[limited_columns].clip(-_LARGEST_MU, _LARGEST_MU)
+    return rows
 
 
 def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
@@ -165,28 +166,28 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     Returns:
         Table `extrapolation_errors`; NaN where no condition is in the tested box, or beyond it.
     """
-    rows = []
-    for law, rows_of_law in compared.dropna(subset="traction_coefficient").groupby(
+    error_rows = []
+    for law_name, rows_of_law in compared.dropna(subset="traction_coefficient").groupby(
         "law", sort=False
     ):
         rows_beyond = rows_of_law[rows_of_law["beyond"].map(len) > 0]
         with_interval = rows_beyond.dropna(subset="obs_ci_lower")
-        covered = with_interval["true_traction_coefficient"].between(
+        is_covered = with_interval["true_traction_coefficient"].between(
             with_interval["obs_ci_lower"], with_interval["obs_ci_upper"]
         )
         error = rows_of_law["traction_coefficient"] - rows_of_law["true_traction_coefficient"]
-        row = {
-            "law": law,
+        error_row = {
+            "law": law_name,
             "relative_rms": relative_rms(rows_of_law),
             "inside_relative_rms": relative_rms(rows_of_law.drop(rows_beyond.index)),
             "beyond_relative_rms": relative_rms(rows_beyond),
-            "beyond_obs_ci_ratio": covered.mean(),
+            "beyond_obs_ci_ratio": is_covered.mean(),
             "beyond_supported_ratio": rows_beyond["obs_ci_lower"].notna().mean(),
         }
         worst_row = rows_of_law[_WORST_COLUMNS].iloc[int(first_largest(error.abs()))]
-        row.update(worst_row.add_prefix("worst_"))
-        rows.append(row)
-    return tables.from_rows(rows, "extrapolation_errors")
+        error_row.update(worst_row.add_prefix("worst_"))
+        error_rows.append(error_row)
+    return tables.from_rows(error_rows, "extrapolation_errors")
 
 
 def relative_rms(compared: pd.DataFrame) -> float:
@@ -200,7 +201,7 @@ def relative_rms(compared: pd.DataFrame) -> float:
 
 
 def is_beyond(levels: FloatArray, box: FloatArray, level_tolerance: float) -> npt.NDArray[np.bool_]:
-    """Which levels are beyond the tested ones; all of them where the tested ones are unknown.
+    """Whether levels are beyond the tested ones; true where the tested ones are unknown.
 
     Args:
         levels: Levels, shape (points, conditions).

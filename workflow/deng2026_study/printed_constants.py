@@ -38,7 +38,7 @@ LAW = DENG2026
 
 def judge_printed(
     results: CampaignTables,
-    printed: Mapping[str, FloatArray],
+    constants_by_oil: Mapping[str, FloatArray],
     oils: Iterable[str],
     settings: PrintedSettings,
 ) -> pd.DataFrame:
@@ -46,7 +46,7 @@ def judge_printed(
 
     Args:
         results: Tables of points, coefficients and fit quality, of one law per oil.
-        printed: The twelve printed constants of each oil.
+        constants_by_oil: The twelve printed constants of each oil.
         oils: The campaign's oils.
         settings: Boxes of conditions and levels of the grid.
 
@@ -57,39 +57,46 @@ def judge_printed(
     quality = results.fit_quality[results.fit_quality["law"] == LAW.name].set_index("oil")
     rows = []
     for oil in oils:
-        if oil not in printed or oil not in quality.index:
+        if oil not in constants_by_oil or oil not in quality.index:
             continue
         points = results.points[results.points["oil"] == oil]
         row = {
             "oil": oil,
             "n_points": points["accepted"].sum(),
-            "printed_sse": squared_error(points, printed[oil]),
+            "printed_sse": squared_error(points, constants_by_oil[oil]),
             "fitted_sse": quality.at[oil, "sse"],
         }
-        fitted = FittedLaw.from_tables(results.coefficients, oil, law=LAW).coefficients.constants
+        fitted_constants = FittedLaw.from_tables(
+            results.coefficients, oil, law=LAW
+        ).coefficients.constants
         for box_name, ends in settings.boxes.model_dump().items():
             row[f"{box_name}_difference"] = largest_difference(
-                fitted, printed[oil], ends, settings.levels
+                fitted_constants, constants_by_oil[oil], ends, settings.levels
             )
         rows.append(row)
     return tables.from_rows(rows, "printed_judged")
 
 
 def largest_difference(
-    fitted: FloatArray, printed: FloatArray, box: Mapping[str, Sequence[float]], levels: int
+    fitted_constants: FloatArray,
+    printed_constants: FloatArray,
+    box: Mapping[str, Sequence[float]],
+    level_count: int,
 ) -> float:
     """printed - fitted mu where they differ most in a box, on a grid of evenly spaced levels.
 
     Args:
-        fitted: A0..A3, B0..B3, C0..C3; any NaN makes the answer NaN.
-        printed: The same, as printed.
+        fitted_constants: A0..A3, B0..B3, C0..C3; any NaN makes the answer NaN.
+        printed_constants: The same, as printed.
         box: Lowest and highest value of each condition and of `slide_roll_ratio`.
-        levels: How many of each.
+        level_count: How many of each.
     """
     lowest, highest = box["slide_roll_ratio"]
-    slip = np.linspace(lowest, highest, levels)
-    internal = to_internal(LAW, np.array([printed, fitted])).T
-    printed_mu, fitted_mu = np.moveaxis(Surface.over(box, levels, slip, internal).mu, -1, 0)
+    slip = np.linspace(lowest, highest, level_count)
+    internal = to_internal(LAW, np.array([printed_constants, fitted_constants])).T
+    printed_mu, fitted_mu = np.moveaxis(
+        TractionOverBox.over(box, level_count, slip, internal).mu, -1, 0
+    )
     difference = printed_mu - fitted_mu
     return float(difference.flat[first_largest(np.abs(difference).ravel())])
 
@@ -113,13 +120,13 @@ def squared_error(points: pd.DataFrame, constants: FloatArray) -> float:
     return float(np.sum((fitted_mu - data.mu) ** 2))
 
 
-# Name of a statement -> share of its box where it holds, for each sign set.
+# By name of a statement: the share of its box where it holds, for each sign set.
 Shares = dict[str, FloatArray]
 
 # Indices of the constants that are exponents.
-_EXPONENTS = [index for index, constant in enumerate(LAW.constants) if constant.condition]
+_EXPONENT_INDICES = [index for index, constant in enumerate(LAW.constants) if constant.condition]
 # Signs of the exponents, one row per sign set.
-_SIGN_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))
+_SIGN_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENT_INDICES))))
 # Slips at which statements are checked, as keys of `printed.signs.slide_roll_ratio` in the
 # settings: those of a whole curve (Fig. 7), and those of Figs 8 and 9. Totals and ranks are those
 # of the whole curve. The slips of the figures can only make a verdict less sure.
@@ -128,7 +135,7 @@ _SLIP_LEVELS = ("curve", "figures")
 STRESS, SPEED, TEMPERATURE, SLIP = range(4)
 # Statements that count half. The paper does not state the first one: it follows from the Newtonian
 # oil and its falling viscosity that section 2.4 names. The others are two readings of one sentence.
-HALF = (
+HALF_STATEMENTS = (
     "start_falls_with_temperature",
     "earlier_plateau_with_speed",
     "earlier_plateau_with_temperature",
@@ -136,17 +143,17 @@ HALF = (
 
 
 @dataclass(frozen=True)
-class Surface:
-    """Eqs 7-9 over a box of conditions, for many sets of constants.
+class TractionOverBox:
+    """Traction by Eqs 7-9 over a box of conditions, for many sets of constants.
 
     Attributes:
-        stress: Levels of P, in GPa.
+        pressure_gpa: Levels of P.
         slip: Levels of S.
         largest_slip: The box's largest S.
         sizes: |A|, B and C of Eq. 7, axes coefficient, P, U, T, sets.
     """
 
-    stress: FloatArray
+    pressure_gpa: FloatArray
     slip: FloatArray
     largest_slip: float
     sizes: FloatArray
@@ -155,24 +162,26 @@ class Surface:
     def over(
         cls,
         box: Mapping[str, Sequence[float]],
-        levels: int,
+        level_count: int,
         slip: Sequence[float] | FloatArray,
         internal: FloatArray,
-    ) -> "Surface":
-        """The surface over a box.
+    ) -> "TractionOverBox":
+        """The traction over a box.
 
         Args:
             box: Lowest and highest value of each condition and of `slide_roll_ratio`.
-            levels: Evenly spaced levels of each condition.
+            level_count: Evenly spaced levels of each condition.
             slip: Levels of the slide-roll ratio.
             internal: Constants in the law's internal form, shape (constants, sets).
         """
-        levels_of_axes = [np.linspace(box[name][0], box[name][1], levels) for name in CONDITIONS]
+        levels_of_axes = [
+            np.linspace(box[name][0], box[name][1], level_count) for name in CONDITIONS
+        ]
         conditions = np.stack(np.meshgrid(*levels_of_axes, indexing="ij"), axis=-1).reshape(
             -1, len(levels_of_axes)
         )
         sizes = LAW.sizes(internal, LAW.design(conditions))
-        shape = -1, levels, levels, levels, internal.shape[1]
+        shape = -1, level_count, level_count, level_count, internal.shape[1]
         largest_slip = max(box["slide_roll_ratio"])
         return cls(levels_of_axes[STRESS], np.sort(slip), largest_slip, sizes.reshape(shape))
 
@@ -209,7 +218,7 @@ class Surface:
 
 
 def study_signs(
-    printed: Mapping[str, FloatArray],
+    constants_by_oil: Mapping[str, FloatArray],
     oils: Collection[str],
     settings: PrintedSettings,
     traction_max: float,
@@ -217,7 +226,8 @@ def study_signs(
     """Score every sign set of every oil, and judge every sign in use.
 
     Args:
-        printed: The twelve constants of each oil, with the signs in use, the most viscous first.
+        constants_by_oil: The twelve constants of each oil, with the signs in use, the most viscous
+            oil first.
         oils: The oils whose rows are given.
         settings: Boxes of conditions, slide-roll ratios and limits.
         traction_max: Largest believable mu.
@@ -225,24 +235,29 @@ def study_signs(
     Returns:
         The tables `signs` and `sign_verdicts`.
     """
-    candidates = {oil: _all_sign_sets(constants) for oil, constants in printed.items()}
-    scores = [_scores(candidates, levels, settings, traction_max) for levels in _SLIP_LEVELS]
-    sign_sets = []
-    verdicts = []
-    for oil in printed:
+    sign_set_constants_by_oil = {
+        oil: _all_sign_sets(constants) for oil, constants in constants_by_oil.items()
+    }
+    shares_by_oil_of_slips = [
+        _scores(sign_set_constants_by_oil, levels, settings, traction_max)
+        for levels in _SLIP_LEVELS
+    ]
+    sign_set_tables = []
+    verdict_tables = []
+    for oil in constants_by_oil:
         if oil not in oils:
             continue
-        shares_by_slips = [shares_of_oil[oil] for shares_of_oil in scores]
-        in_use = (np.sign(printed[oil][_EXPONENTS]) == _SIGN_SETS).all(axis=1)
-        rows = _table_of_sign_sets(oil, in_use, shares_by_slips)
-        sign_sets.append(rows.sort_values("total", ascending=False, kind="stable"))
-        effects = _effects(candidates[oil][:, in_use], settings)
-        verdicts.append(_verdicts(rows, shares_by_slips, effects, settings.signs))
-    if not sign_sets:
+        shares_by_slips = [shares_by_oil[oil] for shares_by_oil in shares_by_oil_of_slips]
+        is_in_use = (np.sign(constants_by_oil[oil][_EXPONENT_INDICES]) == _SIGN_SETS).all(axis=1)
+        sign_set_table = _table_of_sign_sets(oil, is_in_use, shares_by_slips)
+        sign_set_tables.append(sign_set_table.sort_values("total", ascending=False, kind="stable"))
+        effects = _effects(sign_set_constants_by_oil[oil][:, is_in_use], settings)
+        verdict_tables.append(_verdicts(sign_set_table, shares_by_slips, effects, settings.signs))
+    if not sign_set_tables:
         return tables.empty("signs"), tables.empty("sign_verdicts")
     return (
-        tables.conform(pd.concat(sign_sets), "signs", "sign sets"),
-        tables.conform(pd.concat(verdicts), "sign_verdicts", "signs"),
+        tables.conform(pd.concat(sign_set_tables), "signs", "sign sets"),
+        tables.conform(pd.concat(verdict_tables), "sign_verdicts", "signs"),
     )
 
 
@@ -252,38 +267,40 @@ def _all_sign_sets(constants: FloatArray) -> FloatArray:
     Only exponents change their sign: A0, B0 and C0 keep it.
     """
     internal = np.tile(to_internal(LAW, constants)[:, np.newaxis], (1, len(_SIGN_SETS)))
-    internal[_EXPONENTS] = np.abs(internal[_EXPONENTS]) * _SIGN_SETS.T
+    internal[_EXPONENT_INDICES] = np.abs(internal[_EXPONENT_INDICES]) * _SIGN_SETS.T
     return internal
 
 
 def _table_of_sign_sets(
-    oil: str, in_use: BoolArray, shares_by_slips: Sequence[Shares]
+    oil: str, is_in_use: BoolArray, shares_by_slips: Sequence[Shares]
 ) -> pd.DataFrame:
     """One row per sign set of an oil: its total, its ranks, and the share of each statement.
 
     Args:
         oil: The oil.
-        in_use: Whether a set has the signs in use, shape (sets,).
+        is_in_use: Whether a set has the signs in use, shape (sets,).
         shares_by_slips: Shares of the statements, for each of `_SLIP_LEVELS`.
     """
-    totals = [pd.Series(_total(shares)) for shares in shares_by_slips]
-    ranks = [total.rank(method="min", ascending=False).astype(int) for total in totals]
+    totals_by_slips = [pd.Series(_total(shares)) for shares in shares_by_slips]
+    ranks_by_slips = [
+        total.rank(method="min", ascending=False).astype(int) for total in totals_by_slips
+    ]
     texts = np.where(_SIGN_SETS > 0, "+", "-")
     rows = pd.DataFrame(
         {
             "oil": oil,
             "signs": ["".join(signs) for signs in texts],
-            "in_use": in_use,
-            "rank": ranks[0],
-            "rank_at_figures": ranks[1],
-            "total": totals[0],
+            "in_use": is_in_use,
+            "rank": ranks_by_slips[0],
+            "rank_at_figures": ranks_by_slips[1],
+            "total": totals_by_slips[0],
         }
     )
     return rows.assign(**shares_by_slips[0])
 
 
 def _scores(
-    candidates: Mapping[str, FloatArray],
+    sign_set_constants_by_oil: Mapping[str, FloatArray],
     slip_levels: str,
     settings: PrintedSettings,
     traction_max: float,
@@ -291,62 +308,70 @@ def _scores(
     """The shares of the statements for each oil.
 
     Args:
-        candidates: Constants of every sign set of each oil, the most viscous oil first.
+        sign_set_constants_by_oil: Constants of every sign set of each oil, the most viscous oil
+            first.
         slip_levels: One of `_SLIP_LEVELS`.
         settings: Boxes of conditions, slide-roll ratios and limits.
         traction_max: Largest believable mu.
     """
-    scores: dict[str, Shares] = {}
-    surfaces: dict[str, Surface] = {}
-    best_surfaces: list[Surface] = []
-    for oil, internal in candidates.items():
-        tested_surface = _surface("tested", slip_levels, internal, settings)
-        drawn_surface = _surface("extrapolated", slip_levels, internal, settings)
-        surfaces[oil] = drawn_surface
+    shares_by_oil: dict[str, Shares] = {}
+    drawn_by_oil: dict[str, TractionOverBox] = {}
+    best_drawn: list[TractionOverBox] = []
+    for oil, internal in sign_set_constants_by_oil.items():
+        tested = _over_box("tested", slip_levels, internal, settings)
+        drawn = _over_box("extrapolated", slip_levels, internal, settings)
+        drawn_by_oil[oil] = drawn
         compared_slips = settings.signs.slide_roll_ratio.figures
-        where_statements_hold = where_true(
-            tested_surface, drawn_surface, compared_slips, traction_max, settings.signs
+        holds_by_statement = where_statements_hold(
+            tested, drawn, compared_slips, traction_max, settings.signs
         )
-        scores[oil] = {
-            name: share(statement_holds) for name, statement_holds in where_statements_hold.items()
+        shares_by_oil[oil] = {
+            name: share_of_conditions(statement_holds)
+            for name, statement_holds in holds_by_statement.items()
         }
-        best = int(np.argmax(_total(scores[oil])))
-        best_surface = _surface("extrapolated", slip_levels, internal[:, [best]], settings)
-        best_surfaces.append(best_surface)
+        best_index = int(np.argmax(_total(shares_by_oil[oil])))
+        drawn_with_best = _over_box(
+            "extrapolated", slip_levels, internal[:, [best_index]], settings
+        )
+        best_drawn.append(drawn_with_best)
     # Oils are compared with the others as the others' own statements choose them. The signs in use
     # must not confirm each other.
-    for index, (oil, surface) in enumerate(surfaces.items()):
-        more_viscous = best_surfaces[:index]
-        less_viscous = best_surfaces[index + 1 :]
-        scores[oil]["viscosity_order"] = viscosity_order(surface, more_viscous, less_viscous)
-        scores[oil]["hot_convergence"] = hot_convergence(surface, more_viscous + less_viscous)
-    return scores
+    for oil_index, (oil, traction) in enumerate(drawn_by_oil.items()):
+        more_viscous = best_drawn[:oil_index]
+        less_viscous = best_drawn[oil_index + 1 :]
+        shares_by_oil[oil]["viscosity_order"] = viscosity_order(
+            traction, more_viscous, less_viscous
+        )
+        shares_by_oil[oil]["hot_convergence"] = hot_convergence(
+            traction, more_viscous + less_viscous
+        )
+    return shares_by_oil
 
 
-def _surface(
-    box: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
-) -> Surface:
-    """The surface over a box of the settings, at one of `_SLIP_LEVELS`."""
-    ends = settings.boxes.model_dump()[box]
+def _over_box(
+    box_name: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
+) -> TractionOverBox:
+    """The traction over a box of the settings, at the slips of one of `_SLIP_LEVELS`."""
+    ends = settings.boxes.model_dump()[box_name]
     slips = settings.signs.slide_roll_ratio.model_dump()[slip_levels]
-    return Surface.over(ends, settings.signs.levels, slips, internal)
+    return TractionOverBox.over(ends, settings.signs.levels, slips, internal)
 
 
-def _total(shares: Shares, without: str = "") -> FloatArray:
+def _total(shares: Shares, left_out_statement: str = "") -> FloatArray:
     """Number of statements that hold for each sign set; those that cannot be judged do not count.
 
     Sets whose numbers differ only by rounding get the same number.
 
     Args:
         shares: Shares of the statements.
-        without: A statement that is left out.
+        left_out_statement: A statement that is left out.
     """
-    weighted = []
+    weighted_shares = []
     for name, share_of_box in shares.items():
-        if name != without:
-            weight = 0.5 if name in HALF else 1.0
-            weighted.append(weight * share_of_box)
-    return evened(np.nansum(weighted, axis=0))
+        if name != left_out_statement:
+            weight = 0.5 if name in HALF_STATEMENTS else 1.0
+            weighted_shares.append(weight * share_of_box)
+    return evened(np.nansum(weighted_shares, axis=0))
 
 
 def _effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
@@ -360,10 +385,10 @@ def _effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatAr
         Shape (exponents,).
     """
     # first column: signs in use; one more column for each sign turned
-    turned = np.tile(constants_in_use, (1, 1 + len(_EXPONENTS)))
-    turned[_EXPONENTS, range(1, turned.shape[1])] *= -1
-    surface = _surface("tested", _SLIP_LEVELS[0], turned, settings)
-    mu_of_turns = surface.mu.reshape(-1, turned.shape[1])
+    turned_constants = np.tile(constants_in_use, (1, 1 + len(_EXPONENT_INDICES)))
+    turned_constants[_EXPONENT_INDICES, range(1, turned_constants.shape[1])] *= -1
+    traction = _over_box("tested", _SLIP_LEVELS[0], turned_constants, settings)
+    mu_of_turns = traction.mu.reshape(-1, turned_constants.shape[1])
     return np.abs(mu_of_turns[:, 1:] - mu_of_turns[:, :1]).max(axis=0) / mu_of_turns[:, 0].max()
 
 
@@ -385,7 +410,7 @@ def _verdicts(
     # whether a set has the sign in use of an exponent, shape (exponents, sets)
     has_sign = (signs_in_use == _SIGN_SETS).T
 
-    def margins(total: FloatArray) -> list[float]:
+    def margins_of_signs(total: FloatArray) -> list[float]:
         return [
             total[has_sign_of_exponent].max() - total[~has_sign_of_exponent].max()
             for has_sign_of_exponent in has_sign
@@ -394,23 +419,30 @@ def _verdicts(
     margins_without_one = []
     for shares in shares_by_slips:
         for statement in shares:
-            margins_without_one.append(margins(_total(shares, without=statement)))
-    frame = pd.DataFrame(
+            margins_without_one.append(
+                margins_of_signs(_total(shares, left_out_statement=statement))
+            )
+    verdict_table = pd.DataFrame(
         {
             "oil": sign_sets["oil"].iloc[0],
-            "constant": [LAW.constants[index].name for index in _EXPONENTS],
+            "constant": [LAW.constants[index].name for index in _EXPONENT_INDICES],
             "sign": np.where(signs_in_use > 0, "+", "-"),
-            "margin": margins(sign_sets["total"].to_numpy()),
+            "margin": margins_of_signs(sign_sets["total"].to_numpy()),
             "weakest_margin": np.min(margins_without_one, axis=0),
             "effect": effects,
         }
     )
-    return frame.assign(
-        verdict=verdicts(frame["margin"], frame["weakest_margin"], frame["effect"], limits)
+    return verdict_table.assign(
+        verdict=sign_verdicts(
+            verdict_table["margin"],
+            verdict_table["weakest_margin"],
+            verdict_table["effect"],
+            limits,
+        )
     )
 
 
-def verdicts(
+def sign_verdicts(
     margin: pd.Series, weakest_margin: pd.Series, effect: pd.Series, limits: SignSettings
 ) -> np.ndarray:
     """How sure the signs in use are.
@@ -432,18 +464,18 @@ def verdicts(
     """
     near_best = limits.near_best
     # the first condition that is met gives the verdict
-    conditions = {
+    is_met_by_verdict = {
         "without effect": reaches(limits.no_effect_max, effect),
         "settled": reaches(weakest_margin, near_best),
         "probable": reaches(margin, near_best),
         "against": reaches(-near_best, margin),
     }
-    return np.select(list(conditions.values()), list(conditions), "open")
+    return np.select(list(is_met_by_verdict.values()), list(is_met_by_verdict), "open")
 
 
-def where_true(
-    tested: Surface,
-    drawn: Surface,
+def where_statements_hold(
+    tested: TractionOverBox,
+    drawn: TractionOverBox,
     compared_slips: Sequence[float],
     traction_max: float,
     limits: SignSettings,
@@ -462,10 +494,10 @@ def where_true(
     low_slip_mu = drawn.mu_at(min(compared_slips))
     high_slip_mu = drawn.mu_at(max(compared_slips))
     # R2 of the straight line mu(P) is covariance^2/variances
-    stress = drawn.stress - drawn.stress.mean()
+    pressure_deviation = drawn.pressure_gpa - drawn.pressure_gpa.mean()
     mu_deviation = mu - mu.mean(axis=STRESS, keepdims=True)
-    covariance = np.tensordot(stress, mu_deviation, axes=1)
-    variances = (stress**2).sum() * (mu_deviation**2).sum(axis=STRESS)
+    covariance = np.tensordot(pressure_deviation, mu_deviation, axes=1)
+    variances = (pressure_deviation**2).sum() * (mu_deviation**2).sum(axis=STRESS)
     is_linear = reaches(covariance**2, limits.linear_r2_min * variances)
     is_slight = reaches(tested.mu_at(tested.largest_slip), (1 - limits.decline_max) * tested.peak)
     # effects of stress and of temperature at the lowest speed and at the highest one
@@ -502,49 +534,54 @@ def where_true(
 
 
 def viscosity_order(
-    surface: Surface, more_viscous: Sequence[Surface], less_viscous: Sequence[Surface]
+    traction: TractionOverBox,
+    more_viscous: Sequence[TractionOverBox],
+    less_viscous: Sequence[TractionOverBox],
 ) -> FloatArray:
-    """Mu is below that of the next more viscous oil, and above that of the next less viscous one.
+    """Share of conditions at which mu is between those of the oils next in viscosity.
 
-    The other oils' surfaces are of one set each. NaN where there is no other oil.
+    The other oils have one set of constants each. NaN where there is no other oil.
     """
-    where_statements_hold = []
+    holds_of_comparisons = []
     if more_viscous:
-        where_statements_hold.append(exceeds(more_viscous[-1].mu, surface.mu))
+        holds_of_comparisons.append(exceeds(more_viscous[-1].mu, traction.mu))
     if less_viscous:
-        where_statements_hold.append(exceeds(surface.mu, less_viscous[0].mu))
-    return _mean_share(where_statements_hold, surface)
+        holds_of_comparisons.append(exceeds(traction.mu, less_viscous[0].mu))
+    return _mean_share(holds_of_comparisons, traction)
 
 
-def hot_convergence(surface: Surface, others: Sequence[Surface]) -> FloatArray:
-    """Mu is nearer to that of each other oil at the highest temperature than at the lowest."""
+def hot_convergence(traction: TractionOverBox, others: Sequence[TractionOverBox]) -> FloatArray:
+    """Share of conditions at which mu comes nearer to that of other oils as the oils warm.
+
+    The highest temperature is compared with the lowest one.
+    """
     is_nearer = []
     for other in others:
-        gap = np.abs(surface.mu - other.mu)
+        gap = np.abs(traction.mu - other.mu)
         is_nearer.append(exceeds(gap[:, :, 0], gap[:, :, -1], other.mu.max()))
-    return _mean_share(is_nearer, surface)
+    return _mean_share(is_nearer, traction)
 
 
-def share(where_it_holds: BoolArray) -> FloatArray:
-    """Share of all conditions and slips where something holds, for each sign set."""
-    return where_it_holds.reshape(-1, where_it_holds.shape[-1]).mean(axis=0)
+def share_of_conditions(holds: BoolArray) -> FloatArray:
+    """Share of all conditions and slips at which something holds, for each sign set."""
+    return holds.reshape(-1, holds.shape[-1]).mean(axis=0)
 
 
-def _mean_share(where_statements_hold: list[BoolArray], surface: Surface) -> FloatArray:
+def _mean_share(holds_of_comparisons: list[BoolArray], traction: TractionOverBox) -> FloatArray:
     """Mean of the shares where statements hold; NaN for each sign set without any statement."""
-    if not where_statements_hold:
-        return np.full(surface.mu.shape[-1], np.nan)
-    return np.mean([share(holds) for holds in where_statements_hold], axis=0)
+    if not holds_of_comparisons:
+        return np.full(traction.mu.shape[-1], np.nan)
+    return np.mean([share_of_conditions(holds) for holds in holds_of_comparisons], axis=0)
 
 
 def _falls(values: FloatArray, axis: int) -> BoolArray:
-    """Smaller at the next level of an axis."""
+    """Whether values are smaller at the next level of an axis, at each level but the last."""
     levels = np.moveaxis(values, axis, 0)
     return np.moveaxis(exceeds(levels[:-1], levels[1:]), 0, axis)
 
 
 def _levels_off(mu: FloatArray, axis: int) -> BoolArray:
-    """Mu changes less over the last third of the levels than it falls over the first.
+    """Whether mu changes less over the last third of the levels than it falls over the first.
 
     Example: from 20 to 140 degC these thirds are 20-60 and 100-140 degC.
     """

@@ -18,14 +18,14 @@ from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
 
 
 def published_tests_table(
-    published: PublishedBearingTests, oils: Sequence[OilInBearing], settings: Settings
+    published_tests: PublishedBearingTests, oils: Sequence[OilInBearing], settings: Settings
 ) -> pd.DataFrame:
     """Published tests beside calculated values, for three oil volume fractions.
 
     These are the configured one and both ends of `bearing.oil_volume_fraction_range`.
 
     Args:
-        published: Content of reference/bearing_tests.yaml.
+        published_tests: Content of reference/bearing_tests.yaml.
         oils: Oils with their laws. Tests with another oil are left out, and so are those of a
             bearing that is not configured.
         settings: The settings.
@@ -36,7 +36,7 @@ def published_tests_table(
     oil_by_name = {oil.name: oil for oil in oils}
     frames = [
         _rows_of_test(test, oil_by_name[test.oil], settings)
-        for test in published.tests
+        for test in published_tests.tests
         if test.oil in oil_by_name and test.bearing in settings.bearings
     ]
     return joined(frames, "published_tests")

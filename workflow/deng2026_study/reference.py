@@ -104,7 +104,7 @@ class PublishedBearingTests(Group):
     tests: Annotated[list[PublishedBearingTest], Field(min_length=1)] = key("The tests.")
 
 
-_MODELS: dict[str, type[Group]] = {
+_MODEL_BY_FILE: dict[str, type[Group]] = {
     "bearing_tests": PublishedBearingTests,
     "claims": Claims,
     "paper_tables": PaperTables,
@@ -118,7 +118,7 @@ def read_reference(path: Path) -> Group:
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
-    return load(path, _MODELS[path.stem])
+    return load(path, _MODEL_BY_FILE[path.stem])
 
 
 def read_claims(path: Path) -> Claims:

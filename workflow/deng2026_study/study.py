@@ -17,13 +17,13 @@ from deng2026_study.settings import NAME, default_settings, study_settings
 from oilfilm import tables
 from oilfilm.base.home import CONFIG, reference_file
 from oilfilm.base.studies import Study, publication
-from oilfilm.exports.campaign import in_folders
+from oilfilm.exports.campaign import export_oils
 from oilfilm.exports.description import (
     Condition,
     Description,
     Published,
     constant_meanings,
-    identifiers,
+    make_identifiers,
 )
 from oilfilm.report.document import Entry, Section, facts, show_table
 from oilfilm.settings.campaign import Campaign
@@ -41,25 +41,25 @@ from simulated_lab.printed import PrintedCoefficients
 _SOURCE = f"{publication(NAME)}, Eqs 11-13"
 
 
-def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[Description]:
+def describe_printed(path: Path, tested_box: Box, settings: ExportSettings) -> list[Description]:
     """Describe the printed constants of each oil of the paper.
 
     Args:
         path: data/reference/printed_coefficients.yaml.
-        tested: What the paper's abstract says was tested (`printed.boxes.tested`).
+        tested_box: What the paper's abstract says was tested (`printed.boxes.tested`).
         settings: Operating points of the ADORE form.
 
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
     printed_coefficients = load(path, PrintedCoefficients)
-    identifier_of_oil = identifiers(
+    identifier_of_oil = make_identifiers(
         [f"{oil} printed" for oil in printed_coefficients.falling_viscosity]
     )
     adore_points = tuple(point.model_dump() for point in settings.adore_points)
     descriptions = []
     for oil in printed_coefficients.falling_viscosity:
-        fitted = printed_law(printed_coefficients, oil, tested)
+        fitted = printed_law(printed_coefficients, oil, tested_box)
         descriptions.append(
             Description(
                 oil=oil,
@@ -132,14 +132,14 @@ def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
         }
 
 
-# What the verdict on a claim is based on.
+# What a verdict on a claim is based on: the words of the report, by column `basis` of `claims`.
 BASES = {
     "refit": "this campaign",
     "printed": "printed constants",
     UNDOUBTED: "printed constants without doubtful oils",
 }
-# Cage slip from which on its relative error means something.
-_SLIPPING = 0.01
+# Smallest cage slip whose relative error means something.
+_SMALLEST_RELATIVE_SLIP = 0.01
 # Where the oil that the paper advises is not the best one, by column `judgement` of `slip_advice`.
 OTHER_CHOICES = {
     "slips": "The advised oil exceeds the limit of cage slip, and another oil does not,",
@@ -185,103 +185,111 @@ def sections(results: CampaignTables, settings: Settings) -> list[Section]:
         settings: All settings of the campaign.
     """
     return [
-        _claims(results, settings),
-        _printed(results, settings.campaign),
-        _choice(results),
-        _truth(results.extrapolation_errors),
+        _claims_section(results, settings),
+        _printed_section(results, settings.campaign),
+        _choice_section(results),
+        _truth_section(results.extrapolation_errors),
     ]
 
 
-def _claims(results: CampaignTables, settings: Settings) -> Section:
+def _claims_section(results: CampaignTables, settings: Settings) -> Section:
     """How many of the paper's claims hold, by basis, and each claim with its numbers."""
     claims = results.claims
-    numbers = results.claim_numbers
+    claim_numbers = results.claim_numbers
     if claims.empty:
         return Section("claims", "Claims of the paper")
     paper_claims = read_claims(reference_file("claims"))
     text_of_claim = {claim.id: claim.claim for claim in paper_claims.claims}
-    labelled = claims.assign(
+    labelled_claims = claims.assign(
         basis=claims["basis"].map(BASES), claim=claims["claim"].map(text_of_claim)
     )
-    verdicts = labelled.pivot(index="claim", columns="basis", values="verdict")
-    verdicts = verdicts.reindex(
-        index=labelled["claim"].unique(), columns=labelled["basis"].unique()
+    verdict_table = labelled_claims.pivot(index="claim", columns="basis", values="verdict")
+    verdict_table = verdict_table.reindex(
+        index=labelled_claims["claim"].unique(), columns=labelled_claims["basis"].unique()
     )
     # without doubtful oils only some of the claims are judged
-    verdicts_of_all_claims = verdicts.drop(columns=BASES[UNDOUBTED], errors="ignore")
+    verdicts_of_all_claims = verdict_table.drop(columns=BASES[UNDOUBTED], errors="ignore")
     verdict_counts = (
         verdicts_of_all_claims.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
     )
-    refit = claims[claims["basis"] == "refit"]
-    judged_oils = set(numbers.loc[numbers["basis"] == "refit", "oil"])
-    reason_codes = [code for code in refit["reason_code"].unique() if code]
-    sentences = facts(
+    claims_by_refit = claims[claims["basis"] == "refit"]
+    judged_oils = set(claim_numbers.loc[claim_numbers["basis"] == "refit", "oil"])
+    reason_codes = [code for code in claims_by_refit["reason_code"].unique() if code]
+    facts_on_claims = facts(
         "deng2026_study/claims.jinja",
-        refit=refit["verdict"].value_counts().reindex(_CLAIM_VERDICTS).dropna().astype(int),
+        refit=claims_by_refit["verdict"]
+        .value_counts()
+        .reindex(_CLAIM_VERDICTS)
+        .dropna()
+        .astype(int),
         reasons=[paper_claims.cannot_be_checked[code] for code in reason_codes],
         campaign=settings.campaign,
         left_out=[oil for oil in settings.oils if oil not in judged_oils],
         doubtful=load(reference_file("printed_coefficients"), PrintedCoefficients).doubtful,
-        changed=_changed_without_doubtful(verdicts),
+        changed=_changed_without_doubtful(verdict_table),
         audit=study_settings(settings).audit,
     )
     shown_tables = [
         show_table(verdict_counts.astype(int).reset_index(), "claim-counts"),
-        show_table(verdicts.fillna("not judged").reset_index(), "claim-verdicts"),
+        show_table(verdict_table.fillna("not judged").reset_index(), "claim-verdicts"),
     ]
     entries = []
     for claim in paper_claims.claims:
         rows_of_claim = claims[claims["claim"] == claim.id]
-        numbers_of_claim = numbers[numbers["claim"] == claim.id]
+        numbers_of_claim = claim_numbers[claim_numbers["claim"] == claim.id]
         if len(rows_of_claim):
-            entries.append(_entry(claim, rows_of_claim, paper_claims, numbers_of_claim, settings))
-    return Section("claims", "Claims of the paper", sentences, shown_tables, entries, _EXPLANATIONS)
+            entries.append(
+                _claim_entry(claim, rows_of_claim, paper_claims, numbers_of_claim, settings)
+            )
+    return Section(
+        "claims", "Claims of the paper", facts_on_claims, shown_tables, entries, _EXPLANATIONS
+    )
 
 
-def _changed_without_doubtful(verdicts: pd.DataFrame) -> list[tuple[str, str, str]]:
+def _changed_without_doubtful(verdict_table: pd.DataFrame) -> list[tuple[str, str, str]]:
     """Each claim with another verdict without doubtful oils: claim, verdict, verdict without them.
 
     Args:
-        verdicts: Verdicts by claim, one column per basis of `BASES`.
+        verdict_table: Verdicts by claim, one column per basis of `BASES`.
     """
-    if BASES[UNDOUBTED] not in verdicts:
+    if BASES[UNDOUBTED] not in verdict_table:
         return []
-    compared = verdicts[[BASES["printed"], BASES[UNDOUBTED]]].dropna()
-    changed = compared[compared.iloc[:, 0] != compared.iloc[:, 1]]
-    return list(changed.itertuples(name=None))
+    compared = verdict_table[[BASES["printed"], BASES[UNDOUBTED]]].dropna()
+    changed_rows = compared[compared.iloc[:, 0] != compared.iloc[:, 1]]
+    return list(changed_rows.itertuples(name=None))
 
 
-def _entry(
+def _claim_entry(
     claim: Claim,
-    rows: pd.DataFrame,
+    claim_rows: pd.DataFrame,
     paper_claims: Claims,
-    numbers: pd.DataFrame,
+    claim_numbers: pd.DataFrame,
     settings: Settings,
 ) -> Entry:
     """A claim: the paper's words, the test, verdict and finding on each basis, a caveat."""
-    verdicts = []
+    verdict_of_basis = []
     paragraphs = [
         f"Section {claim.section}: "
         f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}",
-        f"Test: {_filled(claim.holds_where, settings)}.",
+        f"Test: {_with_settings(claim.holds_where, settings)}.",
     ]
-    for row in tables.rows(rows):
+    for row in tables.rows(claim_rows):
         basis = BASES[row["basis"]]
         if row["reason_code"]:
             reason = paper_claims.cannot_be_checked.get(row["reason_code"])
             finding = f"cannot be checked: {reason}."
         else:
-            numbers_of_basis = numbers[numbers["basis"] == row["basis"]]
+            numbers_of_basis = claim_numbers[claim_numbers["basis"] == row["basis"]]
             finding = _finding(row, claim, numbers_of_basis, settings)
-        verdicts.append((basis, row["verdict"]))
+        verdict_of_basis.append((basis, row["verdict"]))
         paragraphs.append(f"{basis}, {_JUDGED_ON[row['judged_on']]}: {finding}")
     if claim.caveat is not None:
         paragraphs.append(f"Caveat: {claim.caveat}")
-    return Entry(claim.claim, verdicts, paragraphs)
+    return Entry(claim.claim, verdict_of_basis, paragraphs)
 
 
 def _finding(
-    row: Mapping[str, Any], claim: Claim, numbers: pd.DataFrame, settings: Settings
+    row: Mapping[str, Any], claim: Claim, claim_numbers: pd.DataFrame, settings: Settings
 ) -> str:
     """Share, worst case and further numbers of a claim on one basis, in sentences."""
     share = row["share"]
@@ -289,25 +297,25 @@ def _finding(
     sentences = [f"Read strictly, it holds in {_percent(share)} of {cases}."]
     if row["verdict"] == "by construction":
         sentences.append("The equation makes it so for any constants that it allows.")
-    condition = [row["worst_oil"]] if row["worst_oil"] else []
+    condition_texts = [row["worst_oil"]] if row["worst_oil"] else []
     for column, number_format in _WORST_CONDITION.items():
         if not pd.isna(row[column]):
-            condition.append(number_format.format(row[column]))
-    worst = "Worst case" if share < 1 else "Case nearest to failing"
-    where = f" at {', '.join(condition)}" if condition else ""
-    sentences.append(f"{worst}: {claim.quantity.format(row['worst_value'])}{where}.")
-    further = _further_numbers(claim, numbers, settings)
-    if further:
-        sentences.append(f"Further numbers: {'; '.join(further)}.")
+            condition_texts.append(number_format.format(row[column]))
+    label_of_worst = "Worst case" if share < 1 else "Case nearest to failing"
+    place_text = f" at {', '.join(condition_texts)}" if condition_texts else ""
+    sentences.append(f"{label_of_worst}: {claim.quantity.format(row['worst_value'])}{place_text}.")
+    further_numbers = _further_numbers(claim, claim_numbers, settings)
+    if further_numbers:
+        sentences.append(f"Further numbers: {'; '.join(further_numbers)}.")
     return " ".join(sentences)
 
 
-def _further_numbers(claim: Claim, numbers: pd.DataFrame, settings: Settings) -> list[str]:
+def _further_numbers(claim: Claim, claim_numbers: pd.DataFrame, settings: Settings) -> list[str]:
     """Each further number of a claim with its meaning, and readings that were not judged.
 
     Args:
         claim: The claim.
-        numbers: Rows of the claim and one basis of the table `claim_numbers`.
+        claim_numbers: Rows of the claim and one basis of the table `claim_numbers`.
         settings: All settings of the campaign.
     """
     labels = {
@@ -323,17 +331,17 @@ def _further_numbers(claim: Claim, numbers: pd.DataFrame, settings: Settings) ->
         meaning, _, number_format = label.partition(": {:")
         numbers_of_oils = [
             _number_of_oil(row["value"], row["oil"], number_format.rstrip("}"))
-            for row in tables.rows(numbers[numbers["number"] == name])
+            for row in tables.rows(claim_numbers[claim_numbers["number"] == name])
         ]
         if numbers_of_oils:
-            sentences.append(f"{_filled(meaning, settings)}: {', '.join(numbers_of_oils)}")
+            sentences.append(f"{_with_settings(meaning, settings)}: {', '.join(numbers_of_oils)}")
         elif name in claim.readings:
-            sentences.append(f"not judged on these constants: {_filled(label, settings)}")
+            sentences.append(f"not judged on these constants: {_with_settings(label, settings)}")
     return sentences
 
 
 def _number_of_oil(value: float, oil: str, number_format: str) -> str:
-    """A number in its format, a share without one, and the oil in brackets if it is of one oil."""
+    """A number in its format, or in percent without a format; the oil behind it if it has one."""
     text = format(value, number_format) if number_format else _percent(value)
     return f"{text} ({oil})" if oil else text
 
@@ -346,31 +354,31 @@ def _percent(share: float) -> str:
     return f"{share:.0%}"
 
 
-def _filled(text: str, settings: Settings) -> str:
+def _with_settings(text: str, settings: Settings) -> str:
     """A text of a claim with settings in place of its braces."""
     return text.format(**dict(study_settings(settings)))
 
 
-def _printed(results: CampaignTables, campaign: Campaign) -> Section:
+def _printed_section(results: CampaignTables, campaign: Campaign) -> Section:
     """The constants printed in the paper: distance from the fit, and how sure their signs are.
 
     A fit judges a sign where its own constant has a known sign.
     """
     if results.signs.empty:
         return Section("printed", "Printed constants")
-    fits = results.configured.coefficients
-    fits = fits[fits["law"] == PAPER_LAW.name]
-    fitted = fits[["oil", "constant", "value", "verdict"]].dropna(subset="value")
-    judged = fitted.merge(results.sign_verdicts[["oil", "constant", "sign"]])
-    same_sign = (judged["value"] < 0) == (judged["sign"] == "-")
+    coefficients = results.configured.coefficients
+    coefficients = coefficients[coefficients["law"] == PAPER_LAW.name]
+    fitted_constants = coefficients[["oil", "constant", "value", "verdict"]].dropna(subset="value")
+    judged_constants = fitted_constants.merge(results.sign_verdicts[["oil", "constant", "sign"]])
+    has_same_sign = (judged_constants["value"] < 0) == (judged_constants["sign"] == "-")
     # the other verdicts are `sign unknown`, `no interval`, `at a bound` and so on
-    is_known = judged["verdict"] == "known"
-    oil_and_constant = judged["oil"] + " " + judged["constant"]
-    sentences = facts(
+    is_known = judged_constants["verdict"] == "known"
+    oil_and_constant = judged_constants["oil"] + " " + judged_constants["constant"]
+    facts_on_constants = facts(
         "deng2026_study/printed.jinja",
-        confirmed=(is_known & same_sign).sum(),
-        judged=len(judged),
-        turned=oil_and_constant[is_known & ~same_sign].tolist(),
+        confirmed=(is_known & has_same_sign).sum(),
+        judged=len(judged_constants),
+        turned=oil_and_constant[is_known & ~has_same_sign].tolist(),
         unknown=oil_and_constant[~is_known].tolist(),
         campaign=campaign,
     )
@@ -386,29 +394,29 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
     sets_in_use = results.signs[results.signs["in_use"]].drop_duplicates("oil")
     sets_in_use = sets_in_use.join(constants_by_verdict, on="oil", how="inner")
     shown_tables = [show_table(differences, "printed_judged"), show_table(sets_in_use, "signs")]
-    return Section("printed", "Printed constants", sentences, shown_tables)
+    return Section("printed", "Printed constants", facts_on_constants, shown_tables)
 
 
-def _choice(results: CampaignTables) -> Section:
+def _choice_section(results: CampaignTables) -> Section:
     """The paper's choice of oil by cage slip beside the best oil, over operating points."""
     advice = results.slip_advice
-    judged = advice[~advice["judgement"].isin(NO_CHOICE)]
-    if judged.empty:
+    judged_points = advice[~advice["judgement"].isin(NO_CHOICE)]
+    if judged_points.empty:
         return Section("choice", "Choice of oil")
     undecided_counts = advice.loc[advice["judgement"].isin(NO_CHOICE), "judgement"].value_counts()
-    disagreeing = judged[judged["judgement"] != "agree"]
+    disagreeing = judged_points[judged_points["judgement"] != "agree"]
     disagreements = disagreeing["judgement"].value_counts()
     # one row per choice and scenario: other limits, orders of the rules and temperatures
     scenarios = results.advice_band
     # an oil occurs once for each operating point where it is the best one or nearly so
-    good_oils = judged["good_oils"].explode().tolist()
+    good_oils = judged_points["good_oils"].explode().tolist()
     stability = stays_best(results.cage_slip, STAYS_BEST_SHARE)
-    sentences = facts(
+    facts_on_choice = facts(
         "deng2026_study/choice.jinja",
         mapped=len(advice),
-        total=len(judged),
+        total=len(judged_points),
         undecided={UNDECIDED[str(code)]: count for code, count in undecided_counts.items()},
-        agreeing=len(judged) - len(disagreeing),
+        agreeing=len(judged_points) - len(disagreeing),
         others={OTHER_CHOICES[str(judgement)]: count for judgement, count in disagreements.items()},
         best=disagreeing["best_oil"].value_counts().to_dict(),
         bands={
@@ -421,7 +429,7 @@ def _choice(results: CampaignTables) -> Section:
         share=STAYS_BEST_SHARE,
         drawn=stability if stability["draws_answered"].any() else None,
     )
-    return Section("choice", "Choice of oil", sentences)
+    return Section("choice", "Choice of oil", facts_on_choice)
 
 
 def _ends_of_band(scenarios: pd.DataFrame) -> pd.DataFrame:
@@ -435,7 +443,9 @@ def _ends_of_band(scenarios: pd.DataFrame) -> pd.DataFrame:
 
 
 def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, float] | None:
-    """The choice of oil and the map with the true traction; None where mu was measured.
+    """How the choice of oil and the map by the fitted law agree with the truth.
+
+    None where mu was measured.
 
     Args:
         advice: Table of advice.
@@ -444,7 +454,7 @@ def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, floa
     if truth.empty:
         return None
     judged = advice[~advice["true_judgement"].isin(NO_CHOICE)]
-    slipping_rows = truth[truth["cage_slip"] > _SLIPPING]
+    slipping_rows = truth[truth["cage_slip"] > _SMALLEST_RELATIVE_SLIP]
     torque_error = (truth["law_torque_n_m"] / truth["torque_n_m"] - 1).abs()
     slip_is_inside = slipping_rows["cage_slip_inside"].dropna()
     torque_is_inside = truth["torque_inside"].dropna()
@@ -464,15 +474,15 @@ def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, floa
     }
 
 
-def _truth(errors: pd.DataFrame) -> Section:
+def _truth_section(errors: pd.DataFrame) -> Section:
     """How wrong each law is where the truth was simulated."""
     if errors.empty:
         return Section("truth", "Simulated truth")
     condition_format = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}"
     worst_conditions = errors[list(_WORST_CONDITION)].to_numpy()
     conditions = [condition_format.format(*condition) for condition in worst_conditions]
-    table = show_table(errors.assign(where=conditions), "truth-errors")
-    return Section("truth", "Simulated truth", facts("deng2026_study/truth.jinja"), [table])
+    error_table = show_table(errors.assign(where=conditions), "truth-errors")
+    return Section("truth", "Simulated truth", facts("deng2026_study/truth.jinja"), [error_table])
 
 
 # Folder of the printed constants among the exports. Those of fits are named by identifiers, which
@@ -483,20 +493,20 @@ _EXPORT_FOLDER = "printed-constants"
 def _exports(
     oils: Collection[str], settings: Settings, provenance: Mapping[str, Any]
 ) -> dict[str, bytes]:
-    """The printed constants of these oils, in every form."""
+    """The content of the export files of printed constants, by path, for some oils."""
     path = reference_file("printed_coefficients")
-    tested = study_settings(settings).printed.boxes.tested
-    descriptions = describe_printed(path, tested, settings.exports)
-    chosen = [description for description in descriptions if description.oil in oils]
-    files = in_folders(chosen, provenance) if chosen else {}
+    tested_box = study_settings(settings).printed.boxes.tested
+    descriptions = describe_printed(path, tested_box, settings.exports)
+    chosen_descriptions = [description for description in descriptions if description.oil in oils]
+    files = export_oils(chosen_descriptions, provenance) if chosen_descriptions else {}
     return {f"{_EXPORT_FOLDER}/{file}": content for file, content in files.items()}
 
 
 def _describe_published() -> tuple[list[Description], Path]:
     """The printed constants of every oil, and their file."""
     path = reference_file("printed_coefficients")
-    tested = default_settings().printed.boxes.tested
-    return describe_printed(path, tested, read_config(CONFIG).exports), path
+    tested_box = default_settings().printed.boxes.tested
+    return describe_printed(path, tested_box, read_config(CONFIG).exports), path
 
 
 STUDY = Study(

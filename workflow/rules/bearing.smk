@@ -2,7 +2,7 @@ rule torque_runs:
     "Steady plateaus of the torque logs, zero removed, with every gate's verdict."
     input:
         listing=rules.torque_twin.output.listing if TORQUE_SIMULATED else [],
-        logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
+        logs=raw_logs(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
     output:
         **written("torque_runs", "torque_quarantine"),
         logs="<parts>/torque_runs/logs.sha256",
@@ -12,10 +12,10 @@ rule torque_runs:
     localrule: True
     params:
         code=lambda wildcards: code("torque_runs.py", tables=rules.torque_runs.output.keys()),
-        files=lambda wildcards: digests_of_logs(TORQUE_RAW, TORQUE_FILES),
-        acknowledged=ACKNOWLEDGED,
-        first_seen=FIRST_SEEN,
-        sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
+        files=lambda wildcards: digests_of_logs(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
+        acknowledged=ACKNOWLEDGED_CHANGES,
+        first_seen=FIRST_SEEN_FOLDER,
+        sheet=sheet_rows(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
         config=part(
             "oils", "rigs", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")
         ),
@@ -26,7 +26,7 @@ rule torque_runs:
 rule torque:
     "Measured torque beside the law with each load variable; how hot the oil leaves the bearing."
     input:
-        **finished("torque_runs", "cage_slip", "points", "surface_sizes", *FITTED),
+        **finished("torque_runs", "cage_slip", "points", "surface_sizes", *FIT_TABLE_NAMES),
         torque_truth=rules.torque_twin.output.torque_truth if TORQUE_SIMULATED else [],
     output:
         **written("torque", "torque_inversion", "torque_control", "heat_balance"),
@@ -48,7 +48,7 @@ rule torque:
 rule bearing_maps:
     "Cage slip over speed and load, and the size effect."
     input:
-        **finished("points", "surface_sizes", *FITTED),
+        **finished("points", "surface_sizes", *FIT_TABLE_NAMES),
     output:
         **written("cage_slip", "size_effect"),
         made=made("bearing-maps"),
@@ -69,7 +69,7 @@ rule bearing_maps:
 rule bearing_temperatures:
     "Cage slip over speed and load at further oil temperatures, for the explorer of the report."
     input:
-        **finished("points", "surface_sizes", *FITTED),
+        **finished("points", "surface_sizes", *FIT_TABLE_NAMES),
     output:
         **written("cage_slip_by_temperature"),
         made=made("bearing-temperatures"),
@@ -90,7 +90,7 @@ rule bearing_temperatures:
 rule test_plan:
     "Rig conditions to test next: those that most reduce the uncertainty of torque or cage slip."
     input:
-        **finished("curve_residuals", "points", "surface_sizes", *FITTED),
+        **finished("curve_residuals", "points", "surface_sizes", *FIT_TABLE_NAMES),
     output:
         **written("test_plan"),
         made=made("test-plan"),

@@ -23,10 +23,15 @@ from oilfilm.run.start import (
 )
 from oilfilm.settings.resolve import resolve_given
 from oilfilm.tables.contract import contract_digest
-from oilfilm.tables.table_needs import NOT_IN_EVERY_CAMPAIGN, FIT_TABLES, SURFACE_TABLES, lacking
+from oilfilm.tables.table_needs import (
+    NOT_IN_EVERY_CAMPAIGN,
+    FIT_TABLES,
+    SURFACE_TABLES,
+    lacking_tables,
+)
 from oilfilm.traction import LAW_FILES
 
-RECORDS = Path(".snakemake")
+SNAKEMAKE_FOLDER = Path(".snakemake")
 
 
 def stop(mistake):
@@ -49,7 +54,7 @@ def prefixed(*parts):
 
 
 try:
-    check_machine([RECORDS, prefixed("results")])
+    check_machine([SNAKEMAKE_FOLDER, prefixed("results")])
     typed = workflow.config_settings.overwrite_config
     SETTINGS = resolve_given(config, typed)
     if DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method:
@@ -64,21 +69,21 @@ part = SETTINGS.part
 # Keys of the campaign with the origin of its data.
 ORIGIN = ("credit", "simulated_by", "twin")
 
-RAW = Path("data/raw", CAMPAIGN.name)
-TORQUE_RAW = Path("data/raw", f"{CAMPAIGN.name}-torque")
+RAW_FOLDER = Path("data/raw", CAMPAIGN.name)
+TORQUE_RAW_FOLDER = Path("data/raw", f"{CAMPAIGN.name}-torque")
 SIMULATED = CAMPAIGN.twin is not None
 TORQUE_SIMULATED = CAMPAIGN.torque is not None and CAMPAIGN.torque.twin is not None
 # Folders of simulated logs.
-TWINS = []
+SIMULATED_FOLDERS = []
 if SIMULATED:
-    TWINS.append(RAW)
+    SIMULATED_FOLDERS.append(RAW_FOLDER)
 if TORQUE_SIMULATED:
-    TWINS.append(TORQUE_RAW)
-RESULTS = prefixed("results", CAMPAIGN.name)
+    SIMULATED_FOLDERS.append(TORQUE_RAW_FOLDER)
+RESULTS_FOLDER = prefixed("results", CAMPAIGN.name)
 # Folder of the digests that measured logs had when a run first read them.
-FIRST_SEEN = prefixed("data/first_seen").as_posix()
+FIRST_SEEN_FOLDER = prefixed("data/first_seen").as_posix()
 # Folders that a run writes to.
-WRITTEN = [RESULTS] + [prefixed(folder) for folder in TWINS]
+WRITTEN_FOLDERS = [RESULTS_FOLDER] + [prefixed(folder) for folder in SIMULATED_FOLDERS]
 
 
 # With `--sdm apptainer` each step runs in this image, else Snakemake ignores it.
@@ -103,31 +108,31 @@ wildcard_constraints:
 
 def finished(*names):
     """Files of finished tables by name; an empty list for a table that this campaign lacks."""
-    missing = lacking(CAMPAIGN)
-    return {name: [] if name in missing else f"<tables>/{name}.parquet" for name in names}
+    lacking_names = lacking_tables(CAMPAIGN)
+    return {name: [] if name in lacking_names else f"<tables>/{name}.parquet" for name in names}
 
 
-# Tables that the rules of this campaign write, for the report and its data package.
-TABLES = []
+# Names of the tables that the rules of this campaign write, for the report and its data package.
+WRITTEN_TABLE_NAMES = []
 
 
 def written(*names):
-    """Files of tables that a rule writes, by name; as in `finished`."""
+    """Files of tables that a rule writes, by name, as in `finished`."""
     files = finished(*names)
-    TABLES.extend(files)
+    WRITTEN_TABLE_NAMES.extend(files)
     return files
 
 
-# The fits of every law, from which the tables of bearings are computed.
-FITTED = ("coefficients", "fit_quality", "refits", "surfaces")
-# Files in which each step lists its outputs, for `release`.
-MADE = []
+# Names of the tables of fits, from which the tables of bearings are computed.
+FIT_TABLE_NAMES = ("coefficients", "fit_quality", "refits", "surfaces")
+# The files in which steps list their outputs, for `release`.
+STEP_LISTINGS = []
 
 
 def made(name, **wildcards):
     """File in which a step lists the sha256 of its outputs when it ends."""
     path = f"<results>/made/{name}.sha256"
-    MADE.extend(expand(path, **wildcards) if wildcards else [path])
+    STEP_LISTINGS.extend(expand(path, **wildcards) if wildcards else [path])
     return path
 
 
@@ -141,21 +146,21 @@ def references_of_studies(purpose):
     return list(map(reference_file, studies.references(CAMPAIGN.studies, purpose)))
 
 
-# A release must not name packages that its results were not made with.
-PACKAGES = file_digest(HOME / home.RUN_LOCK)[:8]
+# Digest of the locked packages: a release must not name packages that did not make its results.
+PACKAGES_DIGEST = file_digest(HOME / home.RUN_LOCK)[:8]
 # Modules of the campaign's studies, which no module imports by name.
-STUDIES = studies.modules(CAMPAIGN.studies)
+STUDY_MODULES = studies.modules(CAMPAIGN.studies)
 # Declarations of columns and tables, for the rules that print their meaning.
-TABLE_WORDS = sorted((PACKAGE / "tables").glob("*.*"))
+TABLE_DECLARATIONS = sorted((PACKAGE / "tables").glob("*.*"))
 for study_name in CAMPAIGN.studies:
-    TABLE_WORDS += sorted(studies.folder(study_name).glob("tables.*"))
+    TABLE_DECLARATIONS += sorted(studies.folder(study_name).glob("tables.*"))
 studies.declare_tables(CAMPAIGN.studies)
 
 
 @cache
-def digest_of_code(script, modules, tables):
-    computes = code_digest(HOME / "workflow/scripts" / script, *modules)
-    return f"{computes}-{contract_digest(tables)}-{PACKAGES}"
+def digest_of_code(script, modules, output_names):
+    modules_digest = code_digest(HOME / "workflow/scripts" / script, *modules)
+    return f"{modules_digest}-{contract_digest(output_names)}-{PACKAGES_DIGEST}"
 
 
 def code(script, *modules, tables=()):

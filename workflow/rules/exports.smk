@@ -12,7 +12,7 @@ rule exports:
     priority: -1
     localrule: True
     params:
-        code=code("exports.py", *STUDIES),
+        code=code("exports.py", *STUDY_MODULES),
         # no digest of Python's modules covers these
         templates=sorted(map(file_digest, (PACKAGE / "exports/templates").glob("*.jinja"))),
         config=part("fit", "exports", "studies", campaign=("credit", "description", "studies")),

@@ -20,18 +20,18 @@ def files_of_figures(figures):
 def inputs_of_figures(figures):
     """Finished tables and reference files that figures are drawn from."""
     references = sorted({name for figure in figures for name in figure.references})
-    names = {name for figure in figures for name in figure.tables}
-    if names & set(FIT_TABLES):
-        names.add("fit_quality")  # which says what law is configured
+    table_names = {name for figure in figures for name in figure.tables}
+    if table_names & set(FIT_TABLES):
+        table_names.add("fit_quality")  # it says which law is configured
     # a list of their own: the reference file of the claims has the name of their table
-    return {**finished(*sorted(names)), "references": list(map(reference_file, references))}
+    return {**finished(*sorted(table_names)), "references": list(map(reference_file, references))}
 
 
 def settings_of_figures(figures):
     """Settings that figures depend on; each says where its data are from."""
     keys = {key for figure in figures for key in figure.settings}
-    of_campaign = {key for key in keys if key.startswith("campaign.")}
+    campaign_keys = {key for key in keys if key.startswith("campaign.")}
     return part(
-        *(keys - of_campaign),
-        campaign=(*ORIGIN, *(key.removeprefix("campaign.") for key in of_campaign)),
+        *(keys - campaign_keys),
+        campaign=(*ORIGIN, *(key.removeprefix("campaign.") for key in campaign_keys)),
     )

@@ -4,30 +4,32 @@ from oilfilm.base.figure_catalogue import families
 # imports take longer than drawing.
 #
 # Decides: which figures one job draws.
-for family, of_family in families(CAMPAIGN.figures).items():
+for family, figures_of_family in families(CAMPAIGN.figures).items():
 
     rule:
         name:
             f"{family}_figures"
         input:
-            **inputs_of_figures(of_family),
+            **inputs_of_figures(figures_of_family),
         output:
-            **files_of_figures(of_family),
+            **files_of_figures(figures_of_family),
             made=made(f"{family}-figures"),
         log:
             f"<logs>/{family}-figures.log",
         localrule: True
         params:
-            code=code("figures.py", *(figure.source for figure in of_family), tables=["drawn"]),
+            code=code(
+                "figures.py", *(figure.source for figure in figures_of_family), tables=["drawn"]
+            ),
             # what schematics are drawn from, beside their module
             marks=sorted(
                 {
                     file_digest(csv)
-                    for each in of_family
-                    for csv in each.source.parent.glob("*.csv")
+                    for figure in figures_of_family
+                    for csv in figure.source.parent.glob("*.csv")
                 }
             ),
-            config=settings_of_figures(of_family),
+            config=settings_of_figures(figures_of_family),
         script:
             "../scripts/figures.py"
 

@@ -1,12 +1,12 @@
 from oilfilm.traction import LAWS, PAPER_LAW
 
-FITTED_LAWS = list(dict.fromkeys((*SETTINGS.compare.laws, SETTINGS.fit.law)))
+FITTED_LAW_NAMES = list(dict.fromkeys((*SETTINGS.compare.laws, SETTINGS.fit.law)))
 # Which law is configured changes no fit.
-OF_ONE_FIT = SETTINGS.with_changes({"fit": {"law": PAPER_LAW.name}})
+SETTINGS_OF_ONE_FIT = SETTINGS.with_changes({"fit": {"law": PAPER_LAW.name}})
 # Laws that are in one file are fitted by one job: a change of the file is a change of all.
-LAWS_OF_FILE = {}
-for law in FITTED_LAWS:
-    LAWS_OF_FILE.setdefault(LAW_FILES[law].stem, []).append(law)
+LAW_NAMES_OF_FILE = {}
+for law in FITTED_LAW_NAMES:
+    LAW_NAMES_OF_FILE.setdefault(LAW_FILES[law].stem, []).append(law)
 
 
 rule fit:
@@ -15,24 +15,28 @@ rule fit:
         points="<parts>/collect/{oil}/points.parquet",
     output:
         **{table: f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet" for table in FIT_TABLES},
-        made=made("fit-{oil}-{law_file}", oil=OILS, law_file=LAWS_OF_FILE),
+        made=made("fit-{oil}-{law_file}", oil=OILS, law_file=LAW_NAMES_OF_FILE),
     log:
         "<logs>/fit-{oil}/{law_file}.log",
     wildcard_constraints:
-        law_file="|".join(LAWS_OF_FILE),
+        law_file="|".join(LAW_NAMES_OF_FILE),
     # what needs no fit is done while the last one runs
     priority: 1
     params:
         code=lambda wildcards: code(
             "fit.py",
-            LAW_FILES[LAWS_OF_FILE[wildcards.law_file][0]],
+            LAW_FILES[LAW_NAMES_OF_FILE[wildcards.law_file][0]],
             tables=rules.fit.output.keys(),
         ),
-        laws=lambda wildcards: LAWS_OF_FILE[wildcards.law_file],
+        laws=lambda wildcards: LAW_NAMES_OF_FILE[wildcards.law_file],
         # laws of the conditions alone need nothing of the rig
-        config=lambda wildcards: OF_ONE_FIT.part(
+        config=lambda wildcards: SETTINGS_OF_ONE_FIT.part(
             *("fit", "seed"),
-            *(() if LAWS.keys() >= set(LAWS_OF_FILE[wildcards.law_file]) else ("oils", "rigs")),
+            *(
+                ()
+                if LAWS.keys() >= set(LAW_NAMES_OF_FILE[wildcards.law_file])
+                else ("oils", "rigs")
+            ),
         ),
     script:
         "../scripts/fit.py"
@@ -44,7 +48,7 @@ rule surface:
         **{
             table: expand(
                 f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet",
-                law_file=LAWS_OF_FILE,
+                law_file=LAW_NAMES_OF_FILE,
                 allow_missing=True,
             )
             for table in FIT_TABLES
@@ -75,7 +79,7 @@ rule fits:
             table: expand(
                 f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet",
                 oil=OILS,
-                law_file=LAWS_OF_FILE,
+                law_file=LAW_NAMES_OF_FILE,
             )
             for table in FIT_TABLES
         },

@@ -5,9 +5,11 @@ rule points:
     "Samples of one share of the raw logs, and its steady plateaus with every gate's verdict."
     input:
         listing=rules.twin.output.listing if SIMULATED else [],
-        logs=lambda wildcards: raw_logs(RAW, FILES_OF_SHARE.get(int(wildcards.shard), [])),
+        logs=lambda wildcards: raw_logs(
+            RAW_FOLDER, LOG_NAMES_OF_SHARE.get(int(wildcards.shard), [])
+        ),
     output:
-        samples=SAMPLES,
+        samples=SAMPLE_FILES,
         points="<parts>/points/{shard}/points.parquet",
         runs="<parts>/points/{shard}/runs.parquet",
         quarantine="<parts>/points/{shard}/quarantine.parquet",
@@ -17,10 +19,12 @@ rule points:
         "<logs>/points/{shard}.log",
     params:
         code=lambda wildcards: code("points.py", tables=rules.points.output.keys()),
-        files=lambda wildcards: digests_of_logs(RAW, FILES_OF_SHARE.get(int(wildcards.shard), [])),
+        files=lambda wildcards: digests_of_logs(
+            RAW_FOLDER, LOG_NAMES_OF_SHARE.get(int(wildcards.shard), [])
+        ),
         sheet=lambda wildcards: sheet_rows(
-            RAW,
-            FILES_OF_SHARE.get(int(wildcards.shard), []),
+            RAW_FOLDER,
+            LOG_NAMES_OF_SHARE.get(int(wildcards.shard), []),
             remarks=int(wildcards.shard) == SHARDS[0],
         ),
         config=part(
@@ -59,13 +63,13 @@ checkpoint collect:
         code=lambda wildcards: code("collect.py", tables=rules.collect.output.keys()),
         oils=OILS,
         measured=not SIMULATED,
-        acknowledged=ACKNOWLEDGED,
-        first_seen=FIRST_SEEN,
+        acknowledged=ACKNOWLEDGED_CHANGES,
+        first_seen=FIRST_SEEN_FOLDER,
         # here and not in `points`, where each share depends on its own rows alone
         run_sheet={
             path: digest[:16]
             for path, digest in digests_of_sheets().items()
-            if Path(path).parent == RAW
+            if Path(path).parent == RAW_FOLDER
         },
         config=part(
             *("film", "gates", "oils", "rigs", "same_set_point"),

@@ -3,8 +3,8 @@ rule refused:
     input:
         **finished("points", "runs", "quarantine", "torque_quarantine"),
         listing=rules.torque_twin.output.listing if TORQUE_SIMULATED else [],
-        logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
-        samples=expand(SAMPLES, shard=SHARDS),
+        logs=raw_logs(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
+        samples=expand(SAMPLE_FILES, shard=SHARDS),
     output:
         refused_pages=directory("<results>/refused"),
         made=made("refused"),
@@ -12,8 +12,8 @@ rule refused:
         "<logs>/refused.log",
     params:
         code=lambda wildcards: code("refused.py", tables=rules.refused.output.keys()),
-        files=lambda wildcards: digests_of_logs(TORQUE_RAW, TORQUE_FILES),
-        sheet=sheet_rows(TORQUE_RAW, TORQUE_FILES),
+        files=lambda wildcards: digests_of_logs(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
+        sheet=sheet_rows(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
         pages_max=SETTINGS.figures.refused_pages_max,
         config=part(
             *("oils", "rigs", "curation", "torque_logs"),

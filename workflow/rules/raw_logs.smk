@@ -7,17 +7,19 @@ from oilfilm.base.atomic_write import write_text
 from oilfilm.logs.log_digests import LogDigests
 from oilfilm.logs.raw_files import find_sheet, raw_files, shares_of
 
-# Names of the logs when a run began, for its jobs on a cluster: they start later.
-FOUND = RECORDS / "oilfilm-logs.json"
+# File with the names of the logs when a run began. Its jobs on a cluster start later and read it.
+FOUND_LOGS_FILE = SNAKEMAKE_FOLDER / "oilfilm-logs.json"
 
 
 def logs_found():
-    """Names of all logs of the campaign, by their folder."""
-    if not workflow.is_main_process and FOUND.is_file():
-        return json.loads(FOUND.read_text(encoding="utf-8"))
-    folders = [RAW] if CAMPAIGN.torque is None else [RAW, TORQUE_RAW]
+    """Names of all logs of the campaign, by folder; in a job those that its run found."""
+    if not workflow.is_main_process and FOUND_LOGS_FILE.is_file():
+        return json.loads(FOUND_LOGS_FILE.read_text(encoding="utf-8"))
+    folders = [RAW_FOLDER] if CAMPAIGN.torque is None else [RAW_FOLDER, TORQUE_RAW_FOLDER]
     return {
-        folder.as_posix(): simulated_names(folder) if folder in TWINS else raw_files(folder)
+        folder.as_posix(): (
+            simulated_names(folder) if folder in SIMULATED_FOLDERS else raw_files(folder)
+        )
         for folder in folders
     }
 
@@ -25,13 +27,15 @@ def logs_found():
 def simulated_names(folder):
     """Names of the logs of one rig that are simulated."""
     plan = studies.plan_of_simulator()
-    runs = plan.planned_runs(CAMPAIGN) if folder == RAW else plan.planned_torque_runs(CAMPAIGN)
+    runs = (
+        plan.planned_runs(CAMPAIGN) if folder == RAW_FOLDER else plan.planned_torque_runs(CAMPAIGN)
+    )
     return [run.name for run in runs]
 
 
-def run_sheet(folder, files):
+def run_sheet(folder, log_names):
     """What the run sheet in a folder of measured logs says of them; None where there is none."""
-    path = None if folder in TWINS or not files else find_sheet(folder)
+    path = None if folder in SIMULATED_FOLDERS or not log_names else find_sheet(folder)
     if path is None:
         return None
     # imported where needed: pandas comes with them
@@ -39,59 +43,67 @@ def run_sheet(folder, files):
     from oilfilm.logs.torque_log import TORQUE
     from oilfilm.logs.traction_log import TRACTION
 
-    kind = TRACTION if folder == RAW else TORQUE
-    return read_run_sheet(path.read_bytes(), path, files, SETTINGS, kind)
+    kind = TRACTION if folder == RAW_FOLDER else TORQUE
+    return read_run_sheet(path.read_bytes(), path, log_names, SETTINGS, kind)
 
 
 try:
-    LOGS = logs_found()
-    FILES, TORQUE_FILES = LOGS[RAW.as_posix()], LOGS.get(TORQUE_RAW.as_posix(), [])
-    SHEETS = {folder: run_sheet(folder, LOGS[folder.as_posix()]) for folder in map(Path, LOGS)}
+    LOG_NAMES_BY_FOLDER = logs_found()
+    LOG_NAMES = LOG_NAMES_BY_FOLDER[RAW_FOLDER.as_posix()]
+    TORQUE_LOG_NAMES = LOG_NAMES_BY_FOLDER.get(TORQUE_RAW_FOLDER.as_posix(), [])
+    RUN_SHEETS = {
+        Path(folder): run_sheet(Path(folder), log_names)
+        for folder, log_names in LOG_NAMES_BY_FOLDER.items()
+    }
 except OilfilmError as mistake:
     stop(mistake)
 
-FILES_OF_SHARE = shares_of(FILES, SETTINGS.split.runs)
-SHARDS = list(FILES_OF_SHARE)
-# The samples of one share. Patterns are texts of their own where several rules expand them: an
-# output of a rule that is kept in object storage cannot be expanded.
-SAMPLES = [f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS]
+LOG_NAMES_OF_SHARE = shares_of(LOG_NAMES, SETTINGS.split.runs)
+SHARDS = list(LOG_NAMES_OF_SHARE)
+# Patterns of the files of samples, one per oil. They are texts of their own, because several rules
+# expand them: an output of a rule that is kept in object storage cannot be expanded.
+SAMPLE_FILES = [f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS]
 
-DIGESTS = LogDigests(RECORDS / f"oilfilm-digests-{CAMPAIGN.name}.json")
+LOG_DIGESTS = LogDigests(SNAKEMAKE_FOLDER / f"oilfilm-digests-{CAMPAIGN.name}.json")
 
 
-def raw_logs(folder, files):
+def raw_logs(folder, log_names):
     """Raw logs as inputs; what the rig twin writes is a result like others."""
-    paths = [f"{folder.as_posix()}/{file}" for file in files]
-    return paths if folder in TWINS else list(map(local, paths))
+    paths = [f"{folder.as_posix()}/{name}" for name in log_names]
+    return paths if folder in SIMULATED_FOLDERS else list(map(local, paths))
 
 
-def digests_of_logs(folder, files):
+def digests_of_logs(folder, log_names):
     """sha256 of measured logs by name; the listing of the rig twin has those of simulated ones.
 
     As params they rerun what reads a log with other bytes; Snakemake itself goes by its date.
     """
-    return dict.fromkeys(files) if folder in TWINS else DIGESTS.by_name(folder, files)
+    return (
+        dict.fromkeys(log_names)
+        if folder in SIMULATED_FOLDERS
+        else LOG_DIGESTS.by_name(folder, log_names)
+    )
 
 
 def keep_logs_found():
     """Write down names for jobs on a cluster, and states of measured logs for the next run."""
-    write_text(json.dumps(LOGS), FOUND)
-    for folder, files in LOGS.items():
-        digests_of_logs(Path(folder), files)
-    DIGESTS.keep()
+    write_text(json.dumps(LOG_NAMES_BY_FOLDER), FOUND_LOGS_FILE)
+    for folder, log_names in LOG_NAMES_BY_FOLDER.items():
+        digests_of_logs(Path(folder), log_names)
+    LOG_DIGESTS.keep()
 
 
-def sheet_rows(folder, files, remarks=True):
+def sheet_rows(folder, log_names, remarks=True):
     """The rows of the run sheet on some logs; remarks on it as a whole belong to one of the jobs."""
-    sheet = SHEETS.get(folder)
-    return sheet.plain(files, remarks=remarks) if sheet else {}
+    sheet = RUN_SHEETS.get(folder)
+    return sheet.plain(log_names, remarks=remarks) if sheet else {}
 
 
 def digests_of_sheets():
     """Digest of each run sheet by its path."""
-    paths = [find_sheet(folder) for folder, sheet in SHEETS.items() if sheet is not None]
+    paths = [find_sheet(folder) for folder, sheet in RUN_SHEETS.items() if sheet is not None]
     return {path.as_posix(): sha256(path.read_bytes()).hexdigest() for path in paths}
 
 
 # Changes of measured logs that are meant; another run refuses them.
-ACKNOWLEDGED = [change.model_dump() for change in SETTINGS.dataset.acknowledged_changes]
+ACKNOWLEDGED_CHANGES = [change.model_dump() for change in SETTINGS.dataset.acknowledged_changes]

@@ -11,10 +11,10 @@ rule release:
             *expand("<parts>/points/{shard}/logs.sha256", shard=SHARDS),
             *([rules.torque_runs.output.logs] if CAMPAIGN.torque is not None else []),
         ],
-        made=MADE,
+        made=STEP_LISTINGS,
         simulated=[
-            *(raw_logs(RAW, FILES) if SIMULATED else []),
-            *(raw_logs(TORQUE_RAW, TORQUE_FILES) if TORQUE_SIMULATED else []),
+            *(raw_logs(RAW_FOLDER, LOG_NAMES) if SIMULATED else []),
+            *(raw_logs(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES) if TORQUE_SIMULATED else []),
         ],
     log:
         "<logs>/release.log",

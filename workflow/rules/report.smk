@@ -12,7 +12,7 @@ PAGE_FILES = sorted(
 # Every table but the samples, which are many files; none of a table that this campaign lacks.
 TABLE_FILES = {
     name: in_report(path, category="Tables") if path else []
-    for name, path in finished(*TABLES, *NOT_IN_EVERY_CAMPAIGN).items()
+    for name, path in finished(*WRITTEN_TABLE_NAMES, *NOT_IN_EVERY_CAMPAIGN).items()
 }
 
 
@@ -20,7 +20,7 @@ rule report:
     "What a reader wants to know of the campaign, as a page and as text; a data package of its tables."
     input:
         **TABLE_FILES,
-        samples=expand(SAMPLES, shard=SHARDS),
+        samples=expand(SAMPLE_FILES, shard=SHARDS),
         refused_pages=rules.refused.output.refused_pages,
         references=references_of_studies("reported"),
         png=expand("<figures>/{figure}.png", figure=CAMPAIGN.figures),
@@ -37,8 +37,8 @@ rule report:
         code=code(
             "report.py",
             *LAW_FILES.values(),
-            *TABLE_WORDS,
-            *STUDIES,
+            *TABLE_DECLARATIONS,
+            *STUDY_MODULES,
             *studies.shown_tables(CAMPAIGN.studies),
         ),
         page=[file_digest(path) for path in PAGE_FILES],

@@ -15,16 +15,16 @@ from oilfilm.report.figures.refused_runs import (
     draw_pages,
     judged_torque_logs,
 )
-from oilfilm.tables.samples_content import samples_by_run
+from oilfilm.tables.samples_content import reader_of_samples
 
 with run.job(snakemake) as job:
     inputs = snakemake.input
-    samples = samples_by_run([Path(path) for path in inputs.samples])
+    samples_of_run = reader_of_samples([Path(path) for path in inputs.samples])
     quarantine = job.tables.quarantine
     parts = job.tables.parts("points", MARKED_POINTS)
     # pages show plateaus of refused runs alone
     points = pd.concat(part[part["run_id"].isin(quarantine["run_id"])] for part in parts)
-    traction = JudgedLogs(TractionRig, job.tables.runs, points, quarantine, samples)
+    traction = JudgedLogs(TractionRig, job.tables.runs, points, quarantine, samples_of_run)
     rigs = [traction]
     if job.settings.campaign.torque is not None:
         refused = job.tables.torque_quarantine

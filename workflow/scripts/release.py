@@ -22,10 +22,10 @@ with run.job(snakemake) as job:
         home=HOME,
         settings=job.settings,
         results=package.parents[1],
-        files=[Path(path) for path in inputs if path not in not_released],
-        raw=read_listings(*map(Path, inputs.digests)) | params.sheets,
-        made=[Path(path) for path in inputs.made],
-        copies=package.parents[3],  # local copies of object storage; else this folder
+        output_paths=[Path(path) for path in inputs if path not in not_released],
+        raw_digest_by_path=read_listings(*map(Path, inputs.digests)) | params.sheets,
+        step_listings=[Path(path) for path in inputs.made],
+        copies_folder=package.parents[3],  # local copies of object storage; else this folder
     )
     folder, is_new = make_release(finished, releases)
     # the log is the same after a job that was killed behind its release and ran again

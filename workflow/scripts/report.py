@@ -5,19 +5,19 @@ from pathlib import Path
 import oilfilm.run.job as run
 from oilfilm.base import studies
 from oilfilm.base.atomic_write import write_text
-from oilfilm.report.html import html
+from oilfilm.report.html import html_report
 from oilfilm.report.metadata import data_package
-from oilfilm.report.sections.build import sections
-from oilfilm.report.text import text
+from oilfilm.report.sections.build import campaign_sections
+from oilfilm.report.text import text_report
 
 with run.job(snakemake) as job:
     studies.declare_tables(job.settings.campaign.studies)
     inputs, outputs = snakemake.input, snakemake.output
-    document = sections(job.tables, job.settings)
-    write_text(text(document, job.settings.campaign), Path(outputs.summary))
+    document = campaign_sections(job.tables, job.settings)
+    write_text(text_report(document, job.settings.campaign), Path(outputs.summary))
     pngs = [Path(png) for png in inputs.png]
     refused = Path(inputs.refused_pages)
-    page = html(document, job.tables, pngs, refused, job.settings, job.provenance)
+    page = html_report(document, job.tables, pngs, refused, job.settings, job.provenance)
     write_text(page, Path(outputs.page))
     package = Path(outputs.package)
     table_files = [Path(inputs[name]) for name in snakemake.params.tables]

@@ -23,6 +23,6 @@ with run.job(snakemake) as job:
         removed_logs = first_seen.gone(digests)
         if removed_logs:
             run.say(removed_logs)
-    job.provenance["inputs"] = run.by_folder(job.provenance["inputs"])
+    job.provenance["inputs"] = run.digests_by_folder(job.provenance["inputs"])
     job.write({"torque_runs": curated.points, "torque_quarantine": curated.quarantine})
     write_text(listing(digests), Path(snakemake.output.logs))

@@ -42,11 +42,11 @@ class PlannedRun:
     def name(self) -> str:
         """File name of the run's log, which is also the run's name."""
         suffix = "_again" if self.defect == "duplicate" else ""
-        level_texts = [_in_name(name, level) for name, level in self.set_points.items()]
+        level_texts = [_level_in_name(name, level) for name, level in self.set_points.items()]
         return "_".join([self.oil, *level_texts]) + f"{suffix}.csv"
 
 
-def _in_name(set_point: str, level: float) -> str:
+def _level_in_name(set_point: str, level: float) -> str:
     """A level with leading zeros, so that names sort, and with decimals where it has any."""
     letter, digits = _NAME_FORMATS[set_point]
     if digits == 0 and level == round(level, 2):

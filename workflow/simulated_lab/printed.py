@@ -38,8 +38,8 @@ class PrintedCoefficients(Group):
         "Oils whose magnitudes may be damaged as well, and why.", default={}
     )
 
-    def constants(self) -> dict[str, FloatArray]:
-        """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""
+    def constants_by_oil(self) -> dict[str, FloatArray]:
+        """The twelve constants of each oil: X0 and exponents of A, B and C; most viscous first."""
         constants = {}
         for oil in self.falling_viscosity:
             oil_constants = self.oils[oil]
@@ -50,15 +50,15 @@ class PrintedCoefficients(Group):
         """How sure the sign of each exponent of an oil is, by the name of the constant."""
         certainty_of_constant: dict[str, str] = {}
         for letter, certainties in self.oils[oil].signs.items():
-            for number, certainty in enumerate(certainties, start=1):
-                certainty_of_constant[f"{letter}{number}"] = certainty
+            for exponent_index, certainty in enumerate(certainties, start=1):
+                certainty_of_constant[f"{letter}{exponent_index}"] = certainty
         return certainty_of_constant
 
 
-def printed_constants(path: Path) -> dict[str, FloatArray]:
+def read_printed_constants(path: Path) -> dict[str, FloatArray]:
     """The twelve printed constants of each oil, signs restored; the most viscous oil first.
 
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
-    return load(path, PrintedCoefficients).constants()
+    return load(path, PrintedCoefficients).constants_by_oil()

@@ -1,4 +1,4 @@
-"""The rig twin: traction-rig logs simulated from a known traction with the rig's own troubles.
+"""The rig twin: logs of a traction rig, simulated from a known traction with errors of a rig.
 
 Truth is a traction law with known constants, or physics. On top come the sensors' noise, the
 drift of the traction sensor's zero, the control errors of load, speed and temperature, errors that
@@ -47,7 +47,7 @@ _DECIMALS = {
 }
 
 
-# Signals by name.
+# The samples of each signal, by its name.
 Signals = dict[str, FloatArray]
 
 
@@ -78,16 +78,18 @@ def simulate_campaign(
         constants: The printed constants of each oil. They are true unless the campaign's twin has
             another truth.
     """
-    tractions = true_tractions(settings, constants)
+    traction_by_oil = true_tractions(settings, constants)
     contact = known_contact(settings)
-    ((name, rig),) = settings.rigs.items()
-    for key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
-        present(getattr(rig, key), key, f"config/rigs/{name}.yaml")
+    ((rig_name, rig),) = settings.rigs.items()
+    for geometry_key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
+        present(getattr(rig, geometry_key), geometry_key, f"config/rigs/{rig_name}.yaml")
     twin = present(settings.campaign.twin, "twin", "the campaign")
     programme = slip_programme(twin)
     for run in planned_runs(settings.campaign):
         random = generator(settings.seed, "rig twin", run.name)
-        true_signals = _true_signals(run, tractions[run.oil], twin, contact, programme, random)
+        true_signals = _true_signals(
+            run, traction_by_oil[run.oil], twin, contact, programme, random
+        )
         truth_row = {
             "run_id": run.name,
             "oil": run.oil,
@@ -104,15 +106,17 @@ def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
     """Time and slide-roll ratio of a run: rolling, the steps with their overshoot, rolling."""
     rate_hz = twin.sampling_rate_hz
     rolling = np.zeros(round(twin.baseline_s * rate_hz))
-    steps = np.linspace(0, twin.slip_max, twin.slip_steps)
-    target = np.concatenate([rolling, np.repeat(steps, round(twin.step_s * rate_hz)), rolling])
-    time_s = np.arange(len(target)) / rate_hz
+    step_slips = np.linspace(0, twin.slip_max, twin.slip_steps)
+    target_slip = np.concatenate(
+        [rolling, np.repeat(step_slips, round(twin.step_s * rate_hz)), rolling]
+    )
+    time_s = np.arange(len(target_slip)) / rate_hz
     # a damped second-order answer to each change of the set point
     decay = np.exp(-time_s / twin.response_s)
     response = decay * np.cos(time_s / twin.response_s)
-    changes = np.diff(target, prepend=0.0)
-    remaining_change = np.convolve(changes, response)[: len(target)]
-    return time_s, target - remaining_change
+    changes = np.diff(target_slip, prepend=0.0)
+    remaining_change = np.convolve(changes, response)[: len(target_slip)]
+    return time_s, target_slip - remaining_change
 
 
 def _true_signals(
@@ -160,7 +164,7 @@ def _sensor_signals(
         return standard_deviation * random.standard_normal(len(time_s))
 
     def logged_rpm(speed_m_s: FloatArray, radius_key: str) -> FloatArray:
-        """Logged speed of a ball or disc whose surface has this speed."""
+        """Logged speed (rpm) of a ball or disc whose surface has this speed."""
         logged_m_s = speed_m_s + noise("surface_speed_m_s")
         radius_m = present(getattr(rig, radius_key), radius_key, "the rig")
         return surface_speed_to_rpm(logged_m_s, radius_m)
@@ -168,8 +172,8 @@ def _sensor_signals(
     force_n = true_signals["traction_force_n"] + twin.zero_offset_n * zero_draw
     force_n = force_n + twin.zero_drift_n * drift_draw * (time_s / time_s[-1])
     force_n = force_n + noise("traction_force_n")
-    spikes = random.choice(len(force_n), twin.spikes, replace=False)
-    force_n[spikes] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
+    spike_indices = random.choice(len(force_n), twin.spikes, replace=False)
+    force_n[spike_indices] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
     load_n = true_signals["load_n"] * (1 + twin.systematic_load * load_gain_draw) + noise("load_n")
     speed_m_s = true_signals["entrainment_speed_m_s"]
     half_slip = true_signals["slide_roll_ratio"] / 2
@@ -182,8 +186,8 @@ def _sensor_signals(
     if run.defect == "wrong_units":
         load_n = load_n / _NEWTON_PER_KGF
     if run.defect == "stuck_sensor":
-        start = int(0.4 * len(force_n))
-        force_n[start:] = force_n[start]
+        stuck_from = int(0.4 * len(force_n))
+        force_n[stuck_from:] = force_n[stuck_from]
     return {
         "time_s": time_s,
         "load_n": load_n,
@@ -238,22 +242,24 @@ def log_content(twin_name: str, run: PlannedRun, signals: Signals) -> bytes:
 
 
 def write_logs(
-    logs: Iterable[SimulatedLog], table: str, outputs: Any, provenance: Mapping[str, Any]
+    logs: Iterable[SimulatedLog], table_name: str, outputs: Any, provenance: Mapping[str, Any]
 ) -> None:
     """Write simulated logs, the list of their digests, and the table of their truth.
 
     Args:
         logs: The logs.
-        table: Name of that table.
+        table_name: Name of that table.
         outputs: Named outputs of a Snakemake job: `logs`, `listing`, and the table.
         provenance: As `tables.write`.
     """
-    paths = {Path(path).name: Path(path) for path in outputs.logs}
+    path_by_name = {Path(path).name: Path(path) for path in outputs.logs}
     truth_rows: list[dict[str, Any]] = []
-    digest_of_run = {}
-    for run, content, rows in logs:
-        paths[run.name].write_bytes(content)
-        digest_of_run[run.name] = sha256(content).hexdigest()
-        truth_rows += rows
-    write_text(listing(dict(sorted(digest_of_run.items()))), Path(outputs.listing))
-    tables.write(tables.from_rows(truth_rows, table), table, Path(outputs[table]), provenance)
+    digest_by_name = {}
+    for run, content, truth_rows_of_log in logs:
+        path_by_name[run.name].write_bytes(content)
+        digest_by_name[run.name] = sha256(content).hexdigest()
+        truth_rows += truth_rows_of_log
+    write_text(listing(dict(sorted(digest_by_name.items()))), Path(outputs.listing))
+    tables.write(
+        tables.from_rows(truth_rows, table_name), table_name, Path(outputs[table_name]), provenance
+    )

@@ -42,12 +42,12 @@ def simulate_torque(
     """
     torque_test = present(settings.campaign.torque, "torque", "the campaign")
     twin = present(torque_test.twin, "twin", "the campaign's `torque`")
-    tractions = true_tractions(settings, constants)
+    traction_by_oil = true_tractions(settings, constants)
     runs = planned_torque_runs(settings.campaign)
     for oil in dict.fromkeys(run.oil for run in runs):
         runs_of_oil = [run for run in runs if run.oil == oil]
-        rows_of_logs = _truth_rows(runs_of_oil, twin, tractions[oil], settings)
-        for run, truth_rows in zip(runs_of_oil, rows_of_logs, strict=True):
+        truth_rows_by_log = _truth_rows(runs_of_oil, twin, traction_by_oil[oil], settings)
+        for run, truth_rows in zip(runs_of_oil, truth_rows_by_log, strict=True):
             random = generator(settings.seed, "torque twin", run.name)
             yield SimulatedLog(run, _log_bytes(run, truth_rows, twin, random), truth_rows)
 
@@ -59,11 +59,11 @@ def _truth_rows(
     bearing = settings.tested_bearing()
     torque_test = present(settings.campaign.torque, "torque", "the campaign")
     speeds = present(torque_test.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
-    load_of_run, temperature_of_run = _loads_and_temperatures(runs, twin, settings.seed)
+    load_of_run_n, temperature_of_run_c = _loads_and_temperatures(runs, twin, settings.seed)
     # operating points: the speeds of the first run, then those of the second, and so on
     speed_rpm = np.tile(np.array(speeds, dtype=float), len(runs))
-    load_n = np.repeat(load_of_run, len(speeds))
-    temperature_c = np.repeat(temperature_of_run, len(speeds))
+    load_n = np.repeat(load_of_run_n, len(speeds))
+    temperature_c = np.repeat(temperature_of_run_c, len(speeds))
 
     operating_points = (load_n, speed_rpm, temperature_c)
     problem = true_problem(settings, runs[0].oil, true_traction, operating_points, _QUADRATURE)
@@ -76,28 +76,28 @@ def _truth_rows(
     law_misfit = misfit(true_traction, settings)
     torque_n_m = equilibrium.torque_n_m()
     traction_heat_w = bearing.ball_count * equilibrium.balance.heats_w[HEATS.index("traction")]
-    rows_of_logs = []
+    rows_by_log = []
     for run_index, run in enumerate(runs):
-        first_point = run_index * len(speeds)
-        rows_of_logs.append(
+        first_index = run_index * len(speeds)
+        rows_by_log.append(
             [
                 {
                     "run_id": run.name,
                     "oil": run.oil,
                     "defect": run.defect,
-                    "inner_speed_rpm": speed_rpm[point],
-                    "axial_load_n": load_n[point],
-                    "oil_temperature_c": temperature_c[point],
-                    "torque_n_m": torque_n_m[point],
+                    "inner_speed_rpm": speed_rpm[point_index],
+                    "axial_load_n": load_n[point_index],
+                    "oil_temperature_c": temperature_c[point_index],
+                    "torque_n_m": torque_n_m[point_index],
                     # the power that becomes heat is torque times speed
-                    "traction_torque_n_m": traction_heat_w[point]
-                    / (speed_rpm[point] * RAD_S_PER_RPM),
+                    "traction_torque_n_m": traction_heat_w[point_index]
+                    / (speed_rpm[point_index] * RAD_S_PER_RPM),
                     "law_misfit": law_misfit,
                 }
-                for point in range(first_point, first_point + len(speeds))
+                for point_index in range(first_index, first_index + len(speeds))
             ]
         )
-    return rows_of_logs
+    return rows_by_log
 
 
 def _loads_and_temperatures(
@@ -126,21 +126,23 @@ def _log_bytes(
     """
     rate_hz = twin.sampling_rate_hz
     # samples of a rest and of a speed
-    rest_samples = round(twin.rest_s * rate_hz)
-    step_samples = round(twin.step_s * rate_hz)
+    rest_sample_count = round(twin.rest_s * rate_hz)
+    step_sample_count = round(twin.step_s * rate_hz)
 
     def set_points_over_time(name: str) -> FloatArray:
         """Set points over time: rest, the levels, rest."""
-        set_points = np.repeat([row[name] for row in truth_rows], step_samples)
-        return np.concatenate([np.zeros(rest_samples), set_points, np.zeros(rest_samples)])
+        set_points = np.repeat([row[name] for row in truth_rows], step_sample_count)
+        return np.concatenate(
+            [np.zeros(rest_sample_count), set_points, np.zeros(rest_sample_count)]
+        )
 
     # first-order response to each change of the set point
-    unfinished_share = np.exp(-np.arange(step_samples) / rate_hz / twin.response_s)
+    unfinished_share = np.exp(-np.arange(step_sample_count) / rate_hz / twin.response_s)
 
-    def controlled(set_point: FloatArray) -> FloatArray:
+    def controlled(set_point_over_time: FloatArray) -> FloatArray:
         """The controlled quantity, which follows its set point."""
-        unfinished_change = np.convolve(np.diff(set_point, prepend=0.0), unfinished_share)
-        return set_point - unfinished_change[: len(set_point)]
+        unfinished_change = np.convolve(np.diff(set_point_over_time, prepend=0.0), unfinished_share)
+        return set_point_over_time - unfinished_change[: len(set_point_over_time)]
 
     speed_set_point_rpm = set_points_over_time("inner_speed_rpm")
     time_s = np.arange(len(speed_set_point_rpm)) / rate_hz
@@ -154,16 +156,16 @@ def _log_bytes(
         drift_n_m = _PLANTED_DRIFT_N_M
     if run.defect == "warming":
         # the torque still falls at the end of each speed, as it does in a bearing that warms up
-        sample_in_step = (np.arange(len(torque_n_m)) - rest_samples) % step_samples
+        sample_in_step = (np.arange(len(torque_n_m)) - rest_sample_count) % step_sample_count
         torque_n_m = torque_n_m * (
-            1 + _PLANTED_TORQUE_RISE * np.exp(-sample_in_step / (0.5 * step_samples))
+            1 + _PLANTED_TORQUE_RISE * np.exp(-sample_in_step / (0.5 * step_sample_count))
         )
     torque_n_m = torque_n_m * (1 + twin.systematic_torque * gain_draw)
     torque_n_m = torque_n_m + twin.tare_n_m * tare_draw + drift_n_m * (time_s / time_s[-1])
 
-    def noise(spread: float) -> FloatArray:
+    def noise(standard_deviation: float) -> FloatArray:
         """Noise of a sensor with this standard deviation."""
-        return spread * random.standard_normal(len(time_s))
+        return standard_deviation * random.standard_normal(len(time_s))
 
     load_n, temperature_c = truth_rows[0]["axial_load_n"], truth_rows[0]["oil_temperature_c"]
     is_turning = ~is_resting

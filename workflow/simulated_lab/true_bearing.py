@@ -35,8 +35,8 @@ _RESULT_COLUMNS = (
 def true_problem(
     settings: Settings,
     oil: str,
-    traction: TrueTraction,
-    points: tuple[FloatArray, FloatArray, FloatArray],
+    true_traction: TrueTraction,
+    operating_points: tuple[FloatArray, FloatArray, FloatArray],
     quadrature: tuple[int, int],
 ) -> FrictionProblem:
     """The friction problem of the campaign's bearing with the true traction of an oil.
@@ -46,11 +46,12 @@ def true_problem(
     Args:
         settings: The settings.
         oil: Name of the oil.
-        traction: Its true traction.
-        points: Axial load (N), inner speed (rpm) and oil temperature (degC), each (points,).
+        true_traction: Its true traction.
+        operating_points: Axial load (N), inner speed (rpm) and oil temperature (degC), each of
+            shape (points,).
         quadrature: Quadrature nodes across and along the ellipse.
     """
-    load_n, speed_rpm, temperature_c = points
+    load_n, speed_rpm, temperature_c = operating_points
     bearing = settings.tested_bearing()
     rule = gauss_rule(*quadrature)
     lubrication = Lubrication.flooded(
@@ -63,13 +64,13 @@ def true_problem(
         bearing,
         OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM),
         lubrication,
-        traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
+        true_traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
         rule,
     )
     inputs = Inputs.without_draws(
         {**bearing.uncertain, **settings.bearing.uncertain()}, len(speed_rpm)
     )
-    if traction.follows_ellipse:
+    if true_traction.follows_ellipse:
         inputs = replace(inputs, ellipse_factor=np.ones(len(speed_rpm)))
     return problem.with_inputs(inputs)
 
@@ -87,26 +88,26 @@ def true_map(
     Returns:
         Rows of the table `true_cage_slip`. Results are null without equilibrium.
     """
-    tractions = true_tractions(settings, constants)
+    traction_by_oil = true_tractions(settings, constants)
     maps = []
     for oil, map_of_law in cage_slip.groupby("oil", sort=False):
-        operating_points = map_of_law[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]]
-        load_n, speed_rpm, temperature_c = operating_points.to_numpy(dtype=float).T
-        traction = tractions[str(oil)]
-        points = (load_n, speed_rpm, temperature_c)
+        point_columns = map_of_law[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]]
+        load_n, speed_rpm, temperature_c = point_columns.to_numpy(dtype=float).T
+        true_traction = traction_by_oil[str(oil)]
+        operating_points = (load_n, speed_rpm, temperature_c)
         equilibrium = friction_equilibrium(
-            true_problem(settings, str(oil), traction, points, _QUADRATURE)
+            true_problem(settings, str(oil), true_traction, operating_points, _QUADRATURE)
         )
         pressure_gpa = equilibrium.balance.conditions.select(..., 0).max_hertz_pressure_gpa
         lambda_ratio, _ = film_ratio(equilibrium)
-        true_results = (
+        true_values = (
             equilibrium.cage_slip(),
             equilibrium.torque_n_m(),
             lambda_ratio,
             *pressure_gpa.T,
         )
         converged = equilibrium.solution.converged
-        result_by_column = dict(zip(_RESULT_COLUMNS, true_results, strict=True))
+        result_by_column = dict(zip(_RESULT_COLUMNS, true_values, strict=True))
         converged_columns = {
             name: np.where(converged, value, np.nan) for name, value in result_by_column.items()
         }
@@ -124,10 +125,10 @@ def true_map(
 
 
 def _is_inside(
-    map_of_law: pd.DataFrame, name: str, true_results: Mapping[str, FloatArray]
+    map_of_law: pd.DataFrame, name: str, true_columns: Mapping[str, FloatArray]
 ) -> "pd.Series[bool]":
     """Whether the truth is in the 95 % interval of the law's result; null if one is not known."""
-    true_values = pd.Series(true_results[name], map_of_law.index)
+    true_values = pd.Series(true_columns[name], map_of_law.index)
     lower, upper = map_of_law[f"{name}_lower"], map_of_law[f"{name}_upper"]
-    inside = (lower <= true_values) & (true_values <= upper)
-    return inside.astype("boolean").where(true_values.notna() & lower.notna())
+    is_inside = (lower <= true_values) & (true_values <= upper)
+    return is_inside.astype("boolean").where(true_values.notna() & lower.notna())

@@ -163,13 +163,13 @@ class FilmTruth:
 
 
 def true_tractions(
-    settings: Settings, constants: Mapping[str, FloatArray]
+    settings: Settings, constants_by_oil: Mapping[str, FloatArray]
 ) -> dict[str, TrueTraction]:
     """The true traction of each oil of a campaign: a thermal EHL film, or the paper's law.
 
     Args:
         settings: `campaign` and `rigs`; for a film also `oils`.
-        constants: The printed constants of each oil, for the paper's law.
+        constants_by_oil: The printed constants of each oil, for the paper's law.
 
     Raises:
         OilfilmError: The rig's geometry is unknown, or an oil has no printed constants.
@@ -184,12 +184,12 @@ def true_tractions(
             for oil in campaign.oils
         }
     for oil in campaign.oils:
-        if oil not in constants:
+        if oil not in constants_by_oil:
             raise OilfilmError(
                 f"campaign {campaign.name!r}: no constants are printed for the oil {oil!r}; "
-                f"the rig twin has constants of {', '.join(constants)}."
+                f"the rig twin has constants of {', '.join(constants_by_oil)}."
             )
-    return {oil: LawTruth(constants[oil]) for oil in campaign.oils}
+    return {oil: LawTruth(constants_by_oil[oil]) for oil in campaign.oils}
 
 
 def known_contact(settings: Settings) -> Contact:
@@ -198,11 +198,11 @@ def known_contact(settings: Settings) -> Contact:
     Raises:
         OilfilmError: Its geometry and materials were not recorded.
     """
-    ((name, rig),) = settings.rigs.items()
+    ((rig_name, rig),) = settings.rigs.items()
     contact = rig.contact()
     if contact is None:
         raise OilfilmError(
-            f"config/rigs/{name}.yaml: the rig twin needs a rig of known geometry; it has none."
+            f"config/rigs/{rig_name}.yaml: the rig twin needs a rig of known geometry; it has none."
         )
     return contact
 

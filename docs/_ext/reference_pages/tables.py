@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from oilfilm.base import studies
-from oilfilm.tables.dictionary import LARGEST, TABLES, Column, Table
+from oilfilm.tables.dictionary import LARGEST_NUMBER, TABLES, Column, Table
 from reference_pages.table_examples import read_examples
 
 _BEGINS = """# All tables
@@ -83,9 +83,9 @@ def _limits(column: Column) -> str:
     if column.allowed:
         return f" ({', '.join(text or 'empty' for text in column.allowed)})"
     low, high = column.at_least, column.at_most
-    if column.type != "number" or low is None or high is None or low == -LARGEST:
+    if column.type != "number" or low is None or high is None or low == -LARGEST_NUMBER:
         return ""
-    return f" (from {low:g})" if high == LARGEST else f" (from {low:g} to {high:g})"
+    return f" (from {low:g})" if high == LARGEST_NUMBER else f" (from {low:g} to {high:g})"
 
 
 def _cell(text: str) -> str:

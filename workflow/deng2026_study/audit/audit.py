@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from deng2026_study.audit import checks
-from deng2026_study.audit.evidence import NotCheckableError, Numbers, Outcome, View
+from deng2026_study.audit.evidence import Evidence, NotCheckableError, Numbers, Outcome
 from deng2026_study.reference import Claim, read_claims
 from deng2026_study.settings import study_settings
 from oilfilm import tables
@@ -42,47 +42,47 @@ def audit_campaign(
             `torque_control`.
         printed_file: File of the printed constants.
         claims_file: File of the paper's claims.
-        settings: `film`, `gates`, `oils`, `rigs`, `same_set_point`, `studies` and the campaign's
-            `matrix` and `twin`.
+        settings: At least `film`, `gates`, `oils`, `rigs`, `same_set_point`, `studies` and the
+            campaign's `matrix` and `twin`.
 
     Raises:
         OilfilmError: A reference file has a mistake.
     """
     printed_coefficients = load(printed_file, PrintedCoefficients)
     paper_claims = read_claims(claims_file).claims
-    constants = printed_coefficients.constants()
+    constants = printed_coefficients.constants_by_oil()
     if not set(constants) & set(settings.oils):
         return audit(paper_claims, [])
-    views = [
+    all_evidence = [
         refit_evidence(results, list(constants), settings),
         printed_evidence(constants, settings),
     ]
     if printed_coefficients.doubtful:
-        views.append(undoubted_evidence(constants, printed_coefficients.doubtful, settings))
-    return audit(paper_claims, views)
+        all_evidence.append(undoubted_evidence(constants, printed_coefficients.doubtful, settings))
+    return audit(paper_claims, all_evidence)
 
 
 def refit_evidence(
     results: CampaignTables, viscosity_order: Sequence[str], settings: Settings
-) -> View:
+) -> Evidence:
     """The campaign's own fits and points of the paper's oils, without other oils."""
-    fits = results.configured.coefficients
+    coefficients = results.configured.coefficients
     points = results.points
-    oils = [oil for oil in fits["oil"].unique() if oil in viscosity_order]
-    laws = {oil: FittedLaw.from_tables(fits, oil) for oil in oils}
+    oils = [oil for oil in coefficients["oil"].unique() if oil in viscosity_order]
+    fit_by_oil = {oil: FittedLaw.from_tables(coefficients, oil) for oil in oils}
     is_planned = points["run_id"].isin(runs_of_matrix(results.runs, settings)["run_id"])
     measured_rows = {
-        "points": points[is_planned & failed_gates.failed_none_but(points, "thin_film")]
+        "points": points[is_planned & failed_gates.passed_all_but(points, "thin_film")]
     }
     for name in ("fit_quality", "torque", "torque_control"):
         measured_rows[name] = results.table(name)
     rows_of_paper_oils = {
         name: rows[rows["oil"].isin(viscosity_order)] for name, rows in measured_rows.items()
     }
-    return View(
+    return Evidence(
         "refit",
         viscosity_order,
-        {oil: law for oil, law in laws.items() if not obstacle(law)},
+        {oil: law for oil, law in fit_by_oil.items() if not obstacle(law)},
         settings,
         grid_of_box(settings, "tested"),
         results.replace(**rows_of_paper_oils),
@@ -90,23 +90,25 @@ def refit_evidence(
     )
 
 
-def printed_evidence(printed_constants: dict[str, FloatArray], settings: Settings) -> View:
+def printed_evidence(constants_by_oil: dict[str, FloatArray], settings: Settings) -> Evidence:
     """The constants that the paper prints, signs restored; the most viscous oil first."""
-    laws = {
+    fit_by_oil = {
         oil: FittedLaw(DENG2026, Coefficients.bare(DENG2026, constants))
-        for oil, constants in printed_constants.items()
+        for oil, constants in constants_by_oil.items()
     }
-    return View("printed", list(laws), laws, settings, grid_of_box(settings, "tested"))
+    return Evidence(
+        "printed", list(fit_by_oil), fit_by_oil, settings, grid_of_box(settings, "tested")
+    )
 
 
 def undoubted_evidence(
-    printed_constants: dict[str, FloatArray], doubtful: Collection[str], settings: Settings
-) -> View:
+    constants_by_oil: dict[str, FloatArray], doubtful: Collection[str], settings: Settings
+) -> Evidence:
     """The constants that the paper prints, without the oils whose constants may be damaged."""
-    undoubted_constants = {
-        oil: constants for oil, constants in printed_constants.items() if oil not in doubtful
+    undoubted_by_oil = {
+        oil: constants for oil, constants in constants_by_oil.items() if oil not in doubtful
     }
-    return replace(printed_evidence(undoubted_constants, settings), basis=UNDOUBTED)
+    return replace(printed_evidence(undoubted_by_oil, settings), basis=UNDOUBTED)
 
 
 def grid_of_box(settings: Settings, box_name: str) -> Grid:
@@ -117,7 +119,7 @@ def grid_of_box(settings: Settings, box_name: str) -> Grid:
     return Grid.spanning(ends, study.audit.levels, slips)
 
 
-def audit(claims: Sequence[Claim], views: Sequence[View]) -> dict[str, pd.DataFrame]:
+def audit(claims: Sequence[Claim], all_evidence: Sequence[Evidence]) -> dict[str, pd.DataFrame]:
     """Tables `claims`, one row per claim and basis in the paper's order, and `claim_numbers`.
 
     Claims on speeds alone need no fit: they are judged once, with what the paper prints. Without
@@ -125,60 +127,60 @@ def audit(claims: Sequence[Claim], views: Sequence[View]) -> dict[str, pd.DataFr
 
     Args:
         claims: The paper's claims.
-        views: What a verdict is based on, one view per basis.
+        all_evidence: What verdicts are based on, one object per basis.
     """
     rows: list[dict[str, Any]] = []
-    numbers: list[dict[str, Any]] = []
-    for claim, view in itertools.product(claims, views):
-        if claim.judged_on == "formula" and view.basis != "printed":
+    number_rows: list[dict[str, Any]] = []
+    for claim, evidence in itertools.product(claims, all_evidence):
+        if claim.judged_on == "formula" and evidence.basis != "printed":
             continue
         rests_on_constants = (
             claim.judged_on in ("tested", "extrapolated") and claim.without_doubtful
         )
-        if view.basis == UNDOUBTED and not rests_on_constants:
+        if evidence.basis == UNDOUBTED and not rests_on_constants:
             continue
-        key_columns = {"claim": claim.id, "basis": view.basis}
-        row, further_numbers = _judge(claim, view)
+        key_columns = {"claim": claim.id, "basis": evidence.basis}
+        row, further_numbers = _judge(claim, evidence)
         rows.append(key_columns | {"judged_on": claim.judged_on} | row)
         for number_columns in _rows_of_numbers(further_numbers):
-            numbers.append(key_columns | number_columns)
-    judged = pd.DataFrame(rows, columns=tables.columns("claims"))
+            number_rows.append(key_columns | number_columns)
+    claim_rows = pd.DataFrame(rows, columns=tables.columns("claims"))
     return {
-        "claims": tables.conform(judged, "claims", "claims"),
-        "claim_numbers": tables.from_rows(numbers, "claim_numbers"),
+        "claims": tables.conform(claim_rows, "claims", "claims"),
+        "claim_numbers": tables.from_rows(number_rows, "claim_numbers"),
     }
 
 
 def _rows_of_numbers(numbers: Numbers) -> Iterator[dict[str, Any]]:
     """Rows of further numbers: one per number, or per number and oil; none where it is NaN."""
-    for name, values in numbers.items():
-        value_of_oil = values if isinstance(values, dict) else {"": values}
+    for name, content in numbers.items():
+        value_of_oil = content if isinstance(content, dict) else {"": content}
         for oil, value in value_of_oil.items():
             if not np.isnan(value):
                 yield {"number": name, "oil": oil, "value": value}
 
 
-def check(claim_id: str, view: View) -> Outcome:
+def check(claim_id: str, evidence: Evidence) -> Outcome:
     """The outcome of the check of a claim.
 
     Raises:
         NotCheckableError: The evidence lacks what the claim is about.
     """
-    outcome: Outcome = getattr(checks, claim_id.replace("-", "_"))(view)
+    outcome: Outcome = getattr(checks, claim_id.replace("-", "_"))(evidence)
     return outcome
 
 
-def _judge(claim: Claim, view: View) -> tuple[dict[str, Any], Numbers]:
+def _judge(claim: Claim, evidence: Evidence) -> tuple[dict[str, Any], Numbers]:
     """The columns of the table of claims for one claim, and the numbers that explain it.
 
     A claim holds if every fair reading of it holds. It fails if no reading holds in a fair share.
     """
-    limits = view.study.audit
-    grid = view.grid
+    limits = evidence.study.audit
+    grid = evidence.grid
     if claim.judged_on == "extrapolated":
-        grid = grid_of_box(view.settings, claim.judged_on)
+        grid = grid_of_box(evidence.settings, claim.judged_on)
     try:
-        outcome = check(claim.id, replace(view, grid=grid))
+        outcome = check(claim.id, replace(evidence, grid=grid))
     except NotCheckableError as error:
         row = {
             "verdict": "cannot be checked",
@@ -210,14 +212,14 @@ def _judge(claim: Claim, view: View) -> tuple[dict[str, Any], Numbers]:
     )
     numbers: Numbers = {"share": {str(oil): share for oil, share in share_by_oil.items()}}
     if claim.judged_on == "extrapolated":
-        numbers.update(_share_where_tested(claim, view))
+        numbers.update(_share_where_tested(claim, evidence))
     numbers.update(outcome.numbers)
     return row, numbers
 
 
-def _share_where_tested(claim: Claim, view: View) -> Numbers:
+def _share_where_tested(claim: Claim, evidence: Evidence) -> Numbers:
     """Share of the cases of the box tested by the paper in which a claim holds, read strictly."""
     try:
-        return {"share_tested": check(claim.id, view).share}
+        return {"share_tested": check(claim.id, evidence).share}
     except NotCheckableError:  # the claim is about no condition of that box
         return {}

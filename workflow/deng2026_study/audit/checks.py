@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import least_squares
 
-from deng2026_study.audit.evidence import NotCheckableError, Outcome, View, outcome
+from deng2026_study.audit.evidence import Evidence, NotCheckableError, Outcome, outcome
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.kinematics import (
@@ -36,128 +36,137 @@ from oilfilm.traction.laws.deng2026 import DENG2026
 _P, _U, _T, _S = 1, 2, 3, 4
 # D cos(alpha)/dm of ball bearings.
 _GAMMAS = (0.0, 0.1, 0.2, 0.3)
-# Sizes of each coefficient that represent all sizes that a law allows.
-_SIZES_OF_COEFFICIENT = 6
+# Number of sizes of each coefficient, which represent all sizes that a law allows.
+_SIZE_COUNT = 6
 # Values of mu up to this share of the largest coefficient are rounding.
 _ROUNDING_SHARE = 1e-15
 # Deng et al. (2026), section 2.1: Ra of ball and disc, and their composite roughness as stated.
 _RA_UM = (0.014, 0.010)
 _COMPOSITE_UM = 0.017
-# Cage slip from which on there is something to suppress.
-_SLIPPING = 0.01
-# A, B and C of Eq. 7.
-_COEFFICIENTS_OF_CURVE = 3
+# Smallest cage slip that a load can suppress noticeably.
+_SMALLEST_SLIP = 0.01
+# Number of coefficients of Eq. 7: A, B and C.
+_COEFFICIENT_COUNT = 3
 # Lowest slip at which the slope of a curve is clear, over the largest slip.
 _CLEAR_SLIP = 0.01
 # Shares of the slope at that slip from which the fit of a curve starts.
 _SHARES_OF_SLOPE = (0.2, 0.5, 0.8, 0.95)
-# Tolerances of that fit, relative.
-_EXACT = 1e-12
-# Relative standard errors from this on say the same: the curve does not determine the coefficient.
-_UNDETERMINED = 1e3
+# Relative tolerance of that fit.
+_FIT_TOLERANCE = 1e-12
+# Largest relative standard error that is told apart: from it on, the curve does not determine the
+# coefficient.
+_UNDETERMINED_ERROR = 1e3
 
 
-def zero_slip(view: View) -> Outcome:
+def zero_slip(evidence: Evidence) -> Outcome:
     """Without slip there is no traction."""
-    without_slip = view.with_levels(slide_roll_ratio=[0.0])
+    without_slip = evidence.with_levels(slide_roll_ratio=[0.0])
     mu = np.abs(without_slip.mu())
-    for_any_constants = _true_of_every_law(view, lambda law: _any_constants(law, np.zeros(1)) == 0)
-    outcome_on_grid = without_slip.outcome(mu <= view.study.audit.zero_traction_max, mu)
-    return replace(outcome_on_grid, by_construction=for_any_constants)
+    holds_for_any_constants = _true_of_every_law(
+        evidence, lambda law: _any_constants(law, np.zeros(1)) == 0
+    )
+    outcome_on_grid = without_slip.outcome(mu <= evidence.study.audit.zero_traction_max, mu)
+    return replace(outcome_on_grid, by_construction=holds_for_any_constants)
 
 
-def non_negative(view: View) -> Outcome:
+def non_negative(evidence: Evidence) -> Outcome:
     """Mu is never negative."""
-    mu = view.mu(slide_roll_ratio=view.curve[1:])
+    mu = evidence.mu(slide_roll_ratio=evidence.curve_slips[1:])
     lowest_mu = mu.min(axis=_S, keepdims=True)
     largest_size = np.abs(mu).max(axis=_S, keepdims=True)
-    for_any_constants = _true_of_every_law(view, lambda law: _any_constants(law, view.curve) >= 0)
+    holds_for_any_constants = _true_of_every_law(
+        evidence, lambda law: _any_constants(law, evidence.curve_slips) >= 0
+    )
     return replace(
-        view.outcome(reaches(lowest_mu, 0.0, largest_size), lowest_mu),
-        by_construction=for_any_constants,
+        evidence.outcome(reaches(lowest_mu, 0.0, largest_size), lowest_mu),
+        by_construction=holds_for_any_constants,
     )
 
 
-def linear_start(view: View) -> Outcome:
+def linear_start(evidence: Evidence) -> Outcome:
     """Mu begins as a straight line."""
-    linear_end = _linear_range(view)
-    required_end = view.study.audit.linear_to_slip
-    start_slips = np.linspace(0.0, required_end, view.study.audit.levels)
-    straight, _ = _straight(view, start_slips, view.mu(slide_roll_ratio=start_slips), _S)
-    return view.outcome(
-        straight,
+    linear_end = _linear_range(evidence)
+    required_end = evidence.study.audit.linear_to_slip
+    start_slips = np.linspace(0.0, required_end, evidence.study.audit.levels)
+    is_straight, _ = _straight_line_fit(
+        evidence, start_slips, evidence.mu(slide_roll_ratio=start_slips), _S
+    )
+    return evidence.outcome(
+        is_straight,
         linear_end,
         within=reaches(linear_end, required_end),
         longest=np.nanmax(linear_end),
     )
 
 
-def peak_decline(view: View) -> Outcome:
+def peak_decline(evidence: Evidence) -> Outcome:
     """Mu peaks, then declines slightly."""
-    mu = view.mu(slide_roll_ratio=view.curve)
+    mu = evidence.mu(slide_roll_ratio=evidence.curve_slips)
     peak = mu.max(axis=_S, keepdims=True)
     mu_at_largest_slip = mu[..., -1:]
     # a law that comes to a constant level reaches it within rounding, and has no peak
-    peaks = exceeds(peak, mu_at_largest_slip)
+    has_peak = exceeds(peak, mu_at_largest_slip)
     decline = 1 - mu_at_largest_slip / peak
-    slight = reaches(view.study.printed.signs.decline_max, decline, size=1.0)
-    is_shown_oil = [oil == view.falling_viscosity[0] for oil in view.laws]
+    is_slight = reaches(evidence.study.printed.signs.decline_max, decline, size=1.0)
+    is_shown_oil = [oil == evidence.falling_viscosity[0] for oil in evidence.fit_by_oil]
     decline_coldest = decline[:, :, :, 0]
-    return view.outcome(
-        peaks & slight,
+    return evidence.outcome(
+        has_peak & is_slight,
         decline,
-        shown_oil=(peaks & slight)[is_shown_oil],
-        peaks=peaks,
-        slight=slight,
-        coldest_least=view.by_oil(np.nanmin, decline_coldest),
-        coldest_most=view.by_oil(np.nanmax, decline_coldest),
+        shown_oil=(has_peak & is_slight)[is_shown_oil],
+        peaks=has_peak,
+        slight=is_slight,
+        coldest_least=evidence.by_oil(np.nanmin, decline_coldest),
+        coldest_most=evidence.by_oil(np.nanmax, decline_coldest),
     )
 
 
-def falls_with_temperature(view: View) -> Outcome:
+def falls_with_temperature(evidence: Evidence) -> Outcome:
     """Mu falls with T, more steeply where it is cold."""
-    audit = view.study.audit
-    mu = view.mu()
-    lowest_c, highest_c = _ends(view.grid.inlet_temperature_c)
+    audit = evidence.study.audit
+    mu = evidence.mu()
+    lowest_c, highest_c = _ends(evidence.grid.inlet_temperature_c)
     cold_band, hot_band = np.clip([audit.cold_band_c, audit.hot_band_c], lowest_c, highest_c)
-    cold_slope = -np.diff(view.mu(inlet_temperature_c=cold_band), axis=_T) / np.diff(cold_band)
-    hot_slope = -np.diff(view.mu(inlet_temperature_c=hot_band), axis=_T) / np.diff(hot_band)
+    cold_slope = -np.diff(evidence.mu(inlet_temperature_c=cold_band), axis=_T) / np.diff(cold_band)
+    hot_slope = -np.diff(evidence.mu(inlet_temperature_c=hot_band), axis=_T) / np.diff(hot_band)
     # slopes have the rounding of the largest slope that mu could give
     largest_slope = np.abs(mu).max() / min(np.diff(cold_band)[0], np.diff(hot_band)[0])
-    steeper = exceeds(cold_slope, hot_slope, size=largest_slope)
-    always = _falls(mu, _T)
-    return view.outcome(always & steeper, _last_over_first(mu, _T), always=always, steeper=steeper)
+    is_steeper = exceeds(cold_slope, hot_slope, size=largest_slope)
+    always_falls = _falls(mu, _T)
+    return evidence.outcome(
+        always_falls & is_steeper, _last_over_first(mu, _T), always=always_falls, steeper=is_steeper
+    )
 
 
-def falls_with_speed(view: View) -> Outcome:
+def falls_with_speed(evidence: Evidence) -> Outcome:
     """Mu falls with U and levels off."""
-    mu = view.mu()
-    ends_of_thirds = np.linspace(*_ends(view.grid.entrainment_speed_m_s), 4)
-    fall = -np.diff(view.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U)
+    mu = evidence.mu()
+    ends_of_thirds = np.linspace(*_ends(evidence.grid.entrainment_speed_m_s), 4)
+    fall = -np.diff(evidence.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U)
     levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), size=np.abs(mu).max())
     always = _falls(mu, _U)
-    return view.outcome(
+    return evidence.outcome(
         always & levels_off, _last_over_first(mu, _U), always=always, levels_off=levels_off
     )
 
 
-def rises_with_stress(view: View) -> Outcome:
+def rises_with_stress(evidence: Evidence) -> Outcome:
     """Mu rises with P, about linearly."""
-    pressures = view.grid.max_hertz_pressure_gpa
+    pressures = evidence.grid.max_hertz_pressure_gpa
     even_pressures = np.linspace(*_ends(pressures), len(pressures))
-    mu = view.mu(max_hertz_pressure_gpa=even_pressures)
+    mu = evidence.mu(max_hertz_pressure_gpa=even_pressures)
     always = _falls(-mu, _P)
-    straight, r2 = _straight(view, even_pressures, mu, _P)
-    median_r2 = view.by_oil(np.nanmedian, r2)
-    return view.outcome(
+    straight, r2 = _straight_line_fit(evidence, even_pressures, mu, _P)
+    median_r2 = evidence.by_oil(np.nanmedian, r2)
+    return evidence.outcome(
         always & straight, r2, always=always, straight=straight, median_r2=median_r2
     )
 
 
-def rises_with_slip(view: View) -> Outcome:
+def rises_with_slip(evidence: Evidence) -> Outcome:
     """The level of mu rises with S."""
-    tested_ends = view.study.printed.boxes.tested.max_hertz_pressure_gpa
-    at_highest_pressure = view.with_levels(max_hertz_pressure_gpa=tested_ends[1:])
+    tested_ends = evidence.study.printed.boxes.tested.max_hertz_pressure_gpa
+    at_highest_pressure = evidence.with_levels(max_hertz_pressure_gpa=tested_ends[1:])
     mu = at_highest_pressure.mu()
     level_rises = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
     ends_rise = exceeds(mu[..., -1], mu[..., 0])
@@ -166,16 +175,16 @@ def rises_with_slip(view: View) -> Outcome:
     )
 
 
-def similar_limit(view: View) -> Outcome:
+def similar_limit(evidence: Evidence) -> Outcome:
     """Mu approaches a plateau, alike for all oils."""
-    largest_slip = view.curve[-1]
-    mu = view.mu_by_viscosity(
-        slide_roll_ratio=[view.grid.slide_roll_ratio[0], largest_slip * 2 / 3, largest_slip]
+    largest_slip = evidence.curve_slips[-1]
+    mu = evidence.mu_by_viscosity(
+        slide_roll_ratio=[evidence.grid.slide_roll_ratio[0], largest_slip * 2 / 3, largest_slip]
     )
     change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
     relative_spread = np.ptp(mu, axis=0) / mu.mean(axis=0)
-    return view.outcome(
-        reaches(view.study.audit.plateau_change_max, change, size=1.0),
+    return evidence.outcome(
+        reaches(evidence.study.audit.plateau_change_max, change, size=1.0),
         change,
         closer=exceeds(relative_spread[..., 0], relative_spread[..., 2], size=1.0),
         apart_at_start=relative_spread[..., 0].mean(),
@@ -183,25 +192,25 @@ def similar_limit(view: View) -> Outcome:
     )
 
 
-def earlier_plateau(view: View) -> Outcome:
+def earlier_plateau(evidence: Evidence) -> Outcome:
     """A higher P leaves the linear range earlier."""
-    linear_end = _linear_range(view)
-    ends_c = _ends(view.grid.inlet_temperature_c)
-    mu = view.mu(inlet_temperature_c=ends_c, slide_roll_ratio=view.curve)
-    on_plateau = reaches(mu, view.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
-    plateau_begin = view.curve[np.argmax(on_plateau, axis=_S)]
-    return view.outcome(
+    linear_end = _linear_range(evidence)
+    ends_c = _ends(evidence.grid.inlet_temperature_c)
+    mu = evidence.mu(inlet_temperature_c=ends_c, slide_roll_ratio=evidence.curve_slips)
+    on_plateau = reaches(mu, evidence.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
+    plateau_begin = evidence.curve_slips[np.argmax(on_plateau, axis=_S)]
+    return evidence.outcome(
         _falls(linear_end, _P),
         _last_over_first(linear_end, _P),
-        plateau_coldest=view.by_oil(np.median, plateau_begin[..., 0]),
-        plateau_hottest=view.by_oil(np.median, plateau_begin[..., 1]),
+        plateau_coldest=evidence.by_oil(np.median, plateau_begin[..., 0]),
+        plateau_hottest=evidence.by_oil(np.median, plateau_begin[..., 1]),
     )
 
 
-def viscosity_order(view: View) -> Outcome:
+def viscosity_order(evidence: Evidence) -> Outcome:
     """Mu falls from each oil to the next less viscous one."""
-    oils = view.falling_viscosity
-    mu = view.mu_by_viscosity()
+    oils = evidence.falling_viscosity
+    mu = evidence.mu_by_viscosity()
     ratios = mu[:-1] / mu[1:]
     smallest_ratio = ratios.min(axis=0, keepdims=True)
     ranks = _ranks(mu.reshape(len(oils), -1)).T
@@ -215,8 +224,8 @@ def viscosity_order(view: View) -> Outcome:
     numbers: dict[str, Any] = {}
     share_above_next = exceeds(ratios[0], 1.0).mean(axis=(1, 2, 3))
     if share_above_next[0] < 0.5 < share_above_next[-1] and (np.diff(share_above_next) >= 0).all():
-        numbers["turn_gpa"] = np.interp(0.5, share_above_next, view.grid.max_hertz_pressure_gpa)
-    return view.outcome(
+        numbers["turn_gpa"] = np.interp(0.5, share_above_next, evidence.grid.max_hertz_pressure_gpa)
+    return evidence.outcome(
         exceeds(smallest_ratio, 1.0),
         smallest_ratio,
         above_next={
@@ -231,13 +240,13 @@ def viscosity_order(view: View) -> Outcome:
     )
 
 
-def hot_convergence(view: View) -> Outcome:
+def hot_convergence(evidence: Evidence) -> Outcome:
     """The oils come nearer to one another as they warm."""
-    mu = view.mu_by_viscosity(inlet_temperature_c=_ends(view.grid.inlet_temperature_c))
+    mu = evidence.mu_by_viscosity(inlet_temperature_c=_ends(evidence.grid.inlet_temperature_c))
     spread = np.ptp(mu, axis=0, keepdims=True)
     relative_spread = spread / mu.mean(axis=0, keepdims=True)
     spread_coldest, spread_hottest = relative_spread.mean(axis=(0, 1, 2, 4))
-    return view.outcome(
+    return evidence.outcome(
         _falls(spread, _T),
         _last_over_first(spread, _T),
         relative=_falls(relative_spread, _T),
@@ -246,26 +255,30 @@ def hot_convergence(view: View) -> Outcome:
     )
 
 
-def speed_mutes_temperature(view: View) -> Outcome:
+def speed_mutes_temperature(evidence: Evidence) -> Outcome:
     """T changes mu less at a high speed."""
-    speeds = np.clip(view.study.audit.slow_and_fast_m_s, *_ends(view.grid.entrainment_speed_m_s))
-    ends_c = _ends(view.grid.inlet_temperature_c)
-    mu = view.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
+    speeds = np.clip(
+        evidence.study.audit.slow_and_fast_m_s, *_ends(evidence.grid.entrainment_speed_m_s)
+    )
+    ends_c = _ends(evidence.grid.inlet_temperature_c)
+    mu = evidence.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
     drop = -np.diff(mu, axis=_T)
     drop_ratio = _last_over_first(drop, _U)
     relative_drop_falls = _falls(drop / mu[:, :, :, :1], _U)
-    return view.outcome(exceeds(1.0, drop_ratio), drop_ratio, relative=relative_drop_falls)
+    return evidence.outcome(exceeds(1.0, drop_ratio), drop_ratio, relative=relative_drop_falls)
 
 
-def full_film(view: View) -> Outcome:
+def full_film(evidence: Evidence) -> Outcome:
     """Film and lambda are above what a full film needs."""
-    oils = view.falling_viscosity
-    film_min_um = view.study.audit.film_min_um
-    limits = np.array([film_min_um, view.settings.gates.lambda_limit])
-    figure_slips = view.study.printed.signs.slide_roll_ratio.figures
-    at_curve_slips = view.with_levels(slide_roll_ratio=[0.0, *figure_slips, view.curve[-1]])
-    points = view.measured.points.dropna(subset=["lambda_ratio"])
-    if view.basis == "printed" or view.measured.points.empty:
+    oils = evidence.falling_viscosity
+    film_min_um = evidence.study.audit.film_min_um
+    limits = np.array([film_min_um, evidence.settings.gates.lambda_limit])
+    figure_slips = evidence.study.printed.signs.slide_roll_ratio.figures
+    at_curve_slips = evidence.with_levels(
+        slide_roll_ratio=[0.0, *figure_slips, evidence.curve_slips[-1]]
+    )
+    points = evidence.measured.points.dropna(subset=["lambda_ratio"])
+    if evidence.basis == "printed" or evidence.measured.points.empty:
         films = at_curve_slips.films(*oils)
         margins = films / limits.reshape(2, 1, 1, 1, 1, 1)
         smaller_margin = margins.min(axis=0)
@@ -278,7 +291,7 @@ def full_film(view: View) -> Outcome:
         judged = points.assign(value=margins.min(axis=0))
         judged["holds"] = exceeds(judged["value"], 1.0)
     central_um, _ = at_curve_slips.films(thickness="central")
-    count_unknown = judged["value"].isna().sum()
+    unknown_count = judged["value"].isna().sum()
     return outcome(
         # where the formula gives no film the claim is neither true nor false
         judged.dropna(subset="value"),
@@ -287,7 +300,7 @@ def full_film(view: View) -> Outcome:
         thick=_above_one(margins[0]),
         smallest_lambda=np.nanmin(films[1]),
         thinnest_um=np.nanmin(films[0]),
-        unknown=count_unknown if count_unknown else np.nan,
+        unknown=unknown_count if unknown_count else np.nan,
     )
 
 
@@ -296,24 +309,24 @@ def _above_one(margin: FloatArray) -> BoolArray:
     return exceeds(margin, 1.0)[~np.isnan(margin)]
 
 
-def air_spindle(view: View) -> Outcome:
+def air_spindle(evidence: Evidence) -> Outcome:
     """The spindle's friction is negligible. No log tells it from a zero of the force sensor."""
     raise NotCheckableError("no spindle")
 
 
-def wang_deng_zero(view: View) -> Outcome:
+def wang_deng_zero(evidence: Evidence) -> Outcome:
     """The Wang-Deng law has traction without slip."""
-    fits = _wang_deng(view)
+    fits = _wang_deng(evidence)
     mu_at_zero_slip = fits["zero_slip_traction"].abs()
-    holds = mu_at_zero_slip > view.study.audit.zero_traction_max
+    holds = mu_at_zero_slip > evidence.study.audit.zero_traction_max
     return outcome(fits.assign(holds=holds, value=mu_at_zero_slip), largest=mu_at_zero_slip.max())
 
 
-def wang_deng_overfit(view: View) -> Outcome:
+def wang_deng_overfit(evidence: Evidence) -> Outcome:
     """The errors of the Wang-Deng law grow more on curves left out."""
-    audit = view.study.audit
-    fits = _wang_deng(view)
-    all_fits = view.measured.fit_quality
+    audit = evidence.study.audit
+    fits = _wang_deng(evidence)
+    all_fits = evidence.measured.fit_quality
     by_paper_law = all_fits[all_fits["law"] == audit.stress_law].set_index("oil")
     if not set(fits["oil"]) <= set(by_paper_law.index):
         raise NotCheckableError("no fit by the paper's law")
@@ -325,14 +338,14 @@ def wang_deng_overfit(view: View) -> Outcome:
     )
 
 
-def properties_not_needed(view: View) -> Outcome:
+def properties_not_needed(evidence: Evidence) -> Outcome:
     """Laws with properties of the oil predict no better than the paper's law."""
-    limit = view.study.audit.prediction_error
-    by_paper_law = _by_paper_law(view).set_index("oil")
-    if view.truth_is_law:
+    limit = evidence.study.audit.prediction_error
+    by_paper_law = _by_paper_law(evidence).set_index("oil")
+    if evidence.truth_is_law:
         raise NotCheckableError("own law")
-    all_fits = view.measured.fit_quality
-    fits = all_fits[all_fits["law"].isin(view.study.audit.property_laws)]
+    all_fits = evidence.measured.fit_quality
+    fits = all_fits[all_fits["law"].isin(evidence.study.audit.property_laws)]
     end_column, left_out_column = "temperature_end_out_relative_rms", "left_out_rmse"
     fits = fits[fits["oil"].isin(by_paper_law.index)].dropna(subset=[end_column, left_out_column])
     if fits.empty:
@@ -348,18 +361,18 @@ def properties_not_needed(view: View) -> Outcome:
     )
 
 
-def torque_stress(view: View) -> Outcome:
+def torque_stress(evidence: Evidence) -> Outcome:
     """The law of pressure gives the torque of a bearing."""
-    errors, counts = _torque_errors(view)
+    errors, counts = _torque_errors(evidence)
     errors = errors.dropna(subset="stress")
-    holds = reaches(view.study.audit.torque_stress_error, errors["stress"])
+    holds = reaches(evidence.study.audit.torque_stress_error, errors["stress"])
     judged = errors.assign(holds=holds, value=errors["stress"])
     return outcome(judged, largest=errors["stress"].max(), **counts)
 
 
-def torque_load(view: View) -> Outcome:
+def torque_load(evidence: Evidence) -> Outcome:
     """The law of load does not."""
-    errors, counts = _torque_errors(view)
+    errors, counts = _torque_errors(evidence)
     errors_of_both = errors.dropna()
     if errors_of_both.empty:
         raise NotCheckableError("no torque by the law")
@@ -376,24 +389,26 @@ def torque_load(view: View) -> Outcome:
         **counts,
     )
     return replace(
-        torque_outcome, complete=bool(reaches(largest, view.study.audit.torque_load_error))
+        torque_outcome, complete=bool(reaches(largest, evidence.study.audit.torque_load_error))
     )
 
 
-def uniquely_determined(view: View) -> Outcome:
+def uniquely_determined(evidence: Evidence) -> Outcome:
     """The curves determine A, B and C; all curves of an oil determine its constants."""
-    fits = _by_paper_law(view).dropna(subset="constant_spread")
-    errors = _errors_of_curves(view.measured.points)
+    fits = _by_paper_law(evidence).dropna(subset="constant_spread")
+    errors = _errors_of_curves(evidence.measured.points)
     if fits.empty or errors.empty:
         raise NotCheckableError("no fit by the paper's law")
-    constants = view.measured.coefficients
-    of_paper_law = constants["law"] == view.study.audit.stress_law
-    is_known = constants[of_paper_law & constants["oil"].isin(fits["oil"])]["verdict"].eq("known")
+    coefficients = evidence.measured.coefficients
+    is_of_paper_law = coefficients["law"] == evidence.study.audit.stress_law
+    is_known = coefficients[is_of_paper_law & coefficients["oil"].isin(fits["oil"])]["verdict"].eq(
+        "known"
+    )
     # digits below a millionth of a standard error are rounding
     spread = fits["constant_spread"].round(6)
     judged = errors.rename("value").reset_index()
     return outcome(
-        judged.assign(holds=reaches(view.study.audit.curve_error_max, judged["value"])),
+        judged.assign(holds=reaches(evidence.study.audit.curve_error_max, judged["value"])),
         constants=fits["certified"].to_numpy(),
         known=is_known.to_numpy(),
         spread=spread.max(),
@@ -401,26 +416,30 @@ def uniquely_determined(view: View) -> Outcome:
     )
 
 
-def genetic_optimum(view: View) -> Outcome:
+def genetic_optimum(evidence: Evidence) -> Outcome:
     """The genetic algorithm finds the optimum. The paper does not state errors of its constants."""
     raise NotCheckableError("not stated")
 
 
-def extrapolates(view: View) -> Outcome:
+def extrapolates(evidence: Evidence) -> Outcome:
     """The law predicts beyond the tested conditions."""
-    limit = view.study.audit.prediction_error
-    fits = _by_paper_law(view)
-    if view.truth_is_law:
+    limit = evidence.study.audit.prediction_error
+    fits = _by_paper_law(evidence)
+    if evidence.truth_is_law:
         raise NotCheckableError("own law")
     errors_at_ends = fits.filter(regex="^oil$|_end_out_relative_rms$").melt("oil").dropna()
     if errors_at_ends.empty:
         raise NotCheckableError("no fit by the paper's law")
     left_out_error = _relative_left_out(fits)
-    truth = view.measured.extrapolation
-    of_paper_law = truth["law"] == view.study.audit.stress_law
-    has_fitted_oil = truth["oil"].isin(fits["oil"])
-    truth = truth[of_paper_law & has_fitted_oil & (truth["beyond"].map(len) > 0)]
-    error = (truth["traction_coefficient"] / truth["true_traction_coefficient"] - 1).abs()
+    rows_beyond = evidence.measured.extrapolation
+    is_of_paper_law = rows_beyond["law"] == evidence.study.audit.stress_law
+    has_fitted_oil = rows_beyond["oil"].isin(fits["oil"])
+    rows_beyond = rows_beyond[
+        is_of_paper_law & has_fitted_oil & (rows_beyond["beyond"].map(len) > 0)
+    ]
+    error = (
+        rows_beyond["traction_coefficient"] / rows_beyond["true_traction_coefficient"] - 1
+    ).abs()
     return outcome(
         errors_at_ends.assign(holds=reaches(limit, errors_at_ends["value"])),
         truth=reaches(limit, error),
@@ -429,17 +448,17 @@ def extrapolates(view: View) -> Outcome:
     )
 
 
-def composite_roughness(view: View) -> Outcome:
+def composite_roughness(evidence: Evidence) -> Outcome:
     """The roughness of ball and disc make the stated one."""
     composite = float(np.hypot(*_RA_UM))
     judged = pd.DataFrame({"oil": [""], "holds": composite < _COMPOSITE_UM, "value": composite})
     return outcome(judged, rounded=round(composite, 3) <= _COMPOSITE_UM)
 
 
-def rolling_speed(view: View) -> Outcome:
+def rolling_speed(evidence: Evidence) -> Outcome:
     """The stated dmN has the stated entrainment speed."""
-    stated = view.study.selection.stated
-    tolerance = view.study.audit.kinematic_tolerance
+    stated = evidence.study.selection.stated
+    tolerance = evidence.study.audit.kinematic_tolerance
     pitch_speed = stated.pitch_speed_mm_rpm
     stated_m_s = stated.entrainment_speed_m_s
     rolling_speed_m_s = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
@@ -454,14 +473,14 @@ def rolling_speed(view: View) -> Outcome:
     )
 
 
-def slip_is_cage_slip(view: View) -> Outcome:
+def slip_is_cage_slip(evidence: Evidence) -> Outcome:
     """The slide-roll ratio of a bearing is its cage slip."""
-    selection = view.study.selection
+    selection = evidence.study.selection
     cage_slips = np.linspace(0.05, 0.4, 8)
     ratio = np.concatenate(
         [inner_slide_roll_ratio(cage_slips, gamma) / cage_slips for gamma in _GAMMAS]
     )
-    tolerance = view.study.audit.kinematic_tolerance
+    tolerance = evidence.study.audit.kinematic_tolerance
     slip_limit = selection.limits.slip_limit
     is_near = _near_one(ratio, tolerance)
     return outcome(
@@ -473,9 +492,9 @@ def slip_is_cage_slip(view: View) -> Outcome:
     )
 
 
-def load_suppresses_slip(view: View) -> Outcome:
+def load_suppresses_slip(evidence: Evidence) -> Outcome:
     """The cage slips less under a higher load."""
-    slip_rows = _cage_slips(view)
+    slip_rows = _cage_slips(evidence)
     slip_by_load = slip_rows.pivot(
         index="axial_load_n", columns=["oil", "inlet_temperature_c", "pitch_speed_mm_rpm"]
     )["cage_slip"]
@@ -483,20 +502,20 @@ def load_suppresses_slip(view: View) -> Outcome:
     steps = pd.DataFrame(
         {"lighter": lighter.stack([0, 1, 2]), "heavier": slip_by_load.stack([0, 1, 2])}
     )
-    steps = steps[exceeds(steps["lighter"], _SLIPPING)].dropna()
+    steps = steps[exceeds(steps["lighter"], _SMALLEST_SLIP)].dropna()
     if steps.empty:
         raise NotCheckableError("no bearing")
     change = steps["heavier"] - steps["lighter"]
     slip_falls = exceeds(0.0, change, size=1.0)
-    is_slipping = exceeds(steps["lighter"], view.study.selection.limits.slip_limit)
+    is_slipping = exceeds(steps["lighter"], evidence.study.selection.limits.slip_limit)
     judged = steps.reset_index().assign(holds=slip_falls, value=change.to_numpy())
     return outcome(judged, where_it_slips=slip_falls[is_slipping])
 
 
-def heavy_load_grips(view: View) -> Outcome:
+def heavy_load_grips(evidence: Evidence) -> Outcome:
     """Where the contact pressure is high the cage hardly slips."""
-    limits = view.study.selection.limits
-    slip_rows = _cage_slips(view)
+    limits = evidence.study.selection.limits
+    slip_rows = _cage_slips(evidence)
     larger_pressure_gpa = slip_rows[
         ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
     ].max(axis=1)
@@ -510,11 +529,11 @@ def heavy_load_grips(view: View) -> Outcome:
     return outcome(slip_rows[is_heavy], light=slip_rows.loc[is_light, "holds"].to_numpy())
 
 
-def light_load_4102(view: View) -> Outcome:
+def light_load_4102(evidence: Evidence) -> Outcome:
     """Under light load 4102 has the most traction."""
-    selection = view.study.selection
+    selection = evidence.study.selection
     light_view = _at_pressures_within(
-        _with_largest_slip(view), above=-np.inf, below=selection.limits.light_below_gpa
+        _with_largest_slip(evidence), above=-np.inf, below=selection.limits.light_below_gpa
     )
     mu = light_view.mu_by_viscosity()
     grid = light_view.grid
@@ -531,43 +550,43 @@ def light_load_4102(view: View) -> Outcome:
     )
 
 
-def slip_15(view: View) -> Outcome:
+def slip_15(evidence: Evidence) -> Outcome:
     """Up to 15 % cage slip the thinnest oil has the least traction, beyond it the thickest most."""
-    selection = view.study.selection
-    view = _with_largest_slip(view)
-    mu = view.mu_by_viscosity()
-    film_adequate = _thinnest_is_adequate(view)
-    is_slipping = exceeds(view.grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
+    selection = evidence.study.selection
+    evidence = _with_largest_slip(evidence)
+    mu = evidence.mu_by_viscosity()
+    is_film_adequate = _thinnest_is_adequate(evidence)
+    is_slipping = exceeds(evidence.grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
     # S taken for the cage slip, as section 4.3 does
-    slipping_by_ratio = exceeds(view.grid.slide_roll_ratio, selection.limits.slip_limit)
+    is_slipping_by_ratio = exceeds(evidence.grid.slide_roll_ratio, selection.limits.slip_limit)
     ratio_of_thinnest = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
     ratios_to_thicker = mu[1:] / mu[:-1]
     largest_ratio_to_thicker = ratios_to_thicker.max(axis=0, keepdims=True)
     value = np.where(is_slipping, largest_ratio_to_thicker, ratio_of_thinnest)
-    value_by_ratio = np.where(slipping_by_ratio, largest_ratio_to_thicker, ratio_of_thinnest)
-    outcome_on_grid = view.outcome(
+    value_by_ratio = np.where(is_slipping_by_ratio, largest_ratio_to_thicker, ratio_of_thinnest)
+    outcome_on_grid = evidence.outcome(
         exceeds(1.0, value),
         value,
-        as_cage_slip=exceeds(1.0, value_by_ratio[slipping_by_ratio | film_adequate]),
+        as_cage_slip=exceeds(1.0, value_by_ratio[is_slipping_by_ratio | is_film_adequate]),
         more_than_thinnest=exceeds(1.0, ratios_to_thicker[1][..., is_slipping]),
-        below=exceeds(1.0, value[..., ~is_slipping][film_adequate[..., ~is_slipping]]),
+        below=exceeds(1.0, value[..., ~is_slipping][is_film_adequate[..., ~is_slipping]]),
         beyond=exceeds(1.0, value[..., is_slipping]),
-        adequate=film_adequate,
+        adequate=is_film_adequate,
     )
-    return _only_cases(outcome_on_grid, is_slipping | film_adequate, "no condition")
+    return _only_cases(outcome_on_grid, is_slipping | is_film_adequate, "no condition")
 
 
-def heavy_load_4010(view: View) -> Outcome:
+def heavy_load_4010(evidence: Evidence) -> Outcome:
     """Under heavy load with enough film 4010 has the least traction."""
     heavy_view = _at_pressures_within(
-        view, above=view.study.selection.limits.heavy_from_gpa, below=np.inf
+        evidence, above=evidence.study.selection.limits.heavy_from_gpa, below=np.inf
     )
     mu = heavy_view.mu_by_viscosity()
-    film_adequate = _thinnest_is_adequate(heavy_view)
+    is_film_adequate = _thinnest_is_adequate(heavy_view)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    all_cases = heavy_view.outcome(exceeds(1.0, ratio), ratio, adequate=film_adequate)
-    outcome_with_film = _only_cases(all_cases, film_adequate, "no film")
-    thinnest_has_least_torque = _least_torque_of_thinnest(view)
+    all_cases = heavy_view.outcome(exceeds(1.0, ratio), ratio, adequate=is_film_adequate)
+    outcome_with_film = _only_cases(all_cases, is_film_adequate, "no film")
+    thinnest_has_least_torque = _least_torque_of_thinnest(evidence)
     bearing_numbers = {
         "bearing": thinnest_has_least_torque.mean(),
         "bearing_points": float(len(thinnest_has_least_torque)),
@@ -575,16 +594,16 @@ def heavy_load_4010(view: View) -> Outcome:
     return replace(outcome_with_film, numbers=outcome_with_film.numbers | bearing_numbers)
 
 
-def _true_of_every_law(view: View, holds: Callable[[Law], BoolArray]) -> bool:
+def _true_of_every_law(evidence: Evidence, is_true_of: Callable[[Law], BoolArray]) -> bool:
     """Whether something is true of every law, whatever its constants."""
-    laws = {fitted.law.name: fitted.law for fitted in view.laws.values()}
-    return all(holds(law).all() for law in laws.values())
+    laws = {fitted.law.name: fitted.law for fitted in evidence.fit_by_oil.values()}
+    return all(is_true_of(law).all() for law in laws.values())
 
 
 def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
     """mu at slips for all combinations of coefficients within their bounds; rounding becomes 0."""
     levels = [
-        np.geomspace(coefficient.smallest, coefficient.largest, _SIZES_OF_COEFFICIENT)
+        np.geomspace(coefficient.smallest, coefficient.largest, _SIZE_COUNT)
         for coefficient in law.coefficients
     ]
     sizes = np.stack([size.ravel() for size in np.meshgrid(*levels)])[..., np.newaxis]
@@ -593,30 +612,32 @@ def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
     return np.where(np.abs(mu) <= _ROUNDING_SHARE * sizes.max(axis=0), 0.0, mu)
 
 
-def _linear_range(view: View) -> FloatArray:
-    """Slip from which mu/S differs from its value at no slip by the tolerance.
+def _linear_range(evidence: Evidence) -> FloatArray:
+    """Slip from which on mu/S differs from its value at no slip by more than the tolerance.
 
-    The last slip where it never does.
+    The last slip where it never differs so much.
     """
-    curve = view.curve
-    tolerance = view.study.audit.linear_tolerance
+    curve = evidence.curve_slips
+    tolerance = evidence.study.audit.linear_tolerance
     # the slope at no slip is that over a slip a thousand times below the first step of the curve
     slip = np.concatenate([[curve[1] * 1e-3], curve[1:]])
-    chord = view.mu(slide_roll_ratio=slip) / slip
+    chord = evidence.mu(slide_roll_ratio=slip) / slip
     deviation = np.abs(chord / chord[..., :1] - 1)
-    outside = deviation > tolerance
-    leaves = outside.any(axis=_S, keepdims=True)
-    first_outside = np.argmax(outside, axis=_S)[..., np.newaxis]
-    index_after = np.where(leaves, first_outside, len(slip) - 1)
+    is_outside = deviation > tolerance
+    leaves_range = is_outside.any(axis=_S, keepdims=True)
+    first_outside = np.argmax(is_outside, axis=_S)[..., np.newaxis]
+    index_after = np.where(leaves_range, first_outside, len(slip) - 1)
     index_before = index_after - 1
     # linear interpolation between the last slip inside and the first one outside
     deviation_before = np.take_along_axis(deviation, index_before, axis=_S)
     deviation_after = np.take_along_axis(deviation, index_after, axis=_S)
-    rises = deviation_after > deviation_before
-    rise = np.where(rises, deviation_after - deviation_before, 1.0)
-    fraction = np.where(rises, (tolerance - deviation_before) / rise, 1.0)
+    is_rising = deviation_after > deviation_before
+    rise = np.where(is_rising, deviation_after - deviation_before, 1.0)
+    fraction = np.where(is_rising, (tolerance - deviation_before) / rise, 1.0)
     return np.where(
-        leaves, slip[index_before] + fraction * (slip[index_after] - slip[index_before]), slip[-1]
+        leaves_range,
+        slip[index_before] + fraction * (slip[index_after] - slip[index_before]),
+        slip[-1],
     )
 
 
@@ -633,7 +654,10 @@ def _falls(values: FloatArray, axis: int) -> BoolArray:
 
 
 def _ranks(values: FloatArray) -> IndexArray:
-    """Rank of each row among the rows, 1 for the largest, shape (rows, n); of equals by the row."""
+    """Rank of each row in each column, 1 for the largest, shape (rows, n).
+
+    Of equal values the earlier row ranks first.
+    """
     is_larger = exceeds(values[:, np.newaxis], values)
     is_earlier_row = np.triu(np.ones((len(values), len(values)), dtype=bool), k=1)[..., np.newaxis]
     ranks_ahead = is_larger | (is_earlier_row & ~is_larger.swapaxes(0, 1))
@@ -650,44 +674,46 @@ def _last_over_first(values: FloatArray, axis: int) -> FloatArray:
     return np.take(values, [-1], axis=axis) / np.take(values, [0], axis=axis)
 
 
-def _straight(
-    view: View, abscissa: FloatArray, values: FloatArray, axis: int
+def _straight_line_fit(
+    evidence: Evidence, abscissa: FloatArray, values: FloatArray, axis: int
 ) -> tuple[BoolArray, FloatArray]:
     """Whether values along one axis are on a straight line, and the line's R2."""
-    other_axes = [number for number in range(values.ndim) if number != axis]
+    other_axes = [axis_index for axis_index in range(values.ndim) if axis_index != axis]
     x_deviation = np.expand_dims(abscissa - abscissa.mean(), other_axes)
     deviation = values - values.mean(axis=axis, keepdims=True)
     covariance = (x_deviation * deviation).sum(axis=axis, keepdims=True)
     r2 = covariance**2 / ((x_deviation**2).sum() * (deviation**2).sum(axis=axis, keepdims=True))
-    return r2 >= view.study.printed.signs.linear_r2_min, r2
+    return r2 >= evidence.study.printed.signs.linear_r2_min, r2
 
 
-def _with_largest_slip(view: View) -> View:
-    """The grid with the largest tested slip added, because the limit of cage slip is near it."""
-    return view.with_levels(slide_roll_ratio=np.union1d(view.grid.slide_roll_ratio, view.curve[-1]))
+def _with_largest_slip(evidence: Evidence) -> Evidence:
+    """The evidence with the largest tested slip added: the limit of cage slip is near it."""
+    return evidence.with_levels(
+        slide_roll_ratio=np.union1d(evidence.grid.slide_roll_ratio, evidence.curve_slips[-1])
+    )
 
 
-def _at_pressures_within(view: View, *, above: float, below: float) -> View:
-    """The grid with as many levels of pressure in [above, below) only.
+def _at_pressures_within(evidence: Evidence, *, above: float, below: float) -> Evidence:
+    """The evidence with as many levels of pressure, all of them in [above, below).
 
     Raises:
         NotCheckableError: There are none.
     """
-    pressures = view.grid.max_hertz_pressure_gpa
+    pressures = evidence.grid.max_hertz_pressure_gpa
     lowest, highest = max(above, pressures[0]), min(below, pressures[-1])
     if lowest >= highest:
         raise NotCheckableError("no condition")
-    inside = np.geomspace(lowest, highest, len(pressures))
-    return view.with_levels(max_hertz_pressure_gpa=inside[exceeds(below, inside)])
+    levels_inside = np.geomspace(lowest, highest, len(pressures))
+    return evidence.with_levels(max_hertz_pressure_gpa=levels_inside[exceeds(below, levels_inside)])
 
 
-def _thinnest_is_adequate(view: View) -> BoolArray:
-    """Where the film of the least viscous oil is thick enough."""
-    lambda_ratio = view.films(view.falling_viscosity[-1])[1]
-    return exceeds(lambda_ratio, view.settings.gates.lambda_limit)
+def _thinnest_is_adequate(evidence: Evidence) -> BoolArray:
+    """Whether the film of the least viscous oil is thick enough, over the grid."""
+    lambda_ratio = evidence.films(evidence.falling_viscosity[-1])[1]
+    return exceeds(lambda_ratio, evidence.settings.gates.lambda_limit)
 
 
-def _least_torque_of_thinnest(view: View) -> BoolArray:
+def _least_torque_of_thinnest(evidence: Evidence) -> BoolArray:
     """Whether the least viscous oil has the least torque, at each heavily loaded operating point.
 
     Heavily loaded: from the highest pressure of the paper's tests on, with enough film. Points at
@@ -696,35 +722,37 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     Raises:
         NotCheckableError: There is no such point.
     """
-    oils = list(view.falling_viscosity)
-    slip_rows = view.measured.cage_slip
+    oils = list(evidence.falling_viscosity)
+    slip_rows = evidence.measured.cage_slip
     slip_rows = slip_rows[slip_rows["oil"].isin(oils)]
-    film_known = slip_rows["lambda_ratio"].notna()
-    film_known_by_point = film_known.groupby([slip_rows[name] for name in OPERATING_POINT])
+    is_film_known = slip_rows["lambda_ratio"].notna()
+    film_known_by_point = is_film_known.groupby([slip_rows[name] for name in OPERATING_POINT])
     slip_rows = slip_rows[film_known_by_point.transform("all")]
     larger_pressure_gpa = slip_rows[
         ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
     ].max(axis=1)
     is_heavy = reaches(
-        larger_pressure_gpa, view.study.printed.boxes.tested.max_hertz_pressure_gpa[1]
+        larger_pressure_gpa, evidence.study.printed.boxes.tested.max_hertz_pressure_gpa[1]
     )
-    has_full_film = exceeds(slip_rows["lambda_ratio"], view.settings.gates.lambda_limit)
+    has_full_film = exceeds(slip_rows["lambda_ratio"], evidence.settings.gates.lambda_limit)
     slip_rows = slip_rows[has_full_film & is_heavy]
-    torque = slip_rows.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
-    torque = torque.reindex(columns=oils).dropna(subset=[oils[-1]])
-    if torque.empty:
+    torque_n_m = slip_rows.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
+    torque_n_m = torque_n_m.reindex(columns=oils).dropna(subset=[oils[-1]])
+    if torque_n_m.empty:
         raise NotCheckableError("no bearing")
-    return reaches(torque.min(axis=1), torque[oils[-1]])
+    return reaches(torque_n_m.min(axis=1), torque_n_m[oils[-1]])
 
 
-def _cage_slips(view: View) -> pd.DataFrame:
+def _cage_slips(evidence: Evidence) -> pd.DataFrame:
     """The rows of the map of cage slip with an oil of the paper and an equilibrium.
 
     Raises:
         NotCheckableError: There are none.
     """
-    slip_rows = view.measured.cage_slip
-    slip_rows = slip_rows[slip_rows["oil"].isin(view.falling_viscosity)].dropna(subset="cage_slip")
+    slip_rows = evidence.measured.cage_slip
+    slip_rows = slip_rows[slip_rows["oil"].isin(evidence.falling_viscosity)].dropna(
+        subset="cage_slip"
+    )
     if slip_rows.empty:
         raise NotCheckableError("no bearing")
     return slip_rows
@@ -737,16 +765,16 @@ def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
         points: Table of points.
 
     Returns:
-        By oil and run, `_UNDETERMINED` at most. A curve with fewer than four points has none.
+        By oil and run, `_UNDETERMINED_ERROR` at most. A curve with fewer than four points has none.
     """
     rows = []
-    for (oil, run), curve in points.groupby(["oil", "run_id"], sort=False):
-        if len(curve) > _COEFFICIENTS_OF_CURVE:
+    for (oil, run_id), curve in points.groupby(["oil", "run_id"], sort=False):
+        if len(curve) > _COEFFICIENT_COUNT:
             slip, mu = curve[["slide_roll_ratio", "traction_coefficient"]].abs().to_numpy().T
-            rows.append((oil, run, _error_of_curve(slip, mu)))
+            rows.append((oil, run_id, _error_of_curve(slip, mu)))
     errors = pd.DataFrame(rows, columns=["oil", "run_id", "error"])
     error_by_curve = errors.set_index(["oil", "run_id"])["error"].astype(float)
-    return error_by_curve.clip(upper=_UNDETERMINED)
+    return error_by_curve.clip(upper=_UNDETERMINED_ERROR)
 
 
 def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
@@ -770,42 +798,49 @@ def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
         for share in _SHARES_OF_SLOPE
     ]
     fits = [
-        least_squares(residual, start, method="lm", ftol=_EXACT, xtol=_EXACT, gtol=_EXACT)
+        least_squares(
+            residual,
+            start,
+            method="lm",
+            ftol=_FIT_TOLERANCE,
+            xtol=_FIT_TOLERANCE,
+            gtol=_FIT_TOLERANCE,
+        )
         for start in starts
     ]
     fit = min(fits, key=lambda candidate: float(candidate.cost))
     # the inverse of J'J by singular values; a direction without effect has an infinite error
     _, singular_values, directions = np.linalg.svd(np.asarray(fit.jac), full_matrices=False)
-    variance = 2 * fit.cost / (len(slip) - _COEFFICIENTS_OF_CURVE)
+    variance = 2 * fit.cost / (len(slip) - _COEFFICIENT_COUNT)
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse_diagonal = ((directions / singular_values[:, np.newaxis]) ** 2).sum(axis=0)
     return float(np.sqrt(variance * np.nan_to_num(inverse_diagonal, nan=np.inf).max()))
 
 
-def _only_cases(judged: Outcome, selected: BoolArray, reason: str) -> Outcome:
+def _only_cases(judged: Outcome, is_selected: BoolArray, reason: str) -> Outcome:
     """An outcome with the cases that a claim is about.
 
     Args:
         judged: The outcome over the grid.
-        selected: Whether the claim is about a case.
+        is_selected: Whether the claim is about a case.
         reason: Code of the reason where it is about none.
 
     Raises:
         NotCheckableError: There are none.
     """
-    if not selected.any():
+    if not is_selected.any():
         raise NotCheckableError(reason)
-    return replace(judged, cases=judged.cases[selected.ravel()])
+    return replace(judged, cases=judged.cases[is_selected.ravel()])
 
 
-def _by_paper_law(view: View) -> pd.DataFrame:
+def _by_paper_law(evidence: Evidence) -> pd.DataFrame:
     """Fits of the paper's law.
 
     Raises:
         NotCheckableError: There is no fit at all.
     """
-    fits = view.rows("fit_quality", reason="no fit by the paper's law")
-    return fits[fits["law"] == view.study.audit.stress_law]
+    fits = evidence.rows_of_table("fit_quality", reason="no fit by the paper's law")
+    return fits[fits["law"] == evidence.study.audit.stress_law]
 
 
 def _relative_left_out(fits: pd.DataFrame) -> "pd.Series[float]":
@@ -813,14 +848,14 @@ def _relative_left_out(fits: pd.DataFrame) -> "pd.Series[float]":
     return fits["left_out_rmse"] * fits["relative_rms"] / fits["rmse"]
 
 
-def _wang_deng(view: View) -> pd.DataFrame:
+def _wang_deng(evidence: Evidence) -> pd.DataFrame:
     """Fits of all versions of the Wang-Deng law.
 
     Raises:
         NotCheckableError: There are none, or the data were simulated with the paper's law.
     """
-    fits = view.rows("fit_quality", reason="no comparison")
-    if view.truth_is_law:
+    fits = evidence.rows_of_table("fit_quality", reason="no comparison")
+    if evidence.truth_is_law:
         raise NotCheckableError("tie")
     fits = fits[fits["law"].str.startswith("wang")].dropna(subset="rmse")
     if fits.empty:
@@ -828,14 +863,14 @@ def _wang_deng(view: View) -> pd.DataFrame:
     return fits
 
 
-def _torque_errors(view: View) -> tuple[pd.DataFrame, dict[str, float]]:
-    """Relative errors by load variable, and how many points are left out as bistable.
+def _torque_errors(evidence: Evidence) -> tuple[pd.DataFrame, dict[str, float]]:
+    """Relative errors of the torque by load variable, and counts of points that are not judged.
 
-    The cage may roll or skid there. Points at which that is not known are counted, too.
+    These are points where the cage may roll or skid, and points where that is not known.
     """
-    torque_rows = view.rows("torque", reason="no torque")
+    torque_rows = evidence.rows_of_table("torque", reason="no torque")
     for control_verdict in ("two truths", "positive control"):
-        if (view.measured.torque_control["verdict"] == control_verdict).any():
+        if (evidence.measured.torque_control["verdict"] == control_verdict).any():
             raise NotCheckableError(control_verdict)
     plateau_and_oil = ["run_id", "first_row", "oil"]
     certain_rows = without_bistable(torque_rows).set_index([*plateau_and_oil, "load_variable"])
@@ -843,6 +878,6 @@ def _torque_errors(view: View) -> tuple[pd.DataFrame, dict[str, float]]:
     errors = errors.reindex(columns=["stress", "load"]).reset_index()
     if errors["stress"].isna().all():
         raise NotCheckableError("no torque by the law")
-    left_out = len(torque_rows[is_bistable(torque_rows)].drop_duplicates(plateau_and_oil[:2]))
-    counts = {"bistable": left_out, "undecided": undecided_plateaus(torque_rows)}
+    bistable_count = len(torque_rows[is_bistable(torque_rows)].drop_duplicates(plateau_and_oil[:2]))
+    counts = {"bistable": bistable_count, "undecided": undecided_plateaus(torque_rows)}
     return errors, {name: float(count) for name, count in counts.items() if count}

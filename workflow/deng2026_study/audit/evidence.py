@@ -17,7 +17,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES, Grid, films, traction
 
-# Further numbers of a claim by name: one, or one per oil.
+# Further numbers of a claim by name: each one number, or one number by oil.
 Numbers = dict[str, float | dict[str, float]]
 
 
@@ -27,7 +27,7 @@ class NotCheckableError(Exception):
 
 @dataclass(frozen=True)
 class Outcome:
-    """Every case in which a claim was checked, and how it fared.
+    """The result of a check: every case in which a claim was checked, and further numbers.
 
     Attributes:
         cases: Columns oil, holds, value and the grid's axes (null where a case spans an axis).
@@ -48,7 +48,7 @@ class Outcome:
         return float(self.cases["holds"].mean())
 
     def worst_case(self, worst: Literal["largest", "smallest"]) -> pd.Series:
-        """The case farthest from holding; of those that hold the nearest to failing."""
+        """The case farthest from holding, or the one nearest to failing where all cases hold."""
         failing = self.cases[~self.cases["holds"]]
         candidates = self.cases if failing.empty else failing
         values = candidates["value"].to_numpy()
@@ -81,16 +81,16 @@ def _as_float(content: Any) -> float:
 
 
 @dataclass(frozen=True)
-class View:
-    """One basis of the verdicts over a grid of operating conditions, as a check sees it.
+class Evidence:
+    """What verdicts on one basis rest on: laws and tables, over a grid of operating conditions.
 
     Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis: maximum Hertz
     pressure (GPa), entrainment speed (m/s), inlet temperature (degC) and slide-roll ratio.
 
     Attributes:
-        basis: Name of it: `refit`, `printed` or `undoubted`.
+        basis: Name of the basis: `refit`, `printed` or `undoubted`.
         falling_viscosity: The oils that the claims are about, the most viscous first.
-        laws: Law of each oil that has all its constants.
+        fit_by_oil: The law of each oil that has all its constants.
         settings: The settings.
         grid: The operating conditions.
         measured: Tables of points, fit quality and torque; empty where the basis has none.
@@ -99,28 +99,28 @@ class View:
 
     basis: str
     falling_viscosity: Sequence[str]
-    laws: Mapping[str, FittedLaw]
+    fit_by_oil: Mapping[str, FittedLaw]
     settings: Settings
     grid: Grid
     measured: CampaignTables = field(default_factory=CampaignTables.in_memory)
     truth_is_law: bool = False
 
-    def with_levels(self, **levels: Sequence[float] | FloatArray) -> "View":
-        """The same with other levels on some axes of the grid."""
+    def with_levels(self, **levels: Sequence[float] | FloatArray) -> "Evidence":
+        """The same evidence with other levels on some axes of the grid."""
         return replace(self, grid=self.grid.with_levels(**levels))
 
-    def rows(self, table: str, *, reason: str) -> pd.DataFrame:
-        """A table of the basis.
+    def rows_of_table(self, table_name: str, *, reason: str) -> pd.DataFrame:
+        """A table of the basis, which must have rows.
 
         Args:
-            table: Name of the table.
+            table_name: Name of the table.
             reason: Code of claims.yaml where the basis `refit` has none of its rows. The other
                 bases say "not printed".
 
         Raises:
             NotCheckableError: The basis has none.
         """
-        frame = self.measured.table(table)
+        frame = self.measured.table(table_name)
         if frame.empty:
             raise NotCheckableError(reason if self.basis == "refit" else "not printed")
         return frame
@@ -131,7 +131,7 @@ class View:
         return study_settings(self.settings)
 
     @property
-    def curve(self) -> FloatArray:
+    def curve_slips(self) -> FloatArray:
         """Slips of a whole curve."""
         end = self.study.printed.boxes.tested.slide_roll_ratio[1]
         return np.linspace(0.0, end, self.study.audit.curve_points)
@@ -145,11 +145,11 @@ class View:
             NotCheckableError: None has one, or one of the given oils has none.
         """
         if oils is None:
-            oils = list(self.laws)
+            oils = list(self.fit_by_oil)
         grid = self.grid.with_levels(**levels)
-        if not oils or not set(oils) <= set(self.laws):
+        if not oils or not set(oils) <= set(self.fit_by_oil):
             raise NotCheckableError("no law")
-        return np.stack([traction(self.laws[oil], grid) for oil in oils])
+        return np.stack([traction(self.fit_by_oil[oil], grid) for oil in oils])
 
     def mu_by_viscosity(self, **levels: Sequence[float] | FloatArray) -> FloatArray:
         """mu over the grid of the oils that the claims are about, the most viscous first."""
@@ -180,7 +180,7 @@ class View:
         self, summary: Callable[[FloatArray], float], values: FloatArray
     ) -> dict[str, float]:
         """One number per oil from an array whose first axis is that of the oils with a law."""
-        values_of_oil = zip(self.laws, values, strict=True)
+        values_of_oil = zip(self.fit_by_oil, values, strict=True)
         return {oil: float(summary(values_of_one)) for oil, values_of_one in values_of_oil}
 
     def outcome(self, holds: BoolArray, value: FloatArray, **numbers: Any) -> Outcome:
@@ -191,7 +191,7 @@ class View:
             value: The quantity that decides.
             numbers: Further numbers, as for `outcome`.
         """
-        oils = list(self.laws) if len(holds) == len(self.laws) else [""]
+        oils = list(self.fit_by_oil) if len(holds) == len(self.fit_by_oil) else [""]
         return outcome(self.cases(oils, holds, value), **numbers)
 
     def cases(self, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:

@@ -13,21 +13,21 @@ from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.bearing.resistance import HEATS
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes, torque
-from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, sentences
+from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, text_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import OPERATING_POINT, stays_best
 
 # Share of an oil's colour in its field.
 _FIELD_TINT = 0.45
-# Where there is no best oil: symbol and its meaning, by judgement.
-_NO_CHOICE = {
+# Symbol and its meaning where there is no best oil, by judgement.
+_SYMBOL_OF_NO_CHOICE = {
     "no film": ("x", "no film thick enough"),
     OUTSIDE: ("+", "outside the film formula"),
     NO_EQUILIBRIUM: ("1", "an oil without equilibrium"),
 }
-# Where the advised oil is not the best one: symbol and its meaning, by judgement.
-_WRONG = {
+# Symbol and its meaning where the advised oil is not the best one, by judgement.
+_SYMBOL_OF_WRONG_ADVICE = {
     "slips": ("v", "the cage slips with it, not with the best"),
     "slips more": ("^", "the cage slips more with it"),
     "heats more": ("s", "it heats more"),
@@ -58,20 +58,20 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     points: NASA TP-2275, transcribed by a third party. The traction law is fitted to the logs of
     this campaign.
     """
-    table = results.published_tests.dropna(subset="published_power_w")
+    tests = results.published_tests.dropna(subset="published_power_w")
     sheet = Sheet(height=2.0)
     panel = sheet.panel(title=None)
     sheet.label(style.SPEED_LABEL, "Power loss (W)")
-    if table.empty:
+    if tests.empty:
         panel.say("The published test's oil is not fitted,\nor its bearing not described.")
         return sheet
-    bearing, oil, load_n, temperature_c = table.iloc[0][
+    bearing_name, oil, load_n, temperature_c = tests.iloc[0][
         ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
     ]
-    speed_rad_s = table["inner_speed_rpm"] * RAD_S_PER_RPM
+    speed_rad_s = tests["inner_speed_rpm"] * RAD_S_PER_RPM
     # feed oil of unknown flow adds nothing
-    power_of_terms = [table[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEATS]
-    speed_1000_rpm = table["inner_speed_rpm"] / 1e3
+    power_of_terms = [tests[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEATS]
+    speed_1000_rpm = tests["inner_speed_rpm"] / 1e3
     colour_of_terms = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
     areas = panel.axis.stackplot(
         speed_1000_rpm,
@@ -84,17 +84,19 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
     dashed: style.Look = {"linestyle": "--", "color": "black"}
     for column in ("power_low_w", "power_high_w"):
-        panel.axis.plot(speed_1000_rpm, table[column], **dashed)
+        panel.axis.plot(speed_1000_rpm, tests[column], **dashed)
     # not in the colour of an oil; the rim shows it on dark areas
     dot_look: style.Look = {"marker": "o", "color": "black", "markeredgecolor": "white"}
     dot_look["markersize"] = 4
     for term, power in zip(HEATS, power_of_terms, strict=True):
         panel.keep(term, speed_1000_rpm, power, oil=oil)
-    power_interval = {"lower": table["power_low_w"], "upper": table["power_high_w"]}
-    panel.keep("sum", speed_1000_rpm, table["power_w"], oil=oil, **power_interval)
-    panel.dots("published", speed_1000_rpm, table["published_power_w"], dot_look)
+    power_interval = {"lower": tests["power_low_w"], "upper": tests["power_high_w"]}
+    panel.keep("sum", speed_1000_rpm, tests["power_w"], oil=oil, **power_interval)
+    panel.dots("published", speed_1000_rpm, tests["published_power_w"], dot_look)
     panel.axis.set_axisbelow(True)
-    panel.axis.set_title(f"{bearing}, {oil}, {load_n:g} N, {temperature_c:.0f} \N{DEGREE SIGN}C")
+    panel.axis.set_title(
+        f"{bearing_name}, {oil}, {load_n:g} N, {temperature_c:.0f} \N{DEGREE SIGN}C"
+    )
     published_handle = style.line_handle("published", **dot_look | {"linestyle": ""})
     handles = [
         *areas,
@@ -126,7 +128,7 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     """
     advice, oils = results.slip_advice, list(settings.oils)
     if advice.empty:
-        return sentences(_NO_MAP)
+        return text_figure(_NO_MAP)
     advice = advice.assign(**in_units_of_axes(advice))
     sheet = Sheet(2, 2, height=2.2, across=0.3, sharex=True, sharey=True)
     sheet.axes[0].set_yscale("log")
@@ -159,7 +161,7 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def is_wrong_by_truth(advice: pd.DataFrame) -> "pd.Series[bool]":
-    """Operating points whose best oil by the fitted law is not that by the true traction.
+    """Whether the best oil by the fitted law is not the best by the true traction, at each point.
 
     False where either of them is not known, and where mu was measured.
 
@@ -175,15 +177,15 @@ def _draw_oils(
     panel: Panel, advice: pd.DataFrame, column: str, is_decided: "pd.Series[bool]", oils: list[str]
 ) -> None:
     """Draw each cell in the colour of the oil in a column; white where nothing is decided."""
-    chosen = advice[column].where(is_decided, "")
-    with_number = advice.assign(number=chosen.map(["", *oils].index))
-    number_by_cell = with_number.pivot(index="load_kn", columns="speed", values="number")
+    oil_of_cell = advice[column].where(is_decided, "")
+    with_index = advice.assign(number=oil_of_cell.map(["", *oils].index))
+    index_by_cell = with_index.pivot(index="load_kn", columns="speed", values="number")
     axis = panel.axis
     tints = [style.tint(style.oil_colour(oil, oils), _FIELD_TINT) for oil in oils]
     axis.pcolormesh(
-        style.cell_edges(number_by_cell.columns.to_numpy(), axis.get_xscale()),
-        style.cell_edges(number_by_cell.index.to_numpy(), axis.get_yscale()),
-        number_by_cell.to_numpy(),
+        style.cell_edges(index_by_cell.columns.to_numpy(), axis.get_xscale()),
+        style.cell_edges(index_by_cell.index.to_numpy(), axis.get_yscale()),
+        index_by_cell.to_numpy(),
         cmap=ListedColormap([(1.0, 1.0, 1.0), *tints]),
         vmin=-0.5,
         vmax=len(oils) + 0.5,
@@ -193,7 +195,7 @@ def _draw_oils(
 
 
 def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
-    """Dots where one oil stays the best one in nearly all draws; entries of the legend."""
+    """Draw dots where one oil stays the best in nearly all draws; return entries of the legend."""
     surely_best = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
     sure_rows = advice.merge(surely_best, on=OPERATING_POINT).query("surely and best_oil != ''")
     look: style.Look = {"marker": "o", "markersize": 2.5, "color": "black"}
@@ -206,7 +208,7 @@ def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> l
 
 
 def _draw_wrong_by_truth(panel: Panel, advice: pd.DataFrame) -> list[Any]:
-    """Rings where the true traction has another best oil; entries of the legend."""
+    """Draw rings where the truth has another best oil; return entries of the legend."""
     wrong_rows = advice[is_wrong_by_truth(advice)]
     panel.keep("wrong by truth", wrong_rows["speed"], wrong_rows["load_kn"])
     if wrong_rows.empty:
@@ -217,9 +219,9 @@ def _draw_wrong_by_truth(panel: Panel, advice: pd.DataFrame) -> list[Any]:
 
 
 def _draw_judgements(panel: Panel, advice: pd.DataFrame) -> list[Any]:
-    """Symbols where the advised oil is not the best one; entries of the legend."""
+    """Draw symbols where the advised oil is not the best; return entries of the legend."""
     handles = []
-    for judgement, (marker, label) in _WRONG.items():
+    for judgement, (marker, label) in _SYMBOL_OF_WRONG_ADVICE.items():
         cells = advice[advice["judgement"] == judgement]
         if len(cells):
             look: style.Look = {"marker": marker, "color": "black", "markersize": 3.5}
@@ -229,9 +231,9 @@ def _draw_judgements(panel: Panel, advice: pd.DataFrame) -> list[Any]:
 
 
 def _draw_undecided(panel: Panel, advice: pd.DataFrame) -> list[Any]:
-    """Symbols where there is no choice of an oil; entries of the legend."""
+    """Draw symbols where there is no choice of an oil; return entries of the legend."""
     handles = []
-    for judgement, (marker, label) in _NO_CHOICE.items():
+    for judgement, (marker, label) in _SYMBOL_OF_NO_CHOICE.items():
         cells = advice[advice["judgement"] == judgement]
         if len(cells):
             # a cross of thin lines must be larger than a filled symbol

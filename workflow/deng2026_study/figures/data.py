@@ -22,7 +22,7 @@ from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
-from oilfilm.report.figures.curves import NO_POINT, Series, draw_series
+from oilfilm.report.figures.curves import NO_POINT, CurveInPanel, draw_curves
 from oilfilm.report.figures.fits import draw_constants
 from oilfilm.report.figures.sheet import Sheet, register, table_page
 from oilfilm.settings.base import present
@@ -55,26 +55,26 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     shown_conditions = study_settings(settings).figures.fig02
     oil = shown_conditions.oil
     temperatures = shown_conditions.inlet_temperature_c
-    law = FittedLaw.from_tables(results.configured.coefficients, oil)
+    fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
     oil_colour = style.oil_colour(oil, list(settings.oils))
     sheet = Sheet(2 * len(temperatures), 2, height=1.7, sharex=True, sharey=True)
     # left: pressures at one speed; right: speeds at one pressure
     varied_and_fixed = ((_PRESSURE, _SPEED), (_SPEED, _PRESSURE))
     panels = itertools.product(temperatures, varied_and_fixed)
-    for panel_number, (temperature, (varied, fixed)) in enumerate(panels):
+    for panel_index, (temperature, (varied, fixed)) in enumerate(panels):
         levels_of_panel = {_TEMPERATURE: temperature, fixed: getattr(shown_conditions, fixed)}
         levels = _levels_of(runs, settings.campaign, varied)
         shades = style.shades(oil_colour, len(levels))
         markers = itertools.cycle(style.MARKERS)
-        series = []
+        curves = []
         for level, shade, marker in zip(levels, shades, markers, strict=False):
             points = _points_at_levels(
                 results.points, runs, oil, {**levels_of_panel, varied: level}
             )
             label = style.level_phrases({varied: level})
-            series.append(Series(label, oil, points, law, shade, marker))
-        title = style.level_phrases(levels_of_panel) + _count_of_curves(series)
-        draw_series(sheet.panel(panel_number, title), series)
+            curves.append(CurveInPanel(label, oil, points, fitted, shade, marker))
+        title = style.level_phrases(levels_of_panel) + _count_of_curves(curves)
+        draw_curves(sheet.panel(panel_index, title), curves)
     left_panels = sheet.axes[::2]
     right_panels = sheet.axes[1::2]
     _label_axes_and_legend(sheet, [left_panels, right_panels])
@@ -102,18 +102,20 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     }
     pressures = _levels_of(runs, settings.campaign, _PRESSURE)
     # all panels side by side; without any level one panel says so
-    columns = max(len(pressures), 1)
-    sheet = Sheet(columns, columns, width=style.DOUBLE_COLUMN_IN, sharex=True, sharey=True)
-    for panel_number, pressure in enumerate(pressures):
-        series = []
+    column_count = max(len(pressures), 1)
+    sheet = Sheet(
+        column_count, column_count, width=style.DOUBLE_COLUMN_IN, sharex=True, sharey=True
+    )
+    for panel_index, pressure in enumerate(pressures):
+        curves = []
         for oil in oils:
             points = _points_at_levels(
                 results.points, runs, oil, {_PRESSURE: pressure, **levels_of_sheet}
             )
-            law = FittedLaw.from_tables(results.configured.coefficients, oil)
+            fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
             look = style.oil_look(oil, oils)
-            series.append(Series(oil, oil, points, law, look["color"], look["marker"]))
-        draw_series(sheet.panel(panel_number, style.level_phrases({_PRESSURE: pressure})), series)
+            curves.append(CurveInPanel(oil, oil, points, fitted, look["color"], look["marker"]))
+        draw_curves(sheet.panel(panel_index, style.level_phrases({_PRESSURE: pressure})), curves)
     drawn_oils = set(sheet.drawn()["oil"])
     oils_without_points = [oil for oil in oils if oil not in drawn_oils]
     notes = style.lost_handles(oils_without_points, "no accepted point here")
@@ -121,12 +123,12 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-def _count_of_curves(series: Sequence[Series]) -> str:
+def _count_of_curves(curves: Sequence[CurveInPanel]) -> str:
     """How many curves of a panel have points; empty where all or none have."""
-    count = sum(len(curve.points) > 0 for curve in series)
-    if count in (0, len(series)):
+    count = sum(len(curve.points) > 0 for curve in curves)
+    if count in (0, len(curves)):
         return ""
-    return f" ({count} of {len(series)} curves)"
+    return f" ({count} of {len(curves)} curves)"
 
 
 def _levels_of(runs: pd.DataFrame, campaign: Campaign, name: str) -> list[float]:
@@ -158,34 +160,37 @@ def _label_axes_and_legend(
         title: Title of the legend.
     """
     sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
-    if not sheet.parts:
+    if not sheet.drawn_parts:
         # a panel without points has this text; a sheet without any level has drawn no panel
         if not sheet.axes[0].texts:
             sheet.panel(0).say(NO_POINT)
         return
-    columns = []
+    columns_of_handles = []
     for axes_of_group in groups:
-        entries = [axis.get_legend_handles_labels() for axis in axes_of_group]
+        handles_and_labels = [axis.get_legend_handles_labels() for axis in axes_of_group]
         # a series may have no points in the first panel; the fullest one gives the order
-        fullest_first = sorted(entries, key=lambda entry: -len(entry[1]))
+        fullest_first = sorted(
+            handles_and_labels,
+            key=lambda handles_and_labels_of_axis: -len(handles_and_labels_of_axis[1]),
+        )
         handle_of_label: dict[str, Any] = {}
         for handles, labels in fullest_first:
             handle_of_label.update(zip(labels, handles, strict=True))
-        columns.append(list(handle_of_label.values()))
-    rows = max(len(column) for column in columns)
-    legend = []
-    for column in columns:
+        columns_of_handles.append(list(handle_of_label.values()))
+    row_count = max(len(handles_of_column) for handles_of_column in columns_of_handles)
+    legend_handles = []
+    for handles_of_column in columns_of_handles:
         # empty entries, so that each group has a column of its own
-        empty_entries = style.lost_handles([""] * (rows - len(column)))
-        legend += [*column, *empty_entries]
-    columns_of_legend = len(groups) if len(groups) > 1 else _AS_MANY_AS_FIT
-    sheet.legend([*legend, *notes], title, columns_of_legend)
+        empty_entries = style.lost_handles([""] * (row_count - len(handles_of_column)))
+        legend_handles += [*handles_of_column, *empty_entries]
+    column_count = len(groups) if len(groups) > 1 else _AS_MANY_AS_FIT
+    sheet.legend([*legend_handles, *notes], title, column_count)
     sheet.axes[0].set_ylim(bottom=0)
     # symbols at slip 0 are drawn completely
     sheet.axes[0].set_xlim(left=-0.005)
 
 
-# Head of the column that quotes the paper.
+# Heading of the column that quotes the paper.
 _PAPER_COLUMN = "in the paper's text"
 _NO_VALUE = "\N{EN DASH}"
 # Height of a line of text, and space between rows.
@@ -195,7 +200,7 @@ _ROW_SPACE_IN = 0.06
 _END_OF_NAMES = 0.37
 # Temperature of the oils' properties, as in the paper.
 _PROPERTIES_AT_C = 100.0
-# Quantity, unit and its value for an oil.
+# Quantity, unit, and a function that gives the value of an oil.
 _OIL_PROPERTIES: tuple[tuple[str, str, Any], ...] = (
     ("grade", "cSt", lambda oil: oil.nominal_kinematic_viscosity_100c_cst),
     (
@@ -217,7 +222,7 @@ _OIL_PROPERTIES: tuple[tuple[str, str, Any], ...] = (
     ),
     ("specific heat", "J/(kg K)", lambda oil: oil.specific_heat_j_kgk(_PROPERTIES_AT_C)),
 )
-# Condition of the test matrix -> quantity and unit.
+# Quantity and unit of each condition of the test matrix.
 _MATRIX_QUANTITIES = {
     "max_hertz_pressure_gpa": ("maximum Hertz pressure", "GPa"),
     "entrainment_speed_m_s": ("entrainment speed", "m/s"),
@@ -239,7 +244,8 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the paper are lost.
     Properties that stand in for unknown ones are marked.
     """
-    rows, notes = [], []
+    cells = []
+    notes = []
     for name in settings.oils:
         oil = settings.properties_of(name)
         source = "no known properties"
@@ -248,9 +254,9 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
         notes.append(f"{name}: {source}")
         for quantity, unit, value_of_oil in _OIL_PROPERTIES:
             value = np.nan if oil is None else float(value_of_oil(oil))
-            rows.append(_cell(name, quantity, unit, value, source))
+            cells.append(_cell(name, quantity, unit, value, source))
     title = f"Properties at {_PROPERTIES_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
-    return _table_sheet(title, rows, notes, paper_tables.tab01)
+    return _table_sheet(title, cells, notes, paper_tables.tab01)
 
 
 @register(
@@ -272,26 +278,28 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     source_of_logs = "set points of the logs"
     source = "campaign file, matrix" if matrix is not None else source_of_logs
     accepted = results.points[results.points["accepted"]]
-    rows = []
-    column = "this campaign"
+    cells = []
+    column_heading = "this campaign"
     for name, (quantity, unit) in _MATRIX_QUANTITIES.items():
         levels = _levels_of(runs, settings.campaign, name)
-        rows.append(_cell(column, quantity, unit, _levels_text(levels), source))
+        cells.append(_cell(column_heading, quantity, unit, _levels_text(levels), source))
     # set points of a rig whose contact is not known
     loads = sorted(runs["nominal_load_n"].dropna().unique())
     if loads:
-        rows.append(_cell(column, "load", "N", _levels_text(loads), source_of_logs))
+        cells.append(_cell(column_heading, "load", "N", _levels_text(loads), source_of_logs))
     slips = accepted["slide_roll_ratio"].abs()
     slip_range = _NO_VALUE
     if len(slips):
         slip_range = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}"
-    rows.append(_cell(column, "slide-roll ratio", "", slip_range, "accepted points"))
+    cells.append(_cell(column_heading, "slide-roll ratio", "", slip_range, "accepted points"))
     for oil in settings.oils:
         runs_of_oil = runs.loc[runs["oil"] == oil, "run_id"]
-        count_accepted = runs_of_oil.isin(accepted["run_id"]).sum()
-        curves = f"{count_accepted} accepted of {len(runs_of_oil)} runs"
-        rows.append(_cell(column, f"curves of {oil}", "", curves, "tables runs and points"))
-    return _table_sheet("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
+        accepted_count = runs_of_oil.isin(accepted["run_id"]).sum()
+        curves = f"{accepted_count} accepted of {len(runs_of_oil)} runs"
+        cells.append(
+            _cell(column_heading, f"curves of {oil}", "", curves, "tables runs and points")
+        )
+    return _table_sheet("Test matrix", cells, [f"Levels: {source}."], paper_tables.tab02)
 
 
 @register(
@@ -310,7 +318,7 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     """
     torque = present(settings.campaign.torque, "torque", "the campaign")
     bearing = settings.bearings[torque.bearing]
-    rows = []
+    cells = []
     # column `of`: the quantity is one of the bearing's file, or of the test in the campaign file
     quantities = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
     for subject, quantity, unit, dotted_key, factor in quantities.itertuples(index=False):
@@ -318,7 +326,7 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
             if torque.matrix is not None:
                 levels = [factor * level for level in getattr(torque.matrix, dotted_key)]
                 source = "campaign file, `torque`"
-                rows.append(_cell(torque.bearing, quantity, unit, _levels_text(levels), source))
+                cells.append(_cell(torque.bearing, quantity, unit, _levels_text(levels), source))
             continue
         keys = dotted_key.split(".")
         value: Any = bearing
@@ -329,9 +337,9 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
             source = "assumed" if keys[0] in bearing.assumed else bearing.source
             content = value if isinstance(value, str) else factor * value
             # all digits of the drawing and no others
-            rows.append(_cell(torque.bearing, quantity, unit, content, source, "{:.7g}".format))
+            cells.append(_cell(torque.bearing, quantity, unit, content, source, "{:.7g}".format))
     notes = [f"{torque.bearing}: {bearing.source}. *: assumed."]
-    return _table_sheet("Bearing and test of its torque", rows, notes, paper_tables.tab03)
+    return _table_sheet("Bearing and test of its torque", cells, notes, paper_tables.tab03)
 
 
 def _levels_text(levels: Iterable[float]) -> str:
@@ -350,7 +358,7 @@ def _cell(
     unit: str,
     content: float | str,
     source: str,
-    number_format: Callable[[float], str] = _number,
+    format_number: Callable[[float], str] = _number,
 ) -> dict[str, Any]:
     """One cell of a table, as a row of its own.
 
@@ -360,14 +368,14 @@ def _cell(
         unit: Unit of the quantity; may be empty.
         content: A text, or a number in the unit; NaN where it is not known.
         source: Where the content is from; a star marks what is `assumed`.
-        number_format: Text of a number.
+        format_number: Text of a number.
     """
     value = np.nan
     if isinstance(content, str):
         text = content
     else:
         value = content
-        text = _NO_VALUE if np.isnan(value) else number_format(value)
+        text = _NO_VALUE if np.isnan(value) else format_number(value)
     if source == "assumed":
         text += "*"
     return {
@@ -422,8 +430,8 @@ def _table_sheet(
     quantity_names = [
         _with_unit(quantity, units.get(quantity, "")) for quantity in text_by_quantity.index
     ]
-    lines_of_row = text_by_quantity[_PAPER_COLUMN].str.count("\n").to_numpy() + 1
-    row_in = _LINE_IN * lines_of_row + _ROW_SPACE_IN
+    line_counts = text_by_quantity[_PAPER_COLUMN].str.count("\n").to_numpy() + 1
+    row_in = _LINE_IN * line_counts + _ROW_SPACE_IN
     head_in = _LINE_IN + _ROW_SPACE_IN
     sheet, panel, write_column = table_page(
         style.DOUBLE_COLUMN_IN, len(text_by_quantity), row_in, head_in, notes
@@ -439,12 +447,14 @@ def _table_sheet(
         {**bold, "color": "black"},
         color=style.GREY,
     )
-    series = [
+    row_names = [
         _with_unit(quantity, unit)
         for quantity, unit in zip(drawn_cells["quantity"], drawn_cells["unit"], strict=True)
     ]
-    label = drawn_cells["text"] + " [" + drawn_cells["source"] + "]"
-    panel.keep(series, np.nan, value=drawn_cells["value"], label=label, panel=drawn_cells["column"])
+    labels = drawn_cells["text"] + " [" + drawn_cells["source"] + "]"
+    panel.keep(
+        row_names, np.nan, value=drawn_cells["value"], label=labels, panel=drawn_cells["column"]
+    )
     return sheet
 
 
@@ -470,7 +480,7 @@ def eqs11_13(
     return draw_constants(table, list(settings.oils), note)
 
 
-# Kind of a part of a rig -> its colour and its label in the legend.
+# Colour and label in the legend of each kind of part of a rig.
 _COLOUR_AND_LABEL_OF_KIND: dict[str, tuple[Any, str]] = {
     "fixed": (style.tint("#555555", 0.30), "fixed or guided"),
     "turning": ("#ffffff", "turning"),
@@ -534,10 +544,10 @@ def _draw_schematic(
     """
     parts = pd.read_csv(Path(__file__).with_name(f"{name}.csv"), keep_default_na=False)
     labels = [label.format_map(sizes).replace("\\n", "\n") for label in parts["words"]]
-    panels = [sheet.panel(panel_number, title) for panel_number, title in enumerate(titles)]
+    panels = [sheet.panel(panel_index, title) for panel_index, title in enumerate(titles)]
     for part in tables.rows(parts.assign(words=labels)):
-        panel_number = string.ascii_lowercase.index(part["panel"])
-        _draw_mark(sheet.axes[panel_number], part)
+        panel_index = string.ascii_lowercase.index(part["panel"])
+        _draw_mark(sheet.axes[panel_index], part)
     for axis in sheet.axes:
         axis.set_aspect("equal")
         axis.set_axis_off()
@@ -548,10 +558,10 @@ def _draw_schematic(
             for colour, label in _COLOUR_AND_LABEL_OF_KIND.values()
         ]
     )
-    series = (parts["mark"] + " " + parts["kind"]).str.strip().repeat(2)
+    series_names = (parts["mark"] + " " + parts["kind"]).str.strip().repeat(2)
     x = parts[["x", "to_x"]].to_numpy().ravel()
     y = parts[["y", "to_y"]].to_numpy().ravel()
-    panels[0].keep(series, x, y, label=np.repeat(labels, 2), panel=parts["panel"].repeat(2))
+    panels[0].keep(series_names, x, y, label=np.repeat(labels, 2), panel=parts["panel"].repeat(2))
     return sheet
 
 
@@ -601,12 +611,17 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
 
 
 def _draw_label(
-    axis: Axes, label: str, centre: tuple[float, float], target: tuple[float, float]
+    axis: Axes, label: str, centre: tuple[float, float], target_point: tuple[float, float]
 ) -> None:
     """Write a label, with a line to its target unless that is the centre of the label."""
     box = None
-    if centre != target:
-        axis.plot([centre[0], target[0]], [centre[1], target[1]], color=style.GREY, linewidth=0.5)
-        axis.plot(*target, ".", color=style.GREY, markersize=2.5)
+    if centre != target_point:
+        axis.plot(
+            [centre[0], target_point[0]],
+            [centre[1], target_point[1]],
+            color=style.GREY,
+            linewidth=0.5,
+        )
+        axis.plot(*target_point, ".", color=style.GREY, markersize=2.5)
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
     axis.text(*centre, label, ha="center", va="center", fontsize=7, linespacing=1.1, bbox=box)

@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -24,25 +24,24 @@ from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import mu_at_zero_slip, symbol_of
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
-from oilfilm.report.names import CONDITIONS as CONDITION_NAMES
-from oilfilm.report.names import law_name
+from oilfilm.report.names import CONDITION_TEXTS, law_title
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import DENG2026
 from simulated_lab.printed import PrintedCoefficients
 
-# Points of a curve along the abscissa.
+# Number of points of a curve along the abscissa.
 _POINTS_PER_CURVE = 121
-# Symbols along a curve.
+# Number of symbols along a curve.
 _SYMBOLS_PER_CURVE = 4
 # Upper end of a panel's scale, relative to the largest mu of its lines.
 _HEADROOM = 1.3
 # A band over the slip holds the whole curve of the next run; another one holds its points.
 _BAND_LABELS = {True: "95 %, whole next run", False: "95 %, next run"}
 _SPEED, _TEMPERATURE, _SLIP = "entrainment_speed_m_s", "inlet_temperature_c", "slide_roll_ratio"
-# Of each figure: condition along the abscissa, and condition that tells the curves of one panel
-# apart. The others tell panels apart.
+# For each figure: the condition along the abscissa, and the condition that differs between the
+# curves of one panel. The other conditions differ between panels.
 CUTS = {
     "fig07": (_SLIP, _TEMPERATURE),
     "fig08": (_SPEED, _TEMPERATURE),
@@ -110,28 +109,28 @@ def fig10(results: CampaignTables, settings: Settings, **references: Any) -> She
 
 
 def _draw_cuts(
-    figure: str,
+    figure_name: str,
     results: CampaignTables,
     settings: Settings,
     printed_coefficients: PrintedCoefficients,
 ) -> Sheet:
-    """Each oil along the cuts of one figure; the levels are those of `extrapolation` of config."""
-    abscissa, line_condition = CUTS[figure]
-    levels = study_settings(settings).extrapolation[figure]
+    """Draw each oil along the cuts of one figure; the settings `extrapolation` have the levels."""
+    abscissa, line_condition = CUTS[figure_name]
+    levels = study_settings(settings).extrapolation[figure_name]
     fixed_names = [name for name in style.LEVEL_PHRASES if name not in (abscissa, line_condition)]
     fixed_levels_of_rows = [
         dict(zip(fixed_names, fixed_levels, strict=True))
         for fixed_levels in itertools.product(*(getattr(levels, name) for name in fixed_names))
     ]
-    printed = with_printed(results.configured.coefficients, printed_coefficients)
-    laws = {}
+    coefficients = with_printed(results.configured.coefficients, printed_coefficients)
+    laws_by_oil = {}
     for oil in settings.oils:
-        laws_of_oil = _laws_of_series(results, printed, oil)
-        if laws_of_oil:
-            laws[oil] = laws_of_oil
-    truth = results.extrapolation[results.extrapolation["figure"] == figure]
+        law_by_series = _laws_of_series(results, coefficients, oil)
+        if law_by_series:
+            laws_by_oil[oil] = law_by_series
+    truth = results.extrapolation[results.extrapolation["figure"] == figure_name]
     sheet, panels = oil_grid(
-        list(laws),
+        list(laws_by_oil),
         "no oil has a fitted law\nof pressure, speed and temperature",
         fixed_levels_of_rows,
         lambda fixed_levels, _: style.level_phrases(fixed_levels),
@@ -144,7 +143,7 @@ def _draw_cuts(
     for panel, fixed_levels, oil in panels:
         row_index = fixed_levels_of_rows.index(fixed_levels)
         largest_mu = _draw_refit(
-            panel, oil, laws[oil], levels, fixed_levels, (abscissa, line_condition), settings
+            panel, oil, laws_by_oil[oil], levels, fixed_levels, (abscissa, line_condition), settings
         )
         largest_mu = max(
             largest_mu,
@@ -156,8 +155,8 @@ def _draw_cuts(
         # a very wide interval leaves the panel; otherwise the lines would be flat
         panel.axis.set_ylim(0, _HEADROOM * highest_of_rows[row_index])
         colour = style.oil_colour(oil, list(settings.oils))
-        corner: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
-        panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner)
+        corner_look: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
+        panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner_look)
     sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL, fontsize=7)
     sheet.legend(
         _legend_entries(sheet.drawn(), getattr(levels, line_condition), (abscissa, line_condition)),
@@ -198,24 +197,27 @@ def _laws_of_series(
         or np.isnan(refit_constants.constants).any()
     ):
         return {}
-    names = [constant.name for constant in law.constants]
+    constant_names = [constant.name for constant in law.constants]
     printed_values = constants.set_index("constant")["printed_value"]
-    printed = printed_values.reindex(names).to_numpy(dtype=float)
-    if results.extrapolation.empty and not np.isnan(printed).any():
-        return {"refit": refit, "printed": FittedLaw(law, Coefficients.bare(law, printed))}
+    printed_constants = printed_values.reindex(constant_names).to_numpy(dtype=float)
+    if results.extrapolation.empty and not np.isnan(printed_constants).any():
+        return {
+            "refit": refit,
+            "printed": FittedLaw(law, Coefficients.bare(law, printed_constants)),
+        }
     return {"refit": refit}
 
 
 def _draw_refit(
     panel: Panel,
     oil: str,
-    laws: Mapping[str, FittedLaw],
+    law_by_series: Mapping[str, FittedLaw],
     levels: MatrixWithSlip,
     fixed_levels: Mapping[str, float],
     cut: tuple[str, str],
     settings: Settings,
 ) -> float:
-    """The refit as lines with a symbol per level, the interval at the middle one.
+    """Draw the refit: a line and a symbol per level, and the interval at the middle level.
 
     Returns:
         The largest mu of a line.
@@ -231,18 +233,18 @@ def _draw_refit(
     symbol_indices = reaches(x, symbol_positions[:, np.newaxis]).argmax(axis=1).tolist()
     largest_mu = 0.0
     is_beyond_tests = np.zeros(_POINTS_PER_CURVE, dtype=bool)
-    law = laws["refit"]
-    for index, level in enumerate(curve_levels):
+    refit = law_by_series["refit"]
+    for curve_index, level in enumerate(curve_levels):
         along_curve = pd.DataFrame({**fixed_levels, line_condition: level, abscissa: x})
         points = along_curve[[*CONDITIONS, _SLIP]].to_numpy()
         conditions = np.ascontiguousarray(points[:, :-1])
         slip = points[:, -1]
         # a level counts as tested only where every curve is tested
-        box = law.coefficients.box
+        box = refit.coefficients.box
         is_beyond_tests |= is_beyond(points, box, settings.same_set_point.relative).any(axis=1)
-        refit_mu = law.without_interval().predict(conditions, slip).traction_coefficient
+        refit_mu = refit.without_interval().predict(conditions, slip).traction_coefficient
         # a run measures one curve over the slip, but not one over another condition
-        prediction = law.predict(conditions, slip, whole_curve=abscissa == _SLIP)
+        prediction = refit.predict(conditions, slip, whole_curve=abscissa == _SLIP)
         interval_of_next_run = {"lower": prediction.obs_ci_lower, "upper": prediction.obs_ci_upper}
         look: style.Look = {
             "color": style.oil_colour(oil, list(settings.oils)),
@@ -250,7 +252,7 @@ def _draw_refit(
             "markeredgewidth": 0.7,
             "markersize": 3,
             "linewidth": 0.9,
-            "marker": style.MARKERS[index % len(style.MARKERS)],
+            "marker": style.MARKERS[curve_index % len(style.MARKERS)],
             "linestyle": style.LINES["fit"],
             "markevery": symbol_indices,
         }
@@ -258,7 +260,7 @@ def _draw_refit(
             "oil": oil,
             "label": style.level_phrases({line_condition: level}),
         }
-        is_middle = index == len(curve_levels) // 2
+        is_middle = curve_index == len(curve_levels) // 2
         panel.line(
             "refit",
             x,
@@ -268,8 +270,8 @@ def _draw_refit(
             **(interval_of_next_run if is_middle else {}),
         )
         largest_mu = max(largest_mu, refit_mu.max())
-        if "printed" in laws:
-            printed_mu = laws["printed"].predict(conditions, slip).traction_coefficient
+        if "printed" in law_by_series:
+            printed_mu = law_by_series["printed"].predict(conditions, slip).traction_coefficient
             panel.line("printed", x, printed_mu, _comparison_look(), **oil_and_label)
             largest_mu = max(largest_mu, printed_mu.max())
     for start, end in _intervals_where(x, is_beyond_tests):
@@ -289,7 +291,7 @@ def _draw_truth(
         panel: The panel.
         truth: Rows of the table `extrapolation` of one oil and figure.
         fixed_levels: Levels of the panel.
-        cut: Condition along the abscissa, and condition that tells the lines apart.
+        cut: Condition along the abscissa, and condition that differs between the lines.
 
     Returns:
         The largest mu; 0 without a truth.
@@ -326,7 +328,7 @@ def _comparison_look() -> style.Look:
 
 
 def _intervals_where(x: FloatArray, is_true: Any) -> Iterator[tuple[float, float]]:
-    """Where flags along an axis are true, from half way before to half way behind."""
+    """Intervals of an axis where flags are true; each begins and ends half way between points."""
     borders: FloatArray = np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
     changes = np.flatnonzero(np.diff(np.concatenate([[False], is_true, [False]])))
     for start, end in changes.reshape(-1, 2):
@@ -357,7 +359,8 @@ def _legend_entries(
     return [*handles, _BEYOND]
 
 
-Fit = Mapping[str, Any]  # a row of a table
+# A row of the table `fit_quality`.
+FitRow = Mapping[str, Any]
 _MU, _LEFT_OUT_MU = "traction_coefficient", "left_out_traction_coefficient"
 _UNIT_OF_TEXTS = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _WANG_DENG = "wang-deng"
@@ -412,7 +415,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     for axis in (near_zero_axis, error_axis):
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(style.CONDITION_LABELS["slide_roll_ratio"])
-    _zoom(near_zero_axis, sheet.drawn())
+    _zoom_to_zero_slip(near_zero_axis, sheet.drawn())
     zero_slip_panel.axis.set_ylabel(style.TRACTION_LABEL)
     near_zero_axis.set_ylabel(f"{style.MU} ({style.THOUSANDTHS})")
     error_axis.set_ylabel(f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})")
@@ -421,17 +424,17 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     labels = {
         "fit": "fit to all curves",
         "left out": "fit to all other curves",
-        "Eq. 7": f"{law_name(DENG2026.name)}, fit to all other curves",
+        "Eq. 7": f"{law_title(DENG2026.name)}, fit to all other curves",
     }
     line_handles = [
         style.line_handle(label, linestyle=_LINESTYLE_OF_SERIES[series], **black)
         for series, label in labels.items()
     ]
-    sheet.legend([*oil_handles, plateau, *line_handles], columns=1)
+    sheet.legend([*oil_handles, plateau, *line_handles], column_count=1)
     return sheet
 
 
-def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
+def _zoom_to_zero_slip(axis: Axes, drawn: pd.DataFrame) -> None:
     """Show what is near zero slip: a few times the largest mu(0), as far as the slowest rise."""
     panel_a = drawn[drawn["panel"] == "a"]
     mu_at_zero = panel_a.loc[panel_a["series"] == "zero slip", "y"]
@@ -446,30 +449,30 @@ def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
 def _draw_zero_slip(
     panel: Panel,
     near_zero_axis: Axes,
-    fit_by_law: Mapping[str, Fit],
+    fit_by_law: Mapping[str, FitRow],
     results: CampaignTables,
     settings: Settings,
 ) -> str:
-    """Of one oil: the curve at which a fit has the most traction without slip.
+    """Draw the curve of one oil at which a fit has the most traction without slip.
 
     Returns:
         The law, the conditions and mu without slip; empty if nothing was drawn.
     """
     mu_at_zero_of_laws = [
-        mu_at_zero_slip(results, fit["oil"], law, settings).assign(law=law)
-        for law, fit in fit_by_law.items()
-        if law.startswith(_WANG_DENG)
+        mu_at_zero_slip(results, fit["oil"], law_name, settings).assign(law=law_name)
+        for law_name, fit in fit_by_law.items()
+        if law_name.startswith(_WANG_DENG)
     ]
     if not sum(map(len, mu_at_zero_of_laws)):
         return ""
     candidates = pd.concat(mu_at_zero_of_laws, ignore_index=True)
-    chosen_law, run_id = candidates[["law", "run_id"]].to_numpy()[
+    chosen_law_name, run_id = candidates[["law", "run_id"]].to_numpy()[
         first_largest(candidates["y"].abs())
     ]
     curve, symbol_look, line_look, oil_and_label, label = _draw_measured(
-        panel, fit_by_law[chosen_law], run_id, results, settings
+        panel, fit_by_law[chosen_law_name], run_id, results, settings
     )
-    slip, mu = _fitted_curve(fit_by_law[chosen_law], curve, results, settings)
+    slip, mu = _fitted_curve(fit_by_law[chosen_law_name], curve, results, settings)
     near_zero_axis.plot(
         curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **line_look
     )
@@ -480,7 +483,7 @@ def _draw_zero_slip(
         0,
         1e3 * mu[0],
         **symbol_look | {"markersize": 5},
-        zorder=4 + (not fit_by_law[chosen_law]["certified"]),
+        zorder=4 + (not fit_by_law[chosen_law_name]["certified"]),
     )
     panel.keep("zero slip", 0.0, mu[0], **oil_and_label)
     return f"{label}; {style.MU}(0) = {_in_thousandths(mu[0])} {_UNIT_OF_TEXTS}"
@@ -489,52 +492,61 @@ def _draw_zero_slip(
 def _draw_left_out(
     panel: Panel,
     error_axis: Axes,
-    fit_by_law: Mapping[str, Fit],
+    fit_by_law: Mapping[str, FitRow],
     results: CampaignTables,
     settings: Settings,
 ) -> str:
-    """Of one oil: the curve whose error by a Wang-Deng law grows most when left out.
+    """Draw the curve of one oil whose error by a Wang-Deng law grows most when it is left out.
 
     Returns:
         The law, the conditions and the errors; empty if nothing was drawn.
     """
     oils = [fit["oil"] for fit in fit_by_law.values()][:1]
     fitted_points = results.law_points[results.law_points["oil"].isin(oils)]
-    rms = _rms_errors(fitted_points, results.points)
-    growth = {
-        law_and_run: left_out_rms - fit_rms
-        for law_and_run, (fit_rms, left_out_rms) in rms.items()
-        if law_and_run[0].startswith(_WANG_DENG) and not np.isnan(left_out_rms)
+    rms_by_curve = _rms_errors(fitted_points, results.points)
+    growth_by_curve = {
+        curve_key: left_out_rms - fit_rms
+        for curve_key, (fit_rms, left_out_rms) in rms_by_curve.items()
+        if curve_key[0].startswith(_WANG_DENG) and not np.isnan(left_out_rms)
     }
-    if not growth:
+    if not growth_by_curve:
         return ""
     # a law that comes to its special case grows as that does: the first of both
-    chosen_law, run_id = list(growth)[first_largest(list(growth.values()))]
+    chosen_law_name, run_id = list(growth_by_curve)[first_largest(list(growth_by_curve.values()))]
     curve, _, line_look, _, label = _draw_measured(
-        panel, fit_by_law[chosen_law], run_id, results, settings
+        panel, fit_by_law[chosen_law_name], run_id, results, settings
     )
-    for law, series in ((chosen_law, "fit"), (chosen_law, "left out"), (DENG2026.name, "left out")):
+    for law_name, series in (
+        (chosen_law_name, "fit"),
+        (chosen_law_name, "left out"),
+        (DENG2026.name, "left out"),
+    ):
         column = _LEFT_OUT_MU if series == "left out" else _MU
         plateaus = _with_positive_slip(
-            fitted_points[(fitted_points["law"] == law) & (fitted_points["run_id"] == run_id)]
+            fitted_points[(fitted_points["law"] == law_name) & (fitted_points["run_id"] == run_id)]
         )
-        if law not in fit_by_law or plateaus[column].isna().any():
+        if law_name not in fit_by_law or plateaus[column].isna().any():
             continue
         slip_of_plateaus = plateaus["slide_roll_ratio"].to_numpy()
         mu_of_plateaus = plateaus[column].to_numpy()
         # a fit without the curve is known at its plateaus alone
         drawn_slip, drawn_mu = slip_of_plateaus, mu_of_plateaus
         if series == "fit":
-            drawn_slip, drawn_mu = _fitted_curve(fit_by_law[law], curve, results, settings)
-        dashes = {"linestyle": _LINESTYLE_OF_SERIES["Eq. 7" if law == DENG2026.name else series]}
-        oil_and_label: style.Look = {"oil": fit_by_law[law]["oil"], "label": f"{law}, run {run_id}"}
+            drawn_slip, drawn_mu = _fitted_curve(fit_by_law[law_name], curve, results, settings)
+        dashes = {
+            "linestyle": _LINESTYLE_OF_SERIES["Eq. 7" if law_name == DENG2026.name else series]
+        }
+        oil_and_label: style.Look = {
+            "oil": fit_by_law[law_name]["oil"],
+            "label": f"{law_name}, run {run_id}",
+        }
         panel.line(series, drawn_slip, drawn_mu, line_look | dashes, **oil_and_label)
         dot_look: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
         difference = mu_of_plateaus - curve[_MU].to_numpy()
         error_axis.plot(slip_of_plateaus, 1e3 * difference, **line_look | dashes | dot_look)
-    label += f"; rms error {_growth_text(*rms[chosen_law, run_id])}"
-    if (DENG2026.name, run_id) in rms:
-        label += f"; Eq. 7: {_growth_text(*rms[DENG2026.name, run_id])}"
+    label += f"; rms error {_growth_text(*rms_by_curve[chosen_law_name, run_id])}"
+    if (DENG2026.name, run_id) in rms_by_curve:
+        label += f"; Eq. 7: {_growth_text(*rms_by_curve[DENG2026.name, run_id])}"
     return label
 
 
@@ -557,15 +569,33 @@ def _rms_errors(
     squares_by_curve = errors.pow(2).groupby([compared["law"], compared["run_id"]], sort=False)
     rms_rows = (squares_by_curve.mean() ** 0.5).reset_index().to_numpy().tolist()
     return {
-        (str(law), str(run_id)): (fit_rms, left_out_rms)
-        for law, run_id, fit_rms, left_out_rms in rms_rows
+        (str(law_name), str(run_id)): (fit_rms, left_out_rms)
+        for law_name, run_id, fit_rms, left_out_rms in rms_rows
     }
 
 
+class _DrawnCurve(NamedTuple):
+    """A measured curve that has been drawn, and how to draw its fits.
+
+    Attributes:
+        points: Its points, by slip.
+        symbol_look: Symbol of the oil.
+        line_look: Look of the lines of fits.
+        oil_and_label: Oil and label of the kept rows.
+        label: The law and the conditions, in words.
+    """
+
+    points: pd.DataFrame
+    symbol_look: style.Look
+    line_look: style.Look
+    oil_and_label: style.Look
+    label: str
+
+
 def _draw_measured(
-    panel: Panel, fit: Fit, run_id: str, results: CampaignTables, settings: Settings
-) -> tuple[pd.DataFrame, style.Look, style.Look, style.Look, str]:
-    """Draw a curve as measured; give it with the looks of symbol and lines, and what it is."""
+    panel: Panel, fit: FitRow, run_id: str, results: CampaignTables, settings: Settings
+) -> _DrawnCurve:
+    """Draw a curve as measured."""
     curve = _with_positive_slip(results.points.query("accepted and run_id == @run_id"))
     symbol_look = symbol_of(fit, list(settings.oils))
     x, y = curve["slide_roll_ratio"], curve["traction_coefficient"]
@@ -586,21 +616,17 @@ def _draw_measured(
         upper=y + half_interval,
         **oil_and_label,
     )
-    levels = [f"{curve[name].mean():.3g} {CONDITION_NAMES[name][2]}" for name in CONDITIONS]
-    label = f"{law_name(fit['law'])}; {', '.join(levels)}"
+    level_texts = [f"{curve[name].mean():.3g} {CONDITION_TEXTS[name][2]}" for name in CONDITIONS]
+    label = f"{law_title(fit['law'])}; {', '.join(level_texts)}"
     if not fit["certified"]:
         label += ", not certified"
-    return (
-        curve,
-        symbol_look,
-        {"color": symbol_look["color"], "linewidth": 0.9},
-        oil_and_label,
-        label,
+    return _DrawnCurve(
+        curve, symbol_look, {"color": symbol_look["color"], "linewidth": 0.9}, oil_and_label, label
     )
 
 
 def _fitted_curve(
-    fit: Fit, curve: pd.DataFrame, results: CampaignTables, settings: Settings
+    fit: FitRow, curve: pd.DataFrame, results: CampaignTables, settings: Settings
 ) -> tuple[FloatArray, FloatArray]:
     """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well."""
     law = laws_of(fit["oil"], settings)[fit["law"]]
@@ -611,9 +637,9 @@ def _fitted_curve(
 
 
 def _with_positive_slip(points: pd.DataFrame) -> pd.DataFrame:
-    """Points by slip, as if slipping in the positive direction."""
-    side = np.where(points["slide_roll_ratio"] < 0, -1.0, 1.0)
-    turned = points.filter(regex="slide_roll_ratio$|traction_coefficient$").mul(side, axis="index")
+    """Points in the order of slip; mu and slip of negative slips have their signs turned."""
+    sign = np.where(points["slide_roll_ratio"] < 0, -1.0, 1.0)
+    turned = points.filter(regex="slide_roll_ratio$|traction_coefficient$").mul(sign, axis="index")
     return points.assign(**turned).sort_values("slide_roll_ratio", kind="stable")
 
 

@@ -7,7 +7,13 @@ rule paper:
     "The paper's constants, signs and claims beside the fit; fits beside a simulated truth."
     input:
         **finished(
-            "points", "runs", *FITTED, "surface_sizes", "torque", "torque_control", "cage_slip"
+            "points",
+            "runs",
+            *FIT_TABLE_NAMES,
+            "surface_sizes",
+            "torque",
+            "torque_control",
+            "cage_slip",
         ),
         printed=reference_file("printed_coefficients"),
         claims=reference_file("claims"),
@@ -34,7 +40,7 @@ if CAMPAIGN.torque is not None:
     rule slip_advice:
         "The paper's advice on oils beside the best oil by cage slip, and published bearing tests."
         input:
-            **finished("cage_slip", *FITTED),
+            **finished("cage_slip", *FIT_TABLE_NAMES),
             published=reference_file("bearing_tests"),
             printed=reference_file("printed_coefficients"),
         output:

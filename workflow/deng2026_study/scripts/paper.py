@@ -10,11 +10,11 @@ from deng2026_study.settings import study_settings
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import read_surface
 from oilfilm.tables import empty
-from simulated_lab.printed import printed_constants
+from simulated_lab.printed import read_printed_constants
 
 with run.job(snakemake) as job:
     printed_file, claims_file = Path(snakemake.input.printed), Path(snakemake.input.claims)
-    constants, oils = printed_constants(printed_file), list(job.settings.oils)
+    constants, oils = read_printed_constants(printed_file), list(job.settings.oils)
     study = study_settings(job.settings)
     judged = judge_printed(job.tables.configured, constants, oils, study.printed)
     traction_max = job.settings.gates.traction_max

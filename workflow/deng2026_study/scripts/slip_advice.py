@@ -8,13 +8,13 @@ from deng2026_study.published_tests import published_tests_table
 from deng2026_study.reference import PublishedBearingTests
 from oilfilm.settings.messages import load
 from oilfilm.torque.bearing_torque import oils_in_bearings
-from simulated_lab.printed import printed_constants
+from simulated_lab.printed import read_printed_constants
 
 with run.job(snakemake) as job:
     published_tests = load(Path(snakemake.input.published), PublishedBearingTests)
     oils = oils_in_bearings(job.tables.coefficients, job.tables.fit_quality, job.settings)
     table_by_name = advice_in_band(oils, job.tables, job.settings)
-    constants = printed_constants(Path(snakemake.input.printed))
+    constants = read_printed_constants(Path(snakemake.input.printed))
     advice, band = table_by_name["slip_advice"], table_by_name["advice_band"]
     table_by_name |= advice_by_truth(advice, band, job.tables, job.settings, constants)
     table_by_name["published_tests"] = published_tests_table(published_tests, oils, job.settings)

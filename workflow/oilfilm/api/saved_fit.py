@@ -15,13 +15,18 @@ from oilfilm.base.atomic_write import atomic_folder, write_bytes, write_text
 from oilfilm.base.digests import file_digest
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
-from oilfilm.exports.campaign import export, export_campaign
-from oilfilm.exports.description import describe, identifiers
+from oilfilm.exports.campaign import export_campaign, export_oil
+from oilfilm.exports.description import describe, make_identifiers
 from oilfilm.fits.soundness import finished_fits
 from oilfilm.logs.base import SET_POINT_KEYS
-from oilfilm.report.html import html
-from oilfilm.report.sections.build import answer, constants, fits, laws
-from oilfilm.report.text import text
+from oilfilm.report.html import html_report
+from oilfilm.report.sections.build import (
+    answer_section,
+    constants_section,
+    fits_section,
+    laws_section,
+)
+from oilfilm.report.text import text_report
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -52,10 +57,10 @@ def save_fit(fit: ArrayFit, folder: Path) -> None:
     results, settings, provenance = as_campaign(fit, name)
     footer = {"campaign": name, "data": "measured", **provenance}
     sections = [
-        answer(results, settings),
-        fits(results),
-        constants(results),
-        laws(results, settings),
+        answer_section(results, settings),
+        fits_section(results),
+        constants_section(results),
+        laws_section(results, settings),
     ]
     shown_sections = [section for section in sections if section]
     with atomic_folder(folder) as temporary:
@@ -64,10 +69,10 @@ def save_fit(fit: ArrayFit, folder: Path) -> None:
             tables.write(results.table(table), table, file, footer)
         for name_of_export, content in export_campaign(results, settings, provenance).items():
             write_bytes(content, temporary / "exports" / name_of_export)
-        summary = text(shown_sections, settings.campaign, _CONTENTS)
+        summary = text_report(shown_sections, settings.campaign, _CONTENTS)
         write_text(summary, temporary / "summary.txt")
         # no run was refused, so that the folder of their pages is not read
-        page = html(
+        page = html_report(
             shown_sections,
             results,
             pngs=[],
@@ -86,9 +91,9 @@ def export_fit(fit: ArrayFit, path: Path) -> None:
     """
     results, settings, provenance = as_campaign(fit, "arrays")
     law = LAWS[settings.fit.law]
-    identifier = identifiers([fit.oil])[fit.oil]
+    identifier = make_identifiers([fit.oil])[fit.oil]
     description = describe(results, fit.oil, identifier, law, settings)
-    files = export(description, provenance)
+    files = export_oil(description, provenance)
     content_by_ending: dict[str, bytes] = {}
     for file, content in files.items():
         # the first of several files with one ending

@@ -77,7 +77,7 @@ def _declaration(name: str) -> dict[str, Any]:
     return declared
 
 
-def tables_by_need(name: str) -> Mapping[tuple[str, ...], tuple[str, ...]]:
+def table_names_by_need(name: str) -> Mapping[tuple[str, ...], tuple[str, ...]]:
     """Tables of a package, by the keys that a campaign must have for them, as `torque`, `twin`."""
     entries = _declaration(name)["tables"]
     return {tuple(entry["needs"]): tuple(entry["names"]) for entry in entries}

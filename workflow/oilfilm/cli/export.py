@@ -8,7 +8,7 @@ from oilfilm.base.atomic_write import write_bytes
 from oilfilm.base.digests import file_digest
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import portable
-from oilfilm.exports.campaign import in_folders
+from oilfilm.exports.campaign import export_oils
 
 
 def run(options: argparse.Namespace) -> int:
@@ -26,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     }
     if options.folder.exists():
         raise OilfilmError(f"{options.folder}: exists already. Name a new folder.")
-    for name, content in in_folders(fits, provenance).items():
+    for name, content in export_oils(fits, provenance).items():
         write_bytes(content, options.folder / name)
         print(options.folder / name)
     return 0

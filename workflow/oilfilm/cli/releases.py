@@ -29,11 +29,13 @@ def run(options: argparse.Namespace) -> int:
 def _verify(options: argparse.Namespace) -> int:
     """Check whether a release is unchanged and, with `--rebuild`, whether it can be made again."""
     stored = StoredRelease.open(options.release)
-    changes = stored.changes()
+    changes = stored.find_changes()
     if changes:
         print(f"{options.release}: {len(changes)} files are not as released:", *changes, sep="\n")
         return 1
-    checked_files = "the files in the pin" if stored.pinned else f"all {len(stored.files)} files"
+    checked_files = (
+        "the files in the pin" if stored.is_pin else f"all {len(stored.record_by_path)} files"
+    )
     # without buffering: a rebuild takes minutes
     print(f"{printable(stored.manifest.version)}: {checked_files} are as released", flush=True)
     if not options.rebuild:

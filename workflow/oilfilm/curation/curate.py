@@ -392,7 +392,7 @@ def with_campaign_warnings(
     ):
         sentences_by_run[run_id].append(sentence)
     warnings = [tuple(sentences_by_run.get(run_id, ())) for run_id in runs["run_id"]]
-    return runs.assign(warning=tables.lists(warnings, runs.index))
+    return runs.assign(warning=tables.list_column(warnings, runs.index))
 
 
 def _rig_warnings(
@@ -656,7 +656,7 @@ def _measure_runs(
         else:
             warnings.append(warnings_about(run))
             too_short += [replace(level, run_id=run_id) for level in run.too_short]
-    runs = runs.assign(warning=tables.lists(warnings, runs.index))
+    runs = runs.assign(warning=tables.list_column(warnings, runs.index))
     points = _table_of_plateaus(plateaus_of_run, runs.set_index("run_id"), rig)
     return _MeasuredRuns(points, runs, refused, too_short, rig)
 
@@ -913,7 +913,7 @@ def _table_of_plateaus(
     points = rig.complete(points.assign(**measured))
     # without any load mu is larger than a table may hold
     numbers = points.select_dtypes("float")
-    return points.assign(**numbers.mask(numbers.abs() >= tables.LARGEST))
+    return points.assign(**numbers.mask(numbers.abs() >= tables.LARGEST_NUMBER))
 
 
 def _judge(measured: _MeasuredRuns) -> Curated:
@@ -924,7 +924,8 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     unrefused = ~points["run_id"].isin(list(refused))
     refused_by_plateaus = list(runs_not_usable(points[unrefused], failed_by_gate[unrefused], rig))
     points = points.assign(
-        failed_gates=failed_gates.names_of(failed_by_gate), accepted=~failed_by_gate.any(axis=1)
+        failed_gates=failed_gates.gate_name_lists(failed_by_gate),
+        accepted=~failed_by_gate.any(axis=1),
     )
     points = _refuse_plateaus(points, list(refused.values()), type(rig))
     # plateaus of runs that are refused by their plateaus stay in the table of every rig. Accepted
@@ -985,6 +986,6 @@ def _with_verdicts(
         **pd.DataFrame(rules_and_reasons, runs.index, ["rule", "reason"], dtype="str"),
         plateaus=plateaus,
         accepted_points=accepted,
-        warning=tables.lists(warnings, runs.index),
+        warning=tables.list_column(warnings, runs.index),
         verdict=np.where(accepted > 0, "accepted", "refused"),
     ).reset_index(drop=True)

@@ -42,9 +42,9 @@ from oilfilm.exports.description import (
     Description,
     describe,
     exponent_meaning,
-    identifiers,
+    make_identifiers,
     number_or_none,
-    plain,
+    plain_text,
 )
 from oilfilm.exports.languages import C_LANGUAGE, FORTRAN, MATLAB, MODELICA, PYTHON, TEMPLATES
 from oilfilm.fits.certificate_sentences import certificate
@@ -56,7 +56,7 @@ from oilfilm.traction.expression import Form, Language
 
 # ---------------------------------------------------------------- workbook
 
-# Spreadsheets lack two functions; these forms have no cancellation at small x.
+# Spreadsheets lack expm1 and log1p. These forms lose no digits by cancellation at small x.
 _EXPM1 = "IF({0}>0.5,EXP({0})-1,2*TANH({0}/2)/(1-TANH({0}/2)))"
 _LOG1P = "2*ATANH({0}/(2+{0}))"
 _FUNCTIONS_OF_SAME_NAME = ("exp", "sqrt", "tanh", "asinh", "abs", "sign")
@@ -86,7 +86,7 @@ def workbook(description: Description) -> bytes:
     """
     book = Workbook()
     book.properties.creator = "oilfilm"
-    book.properties.title = f"Traction coefficient of the oil {plain(description.oil)}"
+    book.properties.title = f"Traction coefficient of the oil {plain_text(description.oil)}"
     book.properties.created = _FIXED_TIME
     book.properties.modified = _FIXED_TIME
     book.calculation = CalcProperties(fullCalcOnLoad=True)
@@ -134,8 +134,8 @@ def _fill_sheet(sheet: Any, description: Description) -> None:
     _add_row(sheet, "Steps", font=_BOLD)
     spreadsheet_language = Language(_SPREADSHEET_FORMS, identifier=lambda name: cell_of_name[name])
     for name, expression_of_step in description.steps(constants_by_name=True):
-        row = _add_row(sheet, name, f"={spreadsheet_language.write(expression_of_step)}")
-        cell_of_name[name] = f"$B${row}"
+        step_row = _add_row(sheet, name, f"={spreadsheet_language.write(expression_of_step)}")
+        cell_of_name[name] = f"$B${step_row}"
     mu_size_cell = cell_of_name["mu"]
     mu_formula = f"IF({cell_of_name[SLIP]}<0,-{mu_size_cell},{mu_size_cell})"
     positivity_formulas = [
@@ -149,7 +149,7 @@ def _fill_sheet(sheet: Any, description: Description) -> None:
 
 def _add_head(sheet: Any, description: Description) -> None:
     """Write the oil, the origin of the constants, the quality of the fit and the law."""
-    _add_row(sheet, f"Traction coefficient of the oil {plain(description.oil)}", font=_TITLE)
+    _add_row(sheet, f"Traction coefficient of the oil {plain_text(description.oil)}", font=_TITLE)
     _add_row(sheet, description.origin, font=_BOLD)
     for line in (*description.fit_sentences, *description.law_sentences):
         _add_row(sheet, line)
@@ -165,10 +165,10 @@ def _add_inputs(sheet: Any, description: Description) -> tuple[dict[str, str], s
         The cell of each argument by name, and a formula for the number of arguments outside.
     """
     _add_row(sheet, "Type numbers into the yellow cells", font=_BOLD)
-    heads = ("symbol", "value", "unit", "tested from", "to", "", "meaning")
-    head_row = _add_row(sheet, *heads, font=_BOLD)
+    headings = ("symbol", "value", "unit", "tested from", "to", "", "meaning")
+    heading_row = _add_row(sheet, *headings, font=_BOLD)
     cell_of_name = {}
-    for condition in (*description.arguments, description.slip):
+    for condition in (*description.arguments, description.slip_condition):
         lower, upper = condition.tested
         meaning = condition.meaning
         # a first value that the user replaces: the middle of the range, and a small slip
@@ -194,7 +194,7 @@ def _add_inputs(sheet: Any, description: Description) -> tuple[dict[str, str], s
         )
         sheet.cell(row, 2).fill = _INPUT_COLOUR
         cell_of_name[condition.name] = f"$B${row}"
-    return cell_of_name, f'COUNTIF(F{head_row + 1}:F{sheet.max_row},"OUTSIDE")'
+    return cell_of_name, f'COUNTIF(F{heading_row + 1}:F{sheet.max_row},"OUTSIDE")'
 
 
 def _add_constants(sheet: Any, description: Description) -> dict[str, str]:
@@ -210,7 +210,7 @@ def _add_constants(sheet: Any, description: Description) -> dict[str, str]:
     cell_of_name = {}
     for coefficient in law.coefficient_names:
         names = [f"{coefficient}{number}" for number in range(len(exponents) + 1)]
-        row = _add_row(sheet, coefficient, *(description.values[name] for name in names))
+        row = _add_row(sheet, coefficient, *(description.value_by_constant[name] for name in names))
         # column A has the name of the coefficient
         for column, name in zip(_COLUMN_LETTERS[1:], names, strict=False):
             cell_of_name[name] = f"${column}${row}"
@@ -250,8 +250,8 @@ _CSV_COLUMNS = [
 ]
 
 
-def csv_table(description: Description) -> str:
-    """One row per quantity, each with its oil and law: tables of several oils can be joined.
+def constants_csv(description: Description) -> str:
+    """The csv file: one row per quantity, with oil and law, so that files of oils can be joined.
 
     `kind` is constant, reference (where every power is 1), level (the one level of a condition
     that gives no exponent), tested minimum or tested maximum.
@@ -260,13 +260,13 @@ def csv_table(description: Description) -> str:
     intervals = pd.DataFrame(constants["interval"].tolist(), columns=["lower", "upper"])
     constants = constants.join(intervals).rename(columns={"name": "quantity"})
     constants = constants.assign(kind="constant")
-    slip = replace(description.slip, name=f"|{SLIP}|", meaning=SLIP_MEANING)
+    slip = replace(description.slip_condition, name=f"|{SLIP}|", meaning=SLIP_MEANING)
     condition_rows: list[dict[str, Any]] = []
     for condition in (*description.conditions, slip):
         condition_rows += _condition_rows(condition)
     rows = pd.concat([constants, pd.DataFrame(condition_rows)], ignore_index=True)
     rows = rows[_CSV_COLUMNS].fillna({"verdict": ""}).astype({"value": float})
-    return csv_text(pd.DataFrame(description.identity, index=rows.index).join(rows))
+    return csv_text(pd.DataFrame(description.csv_identity, index=rows.index).join(rows))
 
 
 def _condition_rows(condition: Condition) -> list[dict[str, Any]]:
@@ -293,16 +293,16 @@ def _condition_rows(condition: Condition) -> list[dict[str, Any]]:
 
 def json_text(
     description: Description,
-    files: Mapping[str, str],
-    not_written: Mapping[str, str],
+    file_of_form: Mapping[str, str],
+    obstacle_of_form: Mapping[str, str],
     provenance: Mapping[str, Any],
 ) -> str:
-    """The description as JSON; null where a number is not known.
+    """The text of the JSON file; null where a number is not known.
 
     Args:
         description: The fit.
-        files: File of each form, beside this one.
-        not_written: Forms that have no file, with the reason.
+        file_of_form: Name of the file of each form, beside this one.
+        obstacle_of_form: Why a form has no file, by form.
         provenance: Digests of what the constants were made from.
     """
     law = description.law
@@ -335,14 +335,14 @@ def json_text(
             "source": law.source,
         },
         "conditions": [
-            asdict(condition) for condition in (*description.conditions, description.slip)
+            asdict(condition) for condition in (*description.conditions, description.slip_condition)
         ],
         "limiting_stress_over_pressure": description.limiting_stress_ratio,
         "constants": list(description.constants),
         "not_sound": list(description.fitted.warnings),
         "fit": _fit_as_json(description),
-        "files": files,
-        "not_written": not_written,
+        "files": file_of_form,
+        "not_written": obstacle_of_form,
         "provenance": dict(provenance),
     }
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
@@ -355,7 +355,7 @@ def _fit_as_json(description: Description) -> dict[str, Any] | None:
         return None
     misfit, run_scatter = description.misfit_and_scatter
     return {
-        "certified": description.certified,
+        "certified": description.is_certified,
         "verdict": certificate(quality),
         "not_sound_because": list(description.fitted.warnings),
         "points": int(quality["n_points"]),
@@ -381,14 +381,14 @@ _ADORE_UNITS = {
 
 
 def adore_csv(description: Description) -> str:
-    """One row per operating point, with the units in the column names."""
+    """The ADORE file: one row per operating point, with the units in the column names."""
     rows = pd.DataFrame(adore_rows(description))
     rows = rows.rename(columns={name: f"{name} [{unit}]" for name, unit in _ADORE_UNITS.items()})
-    return csv_text(pd.DataFrame(description.identity, index=rows.index).join(rows))
+    return csv_text(pd.DataFrame(description.csv_identity, index=rows.index).join(rows))
 
 
 def adore_rows(description: Description) -> list[dict[str, Any]]:
-    """The constants at each requested operating point, in the units of `_ADORE_UNITS`.
+    """The ADORE constants at each requested operating point, in the units of `_ADORE_UNITS`.
 
     Conditions on which the fit does not depend have their tested level. Operating points that are
     then the same occur once.
@@ -402,33 +402,33 @@ def adore_rows(description: Description) -> list[dict[str, Any]]:
 
 
 def adore_obstacle(description: Description) -> str:
-    """Why there are no such constants; empty where there are."""
+    """Why there are no ADORE constants; empty where there are."""
     law = description.law
     if law.adore is None:
         return f"the law {law.name} has not the form mu = (A + B u) exp(-C u) + D"
-    lacking: set[str] = set()
+    lacking_conditions: set[str] = set()
     for point in description.adore_points:
-        lacking |= set(law.conditions) - set(point)
-    if lacking:
-        return f"the points of exports.adore_points lack {', '.join(sorted(lacking))}"
+        lacking_conditions |= set(law.conditions) - set(point)
+    if lacking_conditions:
+        return f"the points of exports.adore_points lack {', '.join(sorted(lacking_conditions))}"
     return ""
 
 
-def _adore_row(description: Description, requested: Mapping[str, float]) -> dict[str, Any]:
-    """The constants at one operating point, in the units of `_ADORE_UNITS`.
+def _adore_row(description: Description, requested_point: Mapping[str, float]) -> dict[str, Any]:
+    """The ADORE constants at one operating point, in the units of `_ADORE_UNITS`.
 
     Args:
         description: The fit.
-        requested: The operating point, by column.
+        requested_point: The operating point, by column.
 
     Raises:
-        ValueError: The speed was not known in every run, so that the point has none.
+        ValueError: The point has no speed, because some run lacks it.
     """
     law = description.law
     fixed_names = {fixed.condition for fixed in description.fitted.coefficients.fixed}
     # NaN: `at_tested_levels` sets the tested level
     argument_values = [
-        np.nan if name in fixed_names else requested[name] for name in law.conditions
+        np.nan if name in fixed_names else requested_point[name] for name in law.conditions
     ]
     conditions = description.fitted.at_tested_levels(np.array([argument_values]))
     level_values = [number_or_none(level) for level in conditions[0]]
@@ -450,18 +450,23 @@ def _adore_row(description: Description, requested: Mapping[str, float]) -> dict
         "peak_mu": peak_mu,
         "outside_tested_box": description.is_outside_tested_box(groups),
         "peak_above_limiting_stress": peak_mu > description.limiting_stress_ratio,
-        "peak_outside_tested_slip": peak_slip > (description.slip.tested[1] or 0.0),
+        "peak_outside_tested_slip": peak_slip > (description.slip_condition.tested[1] or 0.0),
     }
 
 
 def _adore_constants(
-    description: Description, groups: FloatArray
+    description: Description, group_values: FloatArray
 ) -> tuple[float, float, float, float]:
-    """A, B, C and D over the slide-roll ratio, at one row of the law's groups."""
-    coefficients = description.coefficients_at(groups)
+    """A, B, C and D of mu over the slide-roll ratio.
+
+    Args:
+        description: The fit.
+        group_values: Value of each group of the law, shape (groups,).
+    """
+    coefficients = description.coefficients_at(group_values)
     nodes = {name: expression.name_node(name) for name in coefficients}
-    form = [expression.parse(text, nodes) for text in description.law.adore or ()]
-    evaluate = expression.compiled(list(coefficients), form)
+    expressions = [expression.parse(text, nodes) for text in description.law.adore or ()]
+    evaluate = expression.compiled(list(coefficients), expressions)
     a, b, c, d = evaluate(*coefficients.values())
     return float(a), float(b), float(c), float(d)
 
@@ -472,8 +477,8 @@ class _ExportForm(NamedTuple):
     Attributes:
         file: Name of its file, with `*` for the oil.
         users: Programs that read it.
-        use: How a user takes it into use.
-        write: Makes its content.
+        use: What a user does with it.
+        write: Function that makes its content.
     """
 
     file: str
@@ -482,7 +487,8 @@ class _ExportForm(NamedTuple):
     write: Callable[[Description], str | bytes]
 
 
-# These need all coefficients of the law.
+# Forms of export by name. Each needs all coefficients of the law. CSV and JSON do not, and are not
+# here.
 FORMS = {
     "Python": _ExportForm(
         "traction_*.py", "Python", "import it; needs NumPy; arrays too", PYTHON.source
@@ -511,7 +517,7 @@ def export_campaign(
 
     Args:
         results: Tables `points`, `coefficients`, `fit_quality` and `soundness`.
-        settings: `campaign`, `fit`, `exports` and `studies` of them.
+        settings: At least `campaign`, `fit`, `exports` and `studies`.
         provenance: Digests of code, settings and inputs.
 
     Returns:
@@ -520,7 +526,7 @@ def export_campaign(
     """
     law = LAWS[settings.fit.law]
     quality = results.fit_quality
-    identifier_of_oil = identifiers(quality.loc[quality["law"] == law.name, "oil"])
+    identifier_of_oil = make_identifiers(quality.loc[quality["law"] == law.name, "oil"])
     descriptions = [
         describe(results, oil, identifier, law, settings)
         for oil, identifier in identifier_of_oil.items()
@@ -533,30 +539,30 @@ def export_campaign(
         if files_of_study:
             files_of_studies |= files_of_study
             sentences_of_studies += f"\n{study.exported}\n"
-    return in_folders(descriptions, digests, sentences_of_studies) | files_of_studies
+    return export_oils(descriptions, digests, sentences_of_studies) | files_of_studies
 
 
-def in_folders(
+def export_oils(
     descriptions: Sequence[Description], provenance: Mapping[str, Any], text_below: str = ""
 ) -> dict[str, bytes]:
-    """Several oils in every form, and the page that lists them.
+    """The constants of several oils in every form, and a page that lists them.
 
     Args:
-        descriptions: One per oil; a folder of its identifier has its files.
+        descriptions: One per oil. The files of an oil are in a folder with its identifier.
         provenance: Digests of what they were made from.
-        text_below: Text below the list.
+        text_below: Text below the list of oils on the page.
 
     Returns:
         Content of each file, by path.
     """
     files = {"README.md": _readme_page(descriptions, text_below).encode()}
     for description in descriptions:
-        for file_name, content in export(description, provenance).items():
+        for file_name, content in export_oil(description, provenance).items():
             files[f"{description.identifier}/{file_name}"] = content
     return files
 
 
-def export(description: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
+def export_oil(description: Description, provenance: Mapping[str, Any]) -> dict[str, bytes]:
     """One oil's constants in every form.
 
     Args:
@@ -568,20 +574,20 @@ def export(description: Description, provenance: Mapping[str, Any]) -> dict[str,
     """
     csv_file = f"traction_{description.identifier}.csv"
     file_of_form = {"CSV": csv_file}
-    not_written = {}
-    content_of_file: dict[str, str | bytes] = {csv_file: csv_table(description)}
+    obstacle_of_form = {}
+    content_of_file: dict[str, str | bytes] = {csv_file: constants_csv(description)}
     for form_name, form in FORMS.items():
         obstacle = description.obstacle
         if not obstacle and form_name == "ADORE":
             obstacle = adore_obstacle(description)
         if obstacle:
-            not_written[form_name] = obstacle
+            obstacle_of_form[form_name] = obstacle
             continue
         file_name = form.file.replace("*", description.identifier)
         file_of_form[form_name] = file_name
         content_of_file[file_name] = form.write(description)
     json_file = f"traction_{description.identifier}.json"
-    content_of_file[json_file] = json_text(description, file_of_form, not_written, provenance)
+    content_of_file[json_file] = json_text(description, file_of_form, obstacle_of_form, provenance)
     bytes_of_file = {}
     for file_name, content in content_of_file.items():
         bytes_of_file[file_name] = content.encode() if isinstance(content, str) else content
@@ -590,11 +596,11 @@ def export(description: Description, provenance: Mapping[str, Any]) -> dict[str,
 
 def _readme_page(descriptions: Sequence[Description], text_below: str) -> str:
     """A page in Markdown: the oils, and the programs that read each file."""
-    oils = []
+    rows = []
     for description in descriptions:
-        oils.append(
+        rows.append(
             {
-                "name": plain(description.oil),
+                "name": plain_text(description.oil),
                 "folder": description.identifier,
                 "certificate": description.certificate,
                 "depends": _variables_of_mu(description),
@@ -602,14 +608,14 @@ def _readme_page(descriptions: Sequence[Description], text_below: str) -> str:
         )
     return TEMPLATES.get_template("README.md.jinja").render(
         origins=dict.fromkeys(description.origin for description in descriptions),
-        oils=oils,
+        oils=rows,
         forms=FORMS.values(),
         below=text_below,
     )
 
 
 def _variables_of_mu(description: Description) -> str:
-    """The variables of mu, and the levels of the other conditions."""
+    """The variables on which mu depends, and the levels of the other conditions, as text."""
     if description.obstacle:
         return "unknown"
     symbols = ", ".join([condition.symbol for condition in description.arguments] + ["S"])

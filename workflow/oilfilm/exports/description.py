@@ -2,7 +2,7 @@
 
 Its sentences are the head of every exported file, as lines of plain text. Names of oils and
 sentences of a campaign file are untrusted: they must not end an identifier or a comment. Only a
-short list of characters passes (`plain`, `identifiers`).
+short list of characters passes (`plain_text`, `make_identifiers`).
 """
 
 import hashlib
@@ -44,11 +44,11 @@ _DIGEST_LETTERS = 8
 _NOT_PLAIN = re.compile(r"[^A-Za-z0-9 .,:;()<>=+/%'_-]")
 
 
-def plain(text: str) -> str:
-    """The text on one line, without accents, and '_' for what could end a comment or a string.
+def plain_text(text: str) -> str:
+    """The text on one line, without accents, with '_' for each character that is not allowed.
 
     Examples:
-        >>> plain('*/ int x; /*')
+        >>> plain_text('*/ int x; /*')
         '_/ int x; /_'
     """
     decomposed = unicodedata.normalize("NFKD", text)
@@ -56,26 +56,29 @@ def plain(text: str) -> str:
     return _NOT_PLAIN.sub("_", " ".join("".join(letters).split()))
 
 
-def identifiers(oils: Iterable[str]) -> Mapping[str, str]:
+def make_identifiers(oil_names: Iterable[str]) -> Mapping[str, str]:
     """The identifier of each oil, for names in code and of files.
 
-    Identifiers are in lower case, because Fortran and some file systems do not distinguish case. An
-    identifier that is empty, too long or that of another oil, too, gets a digest of the oil's name.
+    Identifiers are in lower case, because Fortran and some file systems do not distinguish case. If
+    an identifier would be empty, too long or the same for two oils, a digest of the oil's name is
+    added.
 
     Examples:
-        >>> identifiers(["4102", "Ester 5"])
+        >>> make_identifiers(["4102", "Ester 5"])
         {'4102': '4102', 'Ester 5': 'ester_5'}
     """
-    plain_names = {oil: re.sub(r"[^a-z0-9]+", "_", oil.lower()).strip("_") for oil in oils}
-    name_counts = Counter(plain_names.values())
+    stem_of_oil = {
+        oil_name: re.sub(r"[^a-z0-9]+", "_", oil_name.lower()).strip("_") for oil_name in oil_names
+    }
+    oil_count_of_stem = Counter(stem_of_oil.values())
     identifier_of_oil = {}
-    for oil, name in plain_names.items():
-        identifier = name
-        if not name or name_counts[name] > 1 or len(name) > _IDENTIFIER_LETTERS_MAX:
-            digest = hashlib.sha256(oil.encode()).hexdigest()[:_DIGEST_LETTERS]
-            start_of_name = name[: _IDENTIFIER_LETTERS_MAX - _DIGEST_LETTERS - 1]
-            identifier = f"{start_of_name}_{digest}".strip("_")
-        identifier_of_oil[oil] = identifier
+    for oil_name, stem in stem_of_oil.items():
+        identifier = stem
+        if not stem or oil_count_of_stem[stem] > 1 or len(stem) > _IDENTIFIER_LETTERS_MAX:
+            digest = hashlib.sha256(oil_name.encode()).hexdigest()[:_DIGEST_LETTERS]
+            start_of_stem = stem[: _IDENTIFIER_LETTERS_MAX - _DIGEST_LETTERS - 1]
+            identifier = f"{start_of_stem}_{digest}".strip("_")
+        identifier_of_oil[oil_name] = identifier
     return identifier_of_oil
 
 
@@ -102,8 +105,10 @@ class Condition:
         symbol: As in the law's equation.
         meaning: Its name in words.
         unit: Unit of the values below.
-        role: "fixed" where the data give no exponent: mu is known only where it was tested.
-        level: Its level; None where it is an argument, varies in step with others, or is unknown.
+        role: "argument" of the exported functions; "fixed" where the data give no exponent, so that
+            mu is known only where the condition was tested.
+        level: The one level at which it was tested. None where it is an argument, varies in step
+            with other conditions, or is unknown.
         reference: Value at which its power is 1; None for S.
         tested: Smallest and largest value tested, of |S| for S; None where unknown.
     """
@@ -141,8 +146,8 @@ class Description:
     """One oil's constants, with everything that their user must know.
 
     Attributes:
-        oil: Name as in the configuration, untrusted.
-        identifier: Its name in file names and identifiers.
+        oil: Name of the oil as in the configuration, untrusted.
+        identifier: Its name in file names and make_identifiers.
         campaign: The campaign behind the fit; None where the constants are published ones.
         fitted: The law with its constants.
         conditions: The variables of the law's coefficients, in the law's order.
@@ -150,7 +155,7 @@ class Description:
         quality: The oil's row of the table `fit_quality`; None for published constants.
         adore_points: Operating points (by column) at which the ADORE form is wanted.
         misfit_and_scatter: Misfit of the law and scatter of runs, relative; NaN where unknown.
-        published: Of published constants; None where they were fitted.
+        published: Source of published constants; None where they were fitted.
     """
 
     oil: str
@@ -166,28 +171,28 @@ class Description:
 
     @property
     def law(self) -> Law:
-        """The law that was fitted."""
+        """The law whose constants these are."""
         return self.fitted.law
 
     @property
     def kind_of_data(self) -> Literal["measured", "simulated", "printed"]:
-        """The kind of data behind the constants."""
+        """Whether the constants are from measured or simulated data, or are printed ones."""
         return "printed" if self.campaign is None else self.campaign.data
 
     @property
-    def certified(self) -> bool:
+    def is_certified(self) -> bool:
         """Whether there is a fit and all of its searches agree."""
         return self.quality is not None and bool(self.quality["certified"])
 
     @property
-    def identity(self) -> dict[str, Any]:
-        """The first columns of every row of a csv file: the source of the row."""
+    def csv_identity(self) -> dict[str, Any]:
+        """The first columns of every row of a csv file: where its constants come from."""
         return {
             "oil": self.oil,
             "law": self.law.name,
             "campaign": "" if self.campaign is None else self.campaign.name,
             "data": self.kind_of_data,
-            "certified": self.certified,
+            "certified": self.is_certified,
             "not_sound": "; ".join(self.fitted.warnings),
         }
 
@@ -207,8 +212,8 @@ class Description:
         return self.fitted.coefficients.limiting_stress_ratio
 
     @property
-    def slip(self) -> Condition:
-        """S; |S| counts as tested from 0, because traction is odd in S."""
+    def slip_condition(self) -> Condition:
+        """The slide-roll ratio S. |S| counts as tested from 0, because traction is odd in S."""
         tested = (0.0, number_or_none(self.fitted.coefficients.box[-1, 1]))
         meaning = f"{SLIP_MEANING}, of either sign"
         return Condition(SLIP, "S", meaning, "1", "argument", None, None, tested)
@@ -227,7 +232,7 @@ class Description:
 
     @property
     def power_meanings(self) -> str:
-        """These arguments in a few words: "pressure and speed"; empty without one."""
+        """The names of these arguments in words, as "pressure and speed"; empty without one."""
         meanings = [condition.meaning.partition(",")[0] for condition in self.power_arguments]
         if len(meanings) < 2:
             return "".join(meanings)
@@ -247,26 +252,29 @@ class Description:
 
     @property
     def obstacle(self) -> str:
-        """Why no function of mu can be written; empty where one can."""
+        """A sentence on why no function of mu can be written; empty where one can."""
         lacks_constants = np.isnan(self.fitted.coefficients.constants).any()
         return certificate(self.quality) if lacks_constants and self.quality else ""
 
     @property
-    def values(self) -> dict[str, float]:
-        """Every constant by its name, with those that the law gives."""
+    def value_by_constant(self) -> dict[str, float]:
+        """The value of every constant by its name, also of exponents that the law itself gives."""
         names = [constant.name for constant in self.law.constants]
         return dict(zip(names, self.fitted.coefficients.constants.tolist(), strict=True))
 
     def steps(self, *, constants_by_name: bool = False) -> list[tuple[str, Node]]:
-        """mu in straight-line form: name and value of each step from the arguments to "mu".
+        """mu as a list of steps, each the name and the expression of an intermediate value.
+
+        The first steps need only the arguments; the last one is "mu".
 
         mu is that of |S|; the exported functions give it the sign of S.
 
         Args:
-            constants_by_name: Whether a constant appears by its name; by its value otherwise.
+            constants_by_name: Whether expressions have the names of constants, not their values.
         """
         text_of_constant = {
-            name: name if constants_by_name else repr(value) for name, value in self.values.items()
+            name: name if constants_by_name else repr(value)
+            for name, value in self.value_by_constant.items()
         }
         steps = []
         for condition in self.arguments:
@@ -275,7 +283,7 @@ class Description:
             factors = [text_of_constant[f"{coefficient}0"]]
             for exponent_index, condition in enumerate(self.conditions, 1):
                 exponent_name = f"{coefficient}{exponent_index}"
-                if condition.role != "argument" or self.values[exponent_name] == 0:
+                if condition.role != "argument" or self.value_by_constant[exponent_name] == 0:
                     continue
                 if condition.name in self.law.exponential:
                     factors.append(
@@ -288,39 +296,39 @@ class Description:
         steps += self.law.steps
         return expression.parse_steps(steps, (*self.argument_names, *text_of_constant))
 
-    def coefficients_at(self, groups: FloatArray) -> dict[str, float]:
+    def coefficients_at(self, group_values: FloatArray) -> dict[str, float]:
         """The coefficients, with their signs, by name.
 
         Args:
-            groups: One row of the law's groups, shape (groups,).
+            group_values: Value of each group of the law, shape (groups,).
         """
         law = self.law
         is_followed = self.fitted.coefficients.followed
-        terms = np.where(is_followed, law.terms(groups), 0.0)
+        terms = np.where(is_followed, law.terms(group_values), 0.0)
         design = np.concatenate([[1.0], terms])[np.newaxis]
         sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
         signs = [coefficient.sign for coefficient in law.coefficients]
         return dict(zip(law.coefficient_names, (sizes * signs).tolist(), strict=True))
 
-    def is_outside_tested_box(self, groups: FloatArray) -> bool:
-        """Whether a row of the law's groups is outside the tested box, at any slip."""
+    def is_outside_tested_box(self, group_values: FloatArray) -> bool:
+        """Whether some values of the law's groups are outside the tested box, whatever the slip."""
         # an unknown end is NaN: every comparison with it is false
         tested_ends = np.array([condition.tested for condition in self.conditions], dtype=float)
-        is_inside = (tested_ends[:, 0] <= groups) & (groups <= tested_ends[:, 1])
+        is_inside = (tested_ends[:, 0] <= group_values) & (group_values <= tested_ends[:, 1])
         return not is_inside[self.fitted.coefficients.followed].all()
 
     # ------------------------------------------------------------ sentences
 
-    def header(self, sentences: Iterable[str], line_start: str, *results: str) -> str:
+    def header(self, sentences: Iterable[str], line_start: str, *result_sentences: str) -> str:
         """The head of a source file, as a comment whose lines begin with `line_start`.
 
         Args:
             sentences: One sentence for each argument: name, meaning, unit, range tested.
             line_start: What makes a line a comment.
-            results: Sentences on what the functions return.
+            result_sentences: Sentences on what the functions return.
         """
         texts = [
-            f"Traction coefficient mu (traction force over load) of the oil {plain(self.oil)}",
+            f"Traction coefficient mu (traction force over load) of the oil {plain_text(self.oil)}",
             "",
             self.origin,
             *self.fit_sentences,
@@ -333,7 +341,7 @@ class Description:
         texts += [f"  {sentence}" for sentence in sentences]
         if self.where_known:
             texts.append(f"Not an argument, because {KNOWN_WHERE_TESTED}: {self.where_known}")
-        texts += ["", *results, NOT_MARKED]
+        texts += ["", *result_sentences, NOT_MARKED]
         wrapper = textwrap.TextWrapper(_HEAD_WIDTH, subsequent_indent="  ")
         lines = []
         for text in texts:
@@ -349,8 +357,8 @@ class Description:
         campaign = present(self.campaign, "campaign", "the description of a fit")
         data = "SIMULATED DATA, not for design"
         if campaign.data == "measured":
-            data = plain(f"Measured data{credit(campaign)}")
-        return f"{data}. Campaign {plain(campaign.name)}: {plain(campaign.description)}"
+            data = plain_text(f"Measured data{credit(campaign)}")
+        return f"{data}. Campaign {plain_text(campaign.name)}: {plain_text(campaign.description)}"
 
     @property
     def fit_sentences(self) -> list[str]:
@@ -365,20 +373,22 @@ class Description:
             ]
             misfit = misfit_beside_scatter(*self.misfit_and_scatter)
             if misfit:
-                sentences.append(plain(misfit))
-        return sentences + [plain(f"NOT SOUND: {sentence}") for sentence in self.fitted.warnings]
+                sentences.append(plain_text(misfit))
+        return sentences + [
+            plain_text(f"NOT SOUND: {sentence}") for sentence in self.fitted.warnings
+        ]
 
     @property
     def certificate(self) -> str:
-        """The number of searches that agree; why the fit is not certified, where it is not."""
+        """A sentence: how many searches agree, or why the fit is not certified."""
         fit = self.quality
         if fit is None:
             return "as printed, not refitted: without errors and intervals"
-        return plain(certificate(fit))
+        return plain_text(certificate(fit))
 
     @property
     def law_sentences(self) -> list[str]:
-        """The law, its powers and its source."""
+        """Sentences on the law, its powers and its source."""
         law = self.law
         sentences = [f"Law {law.name}: {law.formula} for S >= 0, and mu(-S) = -mu(S)"]
         if self.arguments:
@@ -400,8 +410,8 @@ class Description:
 
     @property
     def slip_range(self) -> str:
-        """S in words, and its tested range."""
-        return f"S, {SLIP_MEANING}, either sign; |S| {range_text(*self.slip.tested)}"
+        """The slide-roll ratio in words, with its tested range."""
+        return f"S, {SLIP_MEANING}, either sign; |S| {range_text(*self.slip_condition.tested)}"
 
 
 def describe(
@@ -412,12 +422,12 @@ def describe(
     Args:
         results: Tables `points`, `coefficients`, `fit_quality` and `soundness`.
         oil: The oil.
-        identifier: Its identifier, as of `identifiers`.
+        identifier: Its identifier, as of `make_identifiers`.
         law: The fitted law.
-        settings: `campaign` and `exports` of them.
+        settings: At least `campaign` and `exports`.
     """
     points = results.table("points", CURVE_POINTS, oil=oil)
-    accepted = points[points["accepted"]]
+    accepted_points = points[points["accepted"]]
     coefficients = results.coefficients[results.coefficients["oil"] == oil]
     quality = results.fit_quality[results.fit_quality["oil"] == oil]
     warnings: list[str] = []
@@ -428,7 +438,7 @@ def describe(
     fitted = FittedLaw.from_tables(coefficients, oil, quality=quality, law=law)
     meanings = constant_meanings(law)
     constants = [
-        _constant(row, meanings[row["constant"]])
+        _constant_as_json(row, meanings[row["constant"]])
         for row in tables.rows(coefficients[coefficients["law"] == law.name])
     ]
     (quality_of_law,) = tables.rows(quality[quality["law"] == law.name])
@@ -438,67 +448,74 @@ def describe(
         identifier=identifier,
         campaign=settings.campaign,
         fitted=replace(fitted, warnings=tuple(warnings)),
-        conditions=tuple(_conditions(fitted, accepted)),
+        conditions=tuple(_conditions(fitted, accepted_points)),
         constants=tuple(constants),
         quality=quality_of_law,
-        adore_points=_with_load(requested_points, accepted),
+        adore_points=_with_load(requested_points, accepted_points),
         misfit_and_scatter=misfit_and_scatter,
     )
 
 
-def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition]:
-    """The law's groups with their tested ranges.
+def _conditions(fitted: FittedLaw, accepted_points: pd.DataFrame) -> Iterator[Condition]:
+    """Each group of the law as a condition, with its tested range.
 
     Args:
         fitted: The fit.
-        accepted: Accepted rows of the table of points, of the oil.
+        accepted_points: Accepted rows of the table of points, of the oil.
     """
     law = fitted.law
-    in_step = {fixed.condition for fixed in fitted.coefficients.fixed if fixed.in_step}
-    groups = law.group_values(accepted[list(law.conditions)].to_numpy(dtype=float))
-    tested = pd.DataFrame(groups, columns=list(law.groups), index=accepted.index)
+    in_step_names = {fixed.condition for fixed in fitted.coefficients.fixed if fixed.in_step}
+    group_values = law.group_values(accepted_points[list(law.conditions)].to_numpy(dtype=float))
+    tested_values = pd.DataFrame(
+        group_values, columns=list(law.groups), index=accepted_points.index
+    )
     # every run counts once; unknown where a run lacks the condition
-    run_means = tested.groupby(accepted["run_id"]).mean().mean(skipna=False)
+    run_means = tested_values.groupby(accepted_points["run_id"]).mean().mean(skipna=False)
     is_followed = fitted.coefficients.followed
-    for name, reference, is_argument in zip(law.groups, law.reference, is_followed, strict=True):
-        quantity = QUANTITIES[name]
-        has_level = not is_argument and name not in in_step
+    for group, reference, is_argument in zip(law.groups, law.reference, is_followed, strict=True):
+        quantity = QUANTITIES[group]
+        has_level = not is_argument and group not in in_step_names
         yield Condition(
-            name=name,
+            name=group,
             symbol=quantity.symbol,
             meaning=quantity.meaning,
             unit=quantity.unit,
             role="argument" if is_argument else "fixed",
-            level=number_or_none(run_means[name]) if has_level else None,
+            level=number_or_none(run_means[group]) if has_level else None,
             reference=reference,
-            tested=(number_or_none(tested[name].min()), number_or_none(tested[name].max())),
+            tested=(
+                number_or_none(tested_values[group].min()),
+                number_or_none(tested_values[group].max()),
+            ),
         )
 
 
 def _with_load(
-    requested: Sequence[Mapping[str, float]], accepted: pd.DataFrame
+    requested_points: Sequence[Mapping[str, float]], accepted_points: pd.DataFrame
 ) -> tuple[Mapping[str, float], ...]:
     """Operating points with their load, where all points were measured in one contact.
 
     W/p_max^3 is constant in a circular contact.
 
     Args:
-        requested: Operating points, by column.
-        accepted: Accepted rows of the table of points, of the oil.
+        requested_points: Operating points, by column.
+        accepted_points: Accepted rows of the table of points, of the oil.
     """
-    load_over_cubed_pressure = (accepted[_LOAD] / accepted[_PRESSURE] ** 3).to_numpy(dtype=float)
+    load_over_cubed_pressure = (accepted_points[_LOAD] / accepted_points[_PRESSURE] ** 3).to_numpy(
+        dtype=float
+    )
     # a comparison with NaN is false
     is_one_contact = (
         len(load_over_cubed_pressure) > 0
         and np.ptp(load_over_cubed_pressure) <= _SAME_CONTACT * load_over_cubed_pressure.max()
     )
     if not is_one_contact:
-        return tuple(requested)
-    points = []
-    for point in requested:
+        return tuple(requested_points)
+    points_with_load = []
+    for point in requested_points:
         load_n = float(load_over_cubed_pressure[0]) * point[_PRESSURE] ** 3
-        points.append({**point, _LOAD: load_n})
-    return tuple(points)
+        points_with_load.append({**point, _LOAD: load_n})
+    return tuple(points_with_load)
 
 
 def number_or_none(value: float) -> float | None:
@@ -514,8 +531,10 @@ def constant_meanings(law: Law) -> dict[str, str]:
         meanings[coefficient] = (
             f"{coefficient} where the rest was tested, at the reference of the arguments"
         )
-        for number, group in enumerate(law.groups, 1):
-            meanings[f"{coefficient}{number}"] = f"{exponent_meaning(law, group)} in {coefficient}"
+        for exponent_index, group in enumerate(law.groups, 1):
+            meanings[f"{coefficient}{exponent_index}"] = (
+                f"{exponent_meaning(law, group)} in {coefficient}"
+            )
     return meanings
 
 
@@ -528,7 +547,7 @@ def exponent_meaning(law: Law, group: str) -> str:
     return f"change of the logarithm per {reference:g} {quantity.unit} of {quantity.symbol}"
 
 
-def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
+def _constant_as_json(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
     """A constant as in the JSON file, from its row of the table of coefficients."""
     if row["verdict"] == "in step":
         meaning = f"{meaning}, along the tested line"
@@ -545,7 +564,7 @@ def _constant(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
 
 
 def range_text(lower: float | None, upper: float | None) -> str:
-    """A range in words."""
+    """A range in words; "unknown" where an end is not known."""
     if lower is None or upper is None:
         return "unknown"
     return f"{lower:.4g} to {upper:.4g}"

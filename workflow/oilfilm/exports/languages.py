@@ -12,7 +12,7 @@ from typing import NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oilfilm.base.units import ABSOLUTE_ZERO_C, PA_PER_GPA
-from oilfilm.exports.description import SLIP, Condition, Description, plain, range_text
+from oilfilm.exports.description import SLIP, Condition, Description, plain_text, range_text
 from oilfilm.traction.expression import Form, Language, functions_of
 
 _EXPRESSION_WIDTH = 88  # leaves room for indentation within Fortran's 132 columns
@@ -25,21 +25,21 @@ TEMPLATES = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
     keep_trailing_newline=True,
-    autoescape=False,  # noqa: S701 - source code, whose names and texts `plain` has cleaned
+    autoescape=False,  # noqa: S701 - source code, whose names and texts `plain_text` has cleaned
 )
 # For pages in Markdown, where HTML has an effect.
 TEMPLATES.filters["shown"] = partial(html.escape, quote=False)
 
 
 class _SiInput(NamedTuple):
-    """A condition in SI units, for Modelica: `factor` times its value, plus `offset`.
+    """An argument in SI units, for Modelica: `factor` times its value in tables, plus `offset`.
 
     Attributes:
         name: Name of the argument.
         unit: Unit of the argument.
         shown_unit: Unit that a Modelica tool shows.
         factor: SI units per unit of the tables.
-        offset: In SI units.
+        offset: Zero of the unit of the tables, in SI units.
     """
 
     name: str
@@ -80,17 +80,17 @@ _SI_INPUTS = {
 
 
 def _modelica_name(name: str) -> str:
-    """A name of an expression in Modelica, whose arguments are in SI units."""
+    """A name in Modelica. Arguments there are in SI units; an argument is converted back."""
     return _SI_INPUTS[name].in_table_units if name in _SI_INPUTS else name
 
 
 def _fortran_name(name: str) -> str:
-    """Fortran takes n and N for the same name."""
+    """A name in Fortran, which takes n and N for the same name: a small letter gets a suffix."""
     return f"{name}_" if len(name) == 1 and name.islower() else name
 
 
 @dataclass(frozen=True)
-class Target:
+class TargetLanguage:
     """A language in which the functions of a law are written.
 
     Attributes:
@@ -104,20 +104,20 @@ class Target:
     line_break: str = "\n        "
 
     def source(self, description: Description) -> str:
-        """The functions of a law: mu, and whether it is extrapolated."""
+        """The source code of two functions: mu, and whether it is extrapolated."""
         steps = description.steps()
         used_functions = functions_of([value for _, value in steps])
         arguments = description.arguments
         return TEMPLATES.get_template(f"{self.template}.jinja").render(
             name=description.identifier,
-            oil=plain(description.oil),
+            oil=plain_text(description.oil),
             data_label=_LABEL_OF_DATA[description.kind_of_data],
             arguments=arguments,
             argument_names=description.argument_names,
             powers=description.power_arguments,
             power_meanings=description.power_meanings,
             slip=SLIP,
-            slip_end=description.slip.tested[1],
+            slip_end=description.slip_condition.tested[1],
             limit=repr(description.limiting_stress_ratio),
             marked_where="mu is extrapolated or its size is above "
             f"{description.limiting_stress_ratio:g}, the oil's limiting shear stress over the "
@@ -130,7 +130,7 @@ class Target:
             head=partial(description.header, description.argument_sentences),
             head_si=partial(description.header, _si_sentences(description)),
             result=partial(_result_sentence, description),
-            box=partial(self._box, description),
+            box=partial(self._box_comparisons, description),
             si=lambda condition: _SI_INPUTS[condition.name],
         )
 
@@ -139,7 +139,7 @@ class Target:
         lines = textwrap.wrap(expression, _EXPRESSION_WIDTH, break_on_hyphens=False)
         return self.line_break.join(lines)
 
-    def _box(
+    def _box_comparisons(
         self, description: Description, and_operator: str, absolute_function: str
     ) -> list[str]:
         """The comparisons of the tested box, one text per argument.
@@ -156,12 +156,12 @@ class Target:
                 f"{condition.name} >= {self._number(lower)} {and_operator} "
                 f"{condition.name} <= {self._number(upper)}"
             )
-        largest_slip = self._number(description.slip.tested[1])
+        largest_slip = self._number(description.slip_condition.tested[1])
         comparisons.append(f"{absolute_function}({SLIP}) <= {largest_slip}")
         return comparisons
 
     def _number(self, value: float | None) -> str:
-        """A number as the language writes it; `None` where it is unknown."""
+        """A number as the language writes it; the text `None` where it is unknown."""
         return repr(value) if value is None else self.language.numeral(value)
 
 
@@ -181,15 +181,15 @@ def _si_sentences(description: Description) -> list[str]:
     return sentences
 
 
-C_LANGUAGE = Target("c.h", Language({"**": Form("pow({}, {})"), "abs": Form("fabs({})")}))
-FORTRAN = Target(
+C_LANGUAGE = TargetLanguage("c.h", Language({"**": Form("pow({}, {})"), "abs": Form("fabs({})")}))
+FORTRAN = TargetLanguage(
     "fortran.f90",
     Language(
         {"sign": Form("sign(1.0_dp, {})")}, numeral="{!r}_dp".format, identifier=_fortran_name
     ),
     " &\n        ",
 )
-MATLAB = Target(
+MATLAB = TargetLanguage(
     "matlab.m",
     Language(
         {
@@ -200,10 +200,10 @@ MATLAB = Target(
     ),
     " ...\n    ",
 )
-MODELICA = Target(
+MODELICA = TargetLanguage(
     "modelica.mo", Language({"**": Form("{} ^ {}", 4, (5, 5))}, identifier=_modelica_name)
 )
-PYTHON = Target(
+PYTHON = TargetLanguage(
     "python.py",
     Language(
         {name: Form(f"np.{name}({{}})") for name in _NUMPY_FUNCTIONS}

@@ -37,7 +37,7 @@ from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.whole_fit import explaining_contradictions, refuse_contradictions
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.surface.support import Support
-from oilfilm.tables import refuse_unpacking
+from oilfilm.tables import refuse_oversized
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
@@ -839,7 +839,7 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
         0.0107...
     """
     for name in _TABLES_OF_A_FIT:
-        refuse_unpacking(Path(folder, "tables", f"{name}.parquet"))
+        refuse_oversized(Path(folder, "tables", f"{name}.parquet"))
     results = CampaignTables.in_folder(Path(folder))
     oils = sorted(results.configured.fit_quality["oil"])
     if oil is None and len(oils) == 1:

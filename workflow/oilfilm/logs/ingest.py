@@ -37,7 +37,7 @@ from oilfilm.logs.raw_files import LARGEST_LOG, TOO_LITTLE_MEMORY, read_beginnin
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables import LARGEST
+from oilfilm.tables import LARGEST_NUMBER
 from oilfilm.tables.samples_content import digests_of_runs
 
 
@@ -365,12 +365,12 @@ def _without_absurd(reading: base.Reading) -> base.Reading:
     for run in reading.runs:
         is_kept = np.ones(len(run), dtype=bool)
         for name, values in run.samples.items():
-            is_absurd = is_kept & ((values >= LARGEST) | (values <= -LARGEST))
+            is_absurd = is_kept & ((values >= LARGEST_NUMBER) | (values <= -LARGEST_NUMBER))
             refusals += base.refused_ranges(
                 run.run_id,
                 run.samples["row"][is_absurd],
                 "unreadable_row",
-                f"{name} comes out as {LARGEST:g} or more",
+                f"{name} comes out as {LARGEST_NUMBER:g} or more",
                 ROWS_ADVICE,
             )
             is_kept &= ~is_absurd

@@ -27,13 +27,13 @@ Row = tuple[str, ...]
 # Largest change of a number by another BLAS or NumPy kernel, in standard errors.
 # `tests/workflow/test_kernels.py` compares all tables of a campaign.
 KERNEL_CHANGE = 1e-6
-# The text of a release whose sentences are compared.
+# The text of a release whose lines are compared.
 _SUMMARY = "summary.txt"
 
 
 @dataclass(frozen=True)
-class Section:
-    """One aspect in which releases can differ, as a table of text; no rows where they agree."""
+class DiffSection:
+    """What differs between two releases in one respect, as a table of texts; no rows if nothing."""
 
     title: str
     columns: Row
@@ -50,14 +50,14 @@ class Comparison:
     """Everything in which release B differs from release A.
 
     Attributes:
-        names: Names of both releases.
-        kernels: Kernels of both and their expected effect, as text; empty where they are known and
-            the same.
-        inputs: Sections on inputs, configuration, packages, files and samples.
+        release_names: Names of both releases.
+        kernel_note: Kernels of both and their expected effect, as text; empty where they are known
+            and the same.
+        input_sections: Sections on inputs, configuration, packages, files and samples.
         statements: Verdicts, codes, counts, errors and nulls of tables that differ, as
             `statements.changed_statements` compares them.
-        sentences: Lines of the summary that differ.
-        other_sentences: Those of them whose words or counts differ.
+        summary_lines: Lines of the summary that differ.
+        summary_wording: Those of them that differ in words or counts, not in other numbers alone.
         same_logs: Whether both were made from the same raw logs. With other logs, rows, counts and
             sentences may be others, too.
         changes: oil, what, before, after, change and limit of each constant and of mu; NaN where
@@ -68,28 +68,28 @@ class Comparison:
             cannot be compared, and `where` has the reason.
     """
 
-    names: tuple[str, str]
-    kernels: str
-    inputs: Sequence[Section]
+    release_names: tuple[str, str]
+    kernel_note: str
+    input_sections: Sequence[DiffSection]
     statements: Sequence[Statement]
-    sentences: Section
-    other_sentences: Section
+    summary_lines: DiffSection
+    summary_wording: DiffSection
     same_logs: bool
     changes: pd.DataFrame
 
     @property
-    def sections(self) -> list[Section]:
-        """What differs, as tables of text."""
+    def sections(self) -> list[DiffSection]:
+        """Every section that has rows."""
         section_on_changes = _section_on_changes(
             "Constants and traction", self.changes[self.changes["change"] != 0]
         )
         statements = _section_on_statements(self.statements)
-        sections = (*self.inputs, statements, self.sentences, section_on_changes)
+        sections = (*self.input_sections, statements, self.summary_lines, section_on_changes)
         return [section for section in sections if section.rows]
 
     @property
-    def beyond_limits(self) -> list[Section]:
-        """The drift gate: every change that it does not let pass; no section if none.
+    def beyond_limits(self) -> list[DiffSection]:
+        """The drift gate: sections with the changes that it does not let pass; none if all pass.
 
         Where logs were added, rows, counts and sentences change with them and pass.
         """
@@ -99,7 +99,7 @@ class Comparison:
         )
         sections = [section_on_changes]
         if self.same_logs:
-            sections += [_section_on_statements(self.statements), self.other_sentences]
+            sections += [_section_on_statements(self.statements), self.summary_wording]
         else:
             statements_on_results = [
                 statement for statement in self.statements if not statement.counts_data
@@ -107,12 +107,12 @@ class Comparison:
             sections.append(_section_on_statements(statements_on_results))
         return [section for section in sections if section.rows]
 
-    def text(self, sections: Sequence[Section]) -> str:
+    def text(self, sections: Sequence[DiffSection]) -> str:
         """Some sections for a terminal, below the names of both releases."""
-        name_before, name_after = self.names
+        name_before, name_after = self.release_names
         blocks = [f"A {name_before}\nB {name_after}"]
-        if self.kernels:
-            blocks.append(self.kernels)
+        if self.kernel_note:
+            blocks.append(self.kernel_note)
         blocks += [section.text() for section in sections] or ["no difference"]
         return "\n\n".join(blocks)
 
@@ -130,32 +130,30 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
     Raises:
         OilfilmError: A file of one of them is missing or damaged.
     """
-    before_by_section = _values_by_section(before)
-    after_by_section = _values_by_section(after)
-    inputs = [
-        Section(
-            title,
-            ("what", "A", "B"),
-            _different_values(before_by_section[title], after_by_section[title]),
+    values_before = _values_by_section(before)
+    values_after = _values_by_section(after)
+    input_sections = [
+        DiffSection(
+            title, ("what", "A", "B"), _different_values(values_before[title], values_after[title])
         )
-        for title in before_by_section
+        for title in values_before
     ]
-    statements = list(changed_statements(before.table, after.table, drift.errors))
+    statements = list(changed_statements(before.read_table, after.read_table, drift.errors))
     changes_of_constants = _changes_of_constants(before, after).assign(limit=drift.standard_errors)
     changes_of_traction = _changes_of_traction(before, after, drift).assign(limit=drift.traction)
     return Comparison(
-        names=(before.name, after.name),
-        kernels=_text_on_kernels(
+        release_names=(before.name, after.name),
+        kernel_note=_kernel_note(
             before.manifest.made_from.environment, after.manifest.made_from.environment
         ),
-        inputs=inputs,
+        input_sections=input_sections,
         statements=statements,
-        sentences=Section(
+        summary_lines=DiffSection(
             "Lines of the summary",
             ("in", "line"),
             _changed_lines_of_summary(before, after, with_numbers=True),
         ),
-        other_sentences=Section(
+        summary_wording=DiffSection(
             "Lines of the summary with other words or counts",
             ("in", "line"),
             _changed_lines_of_summary(before, after, with_numbers=False),
@@ -165,20 +163,26 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
     )
 
 
-def _different_values(old: dict[str, str], new: dict[str, str]) -> list[Row]:
-    """Rows of name, old and new value where the two differ; empty where one has none."""
-    different_names = {name for name, _ in old.items() ^ new.items()}
-    return [(name, old.get(name, ""), new.get(name, "")) for name in sorted(different_names)]
+def _different_values(before_by_name: dict[str, str], after_by_name: dict[str, str]) -> list[Row]:
+    """Rows of name, first and second value where the two differ; empty where one has none."""
+    different_names = {name for name, _ in before_by_name.items() ^ after_by_name.items()}
+    return [
+        (name, before_by_name.get(name, ""), after_by_name.get(name, ""))
+        for name in sorted(different_names)
+    ]
 
 
-def _text_on_kernels(before: Environment, after: Environment) -> str:
+def _kernel_note(environment_before: Environment, environment_after: Environment) -> str:
     """The expected effect where two environments have different or unknown kernels, as text."""
-    both_are_known = before.blas is not None and after.blas is not None
-    if both_are_known and (before.blas, before.cpu) == (after.blas, after.cpu):
+    both_are_known = environment_before.blas is not None and environment_after.blas is not None
+    if both_are_known and (environment_before.blas, environment_before.cpu) == (
+        environment_after.blas,
+        environment_after.cpu,
+    ):
         return ""
-    surely_differ = before.cpu != after.cpu or both_are_known
+    surely_differ = environment_before.cpu != environment_after.cpu or both_are_known
     lines = ["Made with another kernel:" if surely_differ else "Perhaps made with another kernel:"]
-    for side, environment in (("A", before), ("B", after)):
+    for side, environment in (("A", environment_before), ("B", environment_after)):
         blas = "BLAS unknown" if environment.blas is None else ", ".join(environment.blas)
         lines.append(printable(f"  {side} {blas}; NumPy {environment.cpu or 'baseline'}"))
     lines.append(
@@ -187,13 +191,13 @@ def _text_on_kernels(before: Environment, after: Environment) -> str:
     return "\n".join(lines)
 
 
-def _section_on_statements(statements: Iterable[Statement]) -> Section:
-    """Changed statements of tables, a row each."""
+def _section_on_statements(statements: Iterable[Statement]) -> DiffSection:
+    """Changed statements of tables, one row per statement."""
     rows = [statement[:-1] for statement in statements]
-    return Section("Statements", ("table", "row", "column", "A", "B"), rows)
+    return DiffSection("Statements", ("table", "row", "column", "A", "B"), rows)
 
 
-def _section_on_changes(title: str, changes: pd.DataFrame) -> Section:
+def _section_on_changes(title: str, changes: pd.DataFrame) -> DiffSection:
     """Changes of constants and of mu, with the limit of each kind."""
     rows = []
     for row in tables.rows(changes):
@@ -205,19 +209,19 @@ def _section_on_changes(title: str, changes: pd.DataFrame) -> Section:
             limit = f"{row['limit']:g}"
         before, after = f"{row['before']:.6g}", f"{row['after']:.6g}"
         rows.append((row["oil"], row["what"], before, after, change, limit))
-    return Section(title, ("oil", "what", "A", "B", "largest change", "limit"), rows)
+    return DiffSection(title, ("oil", "what", "A", "B", "largest change", "limit"), rows)
 
 
 # ---------------------------------------------------------------- inputs, files and verdicts
 
 
 def _values_by_section(stored: StoredRelease) -> dict[str, dict[str, str]]:
-    """Inputs and files of a release: section -> name -> value or hash."""
+    """Inputs and files of a release: by title of a section, the value or hash of each name."""
     made_from = stored.manifest.made_from
     packages = made_from.model_dump(exclude={"config", "code", "raw"})
     return {
         "Raw logs": _hash_by_path(made_from.raw),
-        "Configuration": _value_by_key(stored.config()),
+        "Configuration": _value_by_key(stored.read_config()),
         "Packages": _value_by_key(packages),
         "Files": _hash_by_path(stored.manifest.files),
         "Samples": _hash_by_path(stored.manifest.samples),
@@ -230,18 +234,19 @@ def _hash_by_path(records: Iterable[FileRecord]) -> dict[str, str]:
 
 
 def _value_by_key(tree: dict[str, Any]) -> dict[str, str]:
-    """The single values of a tree by their keys, joined by points; a list is one value."""
+    """The values in nested mappings, by their keys joined by points; a list is one value."""
     return {str(name): str(value) for name, value in pd.json_normalize(tree).iloc[0].items()}
 
 
 def _changed_lines_of_summary(
     before: StoredRelease, after: StoredRelease, *, with_numbers: bool
 ) -> list[Row]:
-    """The lines of the summary that differ; none where one of them has no summary."""
-    old, new = before.lines(_SUMMARY), after.lines(_SUMMARY)
-    if old is None or new is None:
+    """The lines of the summary that differ; none where a release has no summary."""
+    lines_before = before.read_lines(_SUMMARY)
+    lines_after = after.read_lines(_SUMMARY)
+    if lines_before is None or lines_after is None:
         return []
-    return list(changed_lines(old, new, with_numbers=with_numbers))
+    return list(changed_lines(lines_before, lines_after, with_numbers=with_numbers))
 
 
 # ---------------------------------------------------------------- constants and traction
@@ -249,7 +254,8 @@ def _changed_lines_of_summary(
 
 def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Coefficients and quality of the configured law of each oil; empty where there are none."""
-    coefficients, quality = stored.table("coefficients"), stored.table("fit_quality")
+    coefficients = stored.read_table("coefficients")
+    quality = stored.read_table("fit_quality")
     if coefficients is None or quality is None:
         return tables.empty("coefficients"), tables.empty("fit_quality")
     lacks_a_fit = len(coefficients.merge(quality[["oil", "law"]])) != len(coefficients)
@@ -265,35 +271,35 @@ def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]
 
 def _changes_of_constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
     """Changes of the constants in standard errors, as in `Comparison.changes`."""
-    old, _ = _configured_fits(before)
-    new, _ = _configured_fits(after)
-    standard_error = old["standard_error"].fillna(old["naive_standard_error"])
-    old = old.rename(columns={"value": "before"}).assign(
+    constants_before, _ = _configured_fits(before)
+    constants_after, _ = _configured_fits(after)
+    standard_error = constants_before["standard_error"].fillna(
+        constants_before["naive_standard_error"]
+    )
+    constants_before = constants_before.rename(columns={"value": "before"}).assign(
         error=standard_error.where(standard_error != 0)
     )
-    new = new.rename(columns={"value": "after"})
-    joined_constants = old.merge(new, on=["oil", "law", "constant"], how="outer")
-    has_no_old = joined_constants["before"].isna()
-    has_no_new = joined_constants["after"].isna()
-    is_same = (joined_constants["before"] == joined_constants["after"]) | (has_no_old & has_no_new)
-    change = (joined_constants["after"] - joined_constants["before"]).abs() / joined_constants[
-        "error"
-    ]
-    change = change.mask(has_no_old != has_no_new, np.inf).mask(is_same, 0.0)
-    joined_constants = joined_constants.assign(change=change, what=joined_constants["constant"])
-    return joined_constants[["oil", "what", "before", "after", "change"]]
+    constants_after = constants_after.rename(columns={"value": "after"})
+    constants = constants_before.merge(constants_after, on=["oil", "law", "constant"], how="outer")
+    lacks_before = constants["before"].isna()
+    lacks_after = constants["after"].isna()
+    is_same = (constants["before"] == constants["after"]) | (lacks_before & lacks_after)
+    change = (constants["after"] - constants["before"]).abs() / constants["error"]
+    change = change.mask(lacks_before != lacks_after, np.inf).mask(is_same, 0.0)
+    constants = constants.assign(change=change, what=constants["constant"])
+    return constants[["oil", "what", "before", "after", "change"]]
 
 
 def _changes_of_traction(
     before: StoredRelease, after: StoredRelease, drift: DriftSettings
 ) -> pd.DataFrame:
     """Largest relative change of mu of each oil, as in `Comparison.changes`."""
-    old_fits = _fits_by_oil(before)
-    new_fits = _fits_by_oil(after)
+    fits_before = _fits_by_oil(before)
+    fits_after = _fits_by_oil(after)
     rows: list[dict[str, Any]] = []
-    for oil in sorted(old_fits.keys() | new_fits.keys()):
+    for oil in sorted(fits_before.keys() | fits_after.keys()):
         try:
-            row = _largest_change(oil, old_fits.get(oil), new_fits.get(oil), drift)
+            row = _largest_change(oil, fits_before.get(oil), fits_after.get(oil), drift)
         except ValueError as error:
             row = {"change": np.inf, "where": str(error)}
         row["oil"] = oil
@@ -310,38 +316,38 @@ def _fits_by_oil(stored: StoredRelease) -> dict[str, FittedLaw]:
 
 
 def _largest_change(
-    oil: str, before: FittedLaw | None, after: FittedLaw | None, drift: DriftSettings
+    oil: str, fit_before: FittedLaw | None, fit_after: FittedLaw | None, drift: DriftSettings
 ) -> dict[str, Any]:
     """The largest relative change of mu of one oil: before, after, change and where.
 
     Raises:
         ValueError: The fits cannot be compared.
     """
-    if before is None or after is None:
+    if fit_before is None or fit_after is None:
         raise ValueError(f"{oil} is fitted in one release only")
-    if before.law.conditions != after.law.conditions:
-        raise ValueError(f"laws {before.law.name} and {after.law.name}")
-    grid = _comparison_grid(before.coefficients.box, drift)
-    slip = grid[:, -1]
+    if fit_before.law.conditions != fit_after.law.conditions:
+        raise ValueError(f"laws {fit_before.law.name} and {fit_after.law.name}")
+    grid_points = _comparison_grid(fit_before.coefficients.box, drift)
+    slip = grid_points[:, -1]
     # where a condition is not followed, along its tested level or line
-    conditions = before.at_tested_levels(grid[:, :-1])
-    old_mu = before.predict(conditions, slip).traction_coefficient
-    new_mu = after.predict(conditions, slip).traction_coefficient
+    conditions = fit_before.at_tested_levels(grid_points[:, :-1])
+    mu_before = fit_before.predict(conditions, slip).traction_coefficient
+    mu_after = fit_after.predict(conditions, slip).traction_coefficient
     with np.errstate(divide="ignore", invalid="ignore"):
-        change = np.abs(new_mu - old_mu) / np.abs(old_mu)
+        change = np.abs(mu_after - mu_before) / np.abs(mu_before)
     # missing in one release: infinite change
     change[np.isnan(change)] = np.inf
-    change[(new_mu == old_mu) | (np.isnan(old_mu) & np.isnan(new_mu))] = 0.0
+    change[(mu_after == mu_before) | (np.isnan(mu_before) & np.isnan(mu_after))] = 0.0
     worst_index = int(first_largest(change))
     texts_of_point = [
         f"{value:.4g} {tables.unit_of(name)}"
-        for name, value in zip(before.law.conditions, conditions[worst_index], strict=True)
+        for name, value in zip(fit_before.law.conditions, conditions[worst_index], strict=True)
         if np.isfinite(value)
     ]
     texts_of_point.append(f"S {slip[worst_index]:.4g}")
     return {
-        "before": old_mu[worst_index],
-        "after": new_mu[worst_index],
+        "before": mu_before[worst_index],
+        "after": mu_after[worst_index],
         "change": change[worst_index],
         "where": ", ".join(texts_of_point),
     }

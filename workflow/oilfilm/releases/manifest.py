@@ -42,11 +42,11 @@ _QUOTED_LETTERS_MAX = 500
 
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$", description="sha256 in hex.")]
 ShortText = Annotated[str, Field(max_length=200)]
-# Largest number of records in a list of files.
+# Limit of the number of records in a list of files.
 _RECORDS_MAX = Field(max_length=100_000)
-# Keys of one object; the packages of an environment are a few hundred.
+# Largest number of keys of one object; an environment has a few hundred packages.
 _MOST_KEYS = 10_000
-# Keys of all objects: three of each record, of three lists.
+# Largest number of keys of all objects: three lists of records, each record with three keys.
 _MOST_KEYS_TOGETHER = 1_000_000
 
 
@@ -255,20 +255,20 @@ def _object_of_few_keys(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _contradiction(manifest: Manifest) -> str:
     """A sentence on the first entry that no release can have; empty if there is none."""
     made_from = manifest.made_from
-    files = {record.path: record for record in manifest.files}
+    record_by_path = {record.path: record for record in manifest.files}
     for record in (*manifest.files, *manifest.samples, *made_from.raw):
         if not is_inside(record.path):
             return f"names {record.path!r}; expected a path below the folder."
     for record in made_from.raw:
         if not re.match(r"data/raw/[^/]+/.", record.path):
             return f"names the raw log {record.path!r}; expected data/raw/<campaign>/<log>."
-    if len(files) < len(manifest.files) or files.keys() & UNLISTED_FILES:
+    if len(record_by_path) < len(manifest.files) or record_by_path.keys() & UNLISTED_FILES:
         return "names a file twice, or itself."
     code_records = []
-    for path, record in files.items():
+    for path, record in record_by_path.items():
         if path.startswith(f"{CODE}/"):
             code_records.append(record.model_copy(update={"path": path.removeprefix(f"{CODE}/")}))
-    digest_of_file = {path: record.sha256 for path, record in files.items()}
+    digest_of_file = {path: record.sha256 for path, record in record_by_path.items()}
     digest_of_file[CODE] = records_digest(code_records)
     stated_digests = {
         CODE: made_from.code,

@@ -64,31 +64,33 @@ class FinishedRun:
         home: Folder of the workflow that made the run.
         settings: All settings of the run.
         results: Folder of the campaign's results.
-        files: Output files and folders below it, all up to date.
-        raw: sha256 of each raw log when the run read it, by path. Empty for simulated logs, because
-            the run writes them.
-        made: Files in which each step has listed the sha256 of its outputs.
-        copies: Folder with the local copies of files in object storage.
+        output_paths: Output files and folders below it, all up to date.
+        raw_digest_by_path: sha256 of each raw log when the run read it, by path. Empty for
+            simulated logs, because the run writes them.
+        step_listings: Files in which each step has listed the sha256 of its outputs.
+        copies_folder: Folder with the local copies of files in object storage.
     """
 
     root: Path
     home: Path
     settings: Settings
     results: Path
-    files: Sequence[Path]
-    raw: Mapping[str, str]
-    made: Sequence[Path]
-    copies: Path = Path()
+    output_paths: Sequence[Path]
+    raw_digest_by_path: Mapping[str, str]
+    step_listings: Sequence[Path]
+    copies_folder: Path = Path()
 
-    def below_results(self) -> dict[str, Path]:
+    def files_below_results(self) -> dict[str, Path]:
         """Output files by their path below the results, without hidden files."""
-        files: dict[str, Path] = {}
-        for path in self.files:
+        file_by_path: dict[str, Path] = {}
+        for path in self.output_paths:
             for file in files_of(self.root / path):
-                name = file.relative_to(self.root / self.results)
-                if not any(folder_or_file.startswith(".") for folder_or_file in name.parts):
-                    files[name.as_posix()] = file
-        return dict(sorted(files.items()))
+                path_below_results = file.relative_to(self.root / self.results)
+                if not any(
+                    folder_or_file.startswith(".") for folder_or_file in path_below_results.parts
+                ):
+                    file_by_path[path_below_results.as_posix()] = file
+        return dict(sorted(file_by_path.items()))
 
 
 def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
@@ -103,18 +105,18 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         releases: Folder of the campaign's releases.
 
     Returns:
-        The release's folder, and whether it is new.
+        The folder of the release, and whether this call made it.
 
     Raises:
         OilfilmError: A raw log has changed since the run read it, a file is not as its step wrote
             it, or the release exists already with other content.
     """
-    config = as_yaml(run.settings.plain())
+    config_text = as_yaml(run.settings.plain())
     made_from = MadeFrom(
         campaign=run.settings.campaign.name,
         data=run.settings.campaign.data,
         tag=run.settings.release.tag,
-        config=sha256_of(config),
+        config=sha256_of(config_text),
         code=code_tree_digest(run.home),
         lock=file_digest(run.home / RUN_LOCK),
         environment=environment(run.home),
@@ -127,7 +129,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         shutil.rmtree(leftover)
     is_new = not folder.exists()
     try:
-        manifest = _gather(run, made_from, config, temporary)
+        manifest = _collect_files(run, made_from, config_text, temporary)
         if is_new:
             flush(temporary)
             for name in files_below(temporary):
@@ -152,8 +154,8 @@ def _raw_records(run: FinishedRun) -> list[FileRecord]:
         OilfilmError: A log has changed since the run read it.
     """
     records = []
-    for path, digest in sorted(run.raw.items()):
-        local_copy = run.root / run.copies / path
+    for path, digest in sorted(run.raw_digest_by_path.items()):
+        local_copy = run.root / run.copies_folder / path
         file = local_copy if local_copy.is_file() else run.root / path
         record = FileRecord.from_file(file, path)
         if record.sha256 != digest:
@@ -166,73 +168,78 @@ def _raw_records(run: FinishedRun) -> list[FileRecord]:
 
 
 def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
-    """Refuse results that are not as their steps wrote them, whether they are released or not.
+    """Refuse results that are not as their steps wrote them, even if they are not to be released.
 
     Raises:
-        OilfilmError: There is one.
+        OilfilmError: There is such a result.
     """
-    outputs = StepOutputs.of(run.root / listing for listing in run.made)
-    released = {portable(run.results / name): file for name, file in files.items()}
-    for path in sorted(outputs.digests.keys() | released.keys()):
-        if path not in outputs.digests:
+    listed_outputs = StepOutputs.from_listings(run.root / listing for listing in run.step_listings)
+    released_files = {portable(run.results / name): file for name, file in files.items()}
+    for path in sorted(listed_outputs.digest_by_path.keys() | released_files.keys()):
+        if path not in listed_outputs.digest_by_path:
             raise OilfilmError(f"{path}: no step of the run has written it. Move it away.")
-        file = released.get(path, run.root / path)
+        file = released_files.get(path, run.root / path)
         # a file in object storage that is not released has no local copy
-        if path in released or file.is_file():
-            outputs.refuse_altered(path, file)
+        if path in released_files or file.is_file():
+            listed_outputs.refuse_altered(path, file)
 
 
-def _gather(run: FinishedRun, made_from: MadeFrom, config: str, folder: Path) -> Manifest:
+def _collect_files(
+    run: FinishedRun, made_from: MadeFrom, config_text: str, folder: Path
+) -> Manifest:
     """Copy every file of a release into a folder, and write its manifest.
 
     Returns:
         The manifest.
     """
-    result_files = run.below_results()
+    result_files = run.files_below_results()
     _refuse_damaged(run, result_files)
-    source_of_file = {LOCK: run.home / RUN_LOCK}
-    for name, path in result_files.items():
-        if not name.startswith(_SAMPLES):
-            source_of_file[name] = path
-    for name, path in code_files(run.home).items():
-        source_of_file[f"{CODE}/{name}"] = path
-    for name, path in source_of_file.items():
-        copy_file(path, folder / name)
-    text_of_file = {
-        CONFIG: config,
+    source_by_path = {LOCK: run.home / RUN_LOCK}
+    for path_in_release, path in result_files.items():
+        if not path_in_release.startswith(_SAMPLES):
+            source_by_path[path_in_release] = path
+    for path_in_release, path in code_files(run.home).items():
+        source_by_path[f"{CODE}/{path_in_release}"] = path
+    for path_in_release, path in source_by_path.items():
+        copy_file(path, folder / path_in_release)
+    text_by_path = {
+        CONFIG: config_text,
         ENVIRONMENT: canonical_json(made_from.environment.model_dump()),
         "tables/datapackage.json": data_package(
             run.settings, folder / "tables", folder.glob("tables/*.parquet")
         ),
     }
-    if _REPORT in source_of_file:
+    if _REPORT in source_by_path:
         page = (folder / _REPORT).read_bytes().decode("utf-8")
-        text_of_file[_REPORT] = with_release(page, made_from.version)
-    for name, text in text_of_file.items():
-        (folder / name).write_bytes(text.encode("utf-8"))
-    records = [FileRecord.from_file(folder / name, name) for name in files_below(folder)]
+        text_by_path[_REPORT] = with_release(page, made_from.version)
+    for path_in_release, text in text_by_path.items():
+        (folder / path_in_release).write_bytes(text.encode("utf-8"))
+    records = [
+        FileRecord.from_file(folder / path_in_release, path_in_release)
+        for path_in_release in files_below(folder)
+    ]
     manifest = Manifest.from_records(made_from, records, _sample_records(result_files))
     (folder / MANIFEST).write_bytes(manifest.text().encode("utf-8"))
     (folder / CHECKSUMS).write_bytes(checksums(manifest).encode("utf-8"))
     return manifest
 
 
-def _sample_records(results: Mapping[str, Path]) -> list[FileRecord]:
+def _sample_records(result_files: Mapping[str, Path]) -> list[FileRecord]:
     """One record for the samples of each oil: a hash over all runs, and the bytes of all columns.
 
     Args:
-        results: Output files by their path below the results.
+        result_files: Output files by their path below the results.
     """
     files_of_oil: dict[str, list[Path]] = {}
-    for name, path in results.items():
-        if name.startswith(_SAMPLES):
-            folder, _, _ = name.rpartition("/")
+    for path_below_results, path in result_files.items():
+        if path_below_results.startswith(_SAMPLES):
+            folder, _, _ = path_below_results.rpartition("/")
             files_of_oil.setdefault(folder, []).append(path)
     bytes_per_row = 8 * (len(tables.columns("samples")) - 1)
     records = []
     for folder, files in sorted(files_of_oil.items()):
-        digest, n_rows = content_digest(files)
-        records.append(FileRecord(path=folder, sha256=digest, size=n_rows * bytes_per_row))
+        digest, row_count = content_digest(files)
+        records.append(FileRecord(path=folder, sha256=digest, size=row_count * bytes_per_row))
     return records
 
 
@@ -243,7 +250,7 @@ def _refuse_other(folder: Path, manifest: Manifest) -> None:
         OilfilmError: It differs, or has been changed.
     """
     stored = StoredRelease.open(folder)
-    changes = stored.changes()
+    changes = stored.find_changes()
     if changes:
         raise OilfilmError(
             f"{folder}: exists and is not as it was released: {changes[0]} Move it away, then run "
@@ -281,14 +288,14 @@ def rebuild(release: Path, root: Path, cores: str) -> Comparison:
     stored = StoredRelease.open(release)
     with tempfile.TemporaryDirectory(prefix="oilfilm-rebuild-") as temporary:
         folder = Path(temporary)
-        settings = lay_out(stored, root, folder)
+        settings = lay_out_rebuild(stored, root, folder)
         _run(folder, stored, cores)
         campaign = stored.manifest.made_from.campaign
         rebuilt = StoredRelease.open(folder / "results" / "releases" / campaign / "latest")
         return compare(stored, rebuilt, settings.drift)
 
 
-def lay_out(stored: StoredRelease, root: Path, folder: Path) -> Settings:
+def lay_out_rebuild(stored: StoredRelease, root: Path, folder: Path) -> Settings:
     """Put local code, a release's configuration and measured logs into a fresh folder.
 
     Returns:
@@ -298,7 +305,7 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> Settings:
         OilfilmError: It is a pin, its configuration cannot be used, or a raw log is missing or has
             changed.
     """
-    if stored.pinned:
+    if stored.is_pin:
         raise OilfilmError(
             f"{stored.folder}: is a pin, which cannot be rebuilt; expected a release."
         )
@@ -306,18 +313,18 @@ def lay_out(stored: StoredRelease, root: Path, folder: Path) -> Settings:
         copy_file(file, folder / path)
     for path in _OTHER_FILES:
         copy_file(home.HOME / path, folder / path)
-    config = stored.config()
+    config = stored.read_config()
     try:
         settings = Settings.of(config)
         check(config["campaign"], Campaign, lambda steps: "campaign")
-        text_of_config_file = unresolve(settings)
+        text_by_config_path = unresolve(settings)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError, OilfilmError) as error:
         raise OilfilmError(
             f"{stored.folder}: config.yaml is not a configuration of this version of oilfilm "
             f"({error}). If the release was made by another version, rebuild it with a clone of "
             f"that version; its code is in the folder {CODE}/ of the release."
         ) from error
-    for path, text in text_of_config_file.items():
+    for path, text in text_by_config_path.items():
         target = folder / "config" / path
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_text(text, encoding="utf-8")

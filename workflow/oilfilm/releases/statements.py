@@ -25,32 +25,32 @@ from oilfilm.tables.dictionary import Column
 ReadTable = Callable[[str], pd.DataFrame | None]
 # Changed rows of one column that are listed one by one.
 _MOST_ROWS = 20
-# Columns that say what a run was made from. `diff` compares the logs themselves.
-_SOURCES = frozenset({"sha256", "content_sha256", "file", "first_row", "last_row"})
-# Numbers that say how sure another number is.
-_ERROR = re.compile(r"(_se|standard_error|_uncertainty|half_width)$")
-# A count of all, and any other number of a sentence.
+# Columns that say from which log a row is. `diff` compares the logs themselves.
+_SOURCE_COLUMNS = frozenset({"sha256", "content_sha256", "file", "first_row", "last_row"})
+# Names of columns that say how sure another column is.
+_ERROR_COLUMN = re.compile(r"(_se|standard_error|_uncertainty|half_width)$")
+# In a sentence: a count of a total (`33 of 75`), or any other number.
 _COUNT_OR_NUMBER = re.compile(r"\d+ of \d+|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
-# Ends of an interval, by the ends of their names.
-_LOWER = re.compile(r"(^|_)(lower|low)(_|$)")
+# Names of columns with the lower end of an interval.
+_LOWER_COLUMN = re.compile(r"(^|_)(lower|low)(_|$)")
 _UPPER_BY_LOWER = {"lower": "upper", "low": "high"}
 
 
 class Statement(NamedTuple):
-    """A statement of a table that two results have differently.
+    """A statement that the same table of two releases makes differently.
 
     Attributes:
-        table: Name of the table.
-        row: Key of the row.
-        column: Name of the column; empty where one of the tables lacks the row.
+        table_name: Name of the table.
+        row_key: Key of the row, as text.
+        column_name: Name of the column; empty where one of the tables lacks the row.
         before: First value, as text.
         after: Second value.
-        counts_data: Whether it changes as soon as a log is added: a row or a count.
+        counts_data: Whether it is about a row or a count, which change as soon as a log is added.
     """
 
-    table: str
-    row: str
-    column: str
+    table_name: str
+    row_key: str
+    column_name: str
     before: str
     after: str
     counts_data: bool
@@ -59,88 +59,119 @@ class Statement(NamedTuple):
 def changed_statements(
     read_before: ReadTable, read_after: ReadTable, error_change: float
 ) -> Iterator[Statement]:
-    """Every statement of a table that is in both of two results and differs.
+    """Every statement that differs, of the tables that two releases both have.
 
     Texts, lists, flags, counts, and what is null must be equal. An error and the width of an
     interval may differ by a share.
 
     Args:
-        read_before: Gives the tables of the first; a pin keeps some of them.
-        read_after: Gives those of the second.
+        read_before: Reads a table of the first release; a pin keeps only some of them.
+        read_after: Reads a table of the second.
         error_change: Largest change of an error or width, relative to the first.
     """
     studies.declare_tables(studies.available())
-    for name, table in sorted(tables.TABLES.items()):
+    for table_name, table in sorted(tables.TABLES.items()):
         if not table.key:
             continue
-        old, new = read_before(name), read_after(name)
-        if old is None or new is None:
+        table_before = read_before(table_name)
+        table_after = read_after(table_name)
+        if table_before is None or table_after is None:
             continue
-        keys = list(table.key)
-        old, new = old.set_index(keys), new.set_index(keys)
-        yield from _rows_of_one_table(name, old.index, new.index)
-        common_rows = old.index.intersection(new.index, sort=False)
-        old, new = old.loc[common_rows], new.loc[common_rows]
-        columns = [column for column in table.columns if column.name in old and column.name in new]
+        key_columns = list(table.key)
+        table_before = table_before.set_index(key_columns)
+        table_after = table_after.set_index(key_columns)
+        yield from _statements_on_rows(table_name, table_before.index, table_after.index)
+        common_keys = table_before.index.intersection(table_after.index, sort=False)
+        table_before = table_before.loc[common_keys]
+        table_after = table_after.loc[common_keys]
+        columns = [
+            column
+            for column in table.columns
+            if column.name in table_before and column.name in table_after
+        ]
         for column in columns:
-            if column.name not in _SOURCES:
-                is_changed = _is_changed(column, old, new, error_change)
-                yield from _statements_of_column(name, column, old, new, is_changed)
+            if column.name not in _SOURCE_COLUMNS:
+                is_changed = _is_changed(column, table_before, table_after, error_change)
+                yield from _statements_of_column(
+                    table_name, column, table_before, table_after, is_changed
+                )
 
 
-def _rows_of_one_table(name: str, old: pd.Index, new: pd.Index) -> Iterator[Statement]:
-    """The rows that only one of two tables has."""
-    for indices, before, after in (
-        (old.difference(new), "a row", "no row"),
-        (new.difference(old), "no row", "a row"),
+def _statements_on_rows(
+    table_name: str, keys_before: pd.Index, keys_after: pd.Index
+) -> Iterator[Statement]:
+    """A statement on each row that only one of two tables has."""
+    for keys, text_before, text_after in (
+        (keys_before.difference(keys_after), "a row", "no row"),
+        (keys_after.difference(keys_before), "no row", "a row"),
     ):
-        for index in indices[:_MOST_ROWS]:
-            yield Statement(name, _row_name(index), "", before, after, counts_data=True)
-        if len(indices) > _MOST_ROWS:
-            count_of_rest = f"{len(indices) - _MOST_ROWS} more rows"
-            yield Statement(name, count_of_rest, "", before, after, counts_data=True)
+        for key in keys[:_MOST_ROWS]:
+            yield Statement(
+                table_name, _key_text(key), "", text_before, text_after, counts_data=True
+            )
+        if len(keys) > _MOST_ROWS:
+            count_of_rest = f"{len(keys) - _MOST_ROWS} more rows"
+            yield Statement(
+                table_name, count_of_rest, "", text_before, text_after, counts_data=True
+            )
 
 
 def _is_changed(
-    column: Column, old: pd.DataFrame, new: pd.DataFrame, error_change: float
+    column: Column, table_before: pd.DataFrame, table_after: pd.DataFrame, error_change: float
 ) -> pd.Series:
-    """Which rows state something else in a column."""
-    before, after = old[column.name], new[column.name]
-    is_null = before.isna()
-    null_differs = is_null != after.isna()
+    """Whether each row states something else in a column.
+
+    Args:
+        column: The column.
+        table_before: The first table.
+        table_after: The second, with the same rows in the same order.
+        error_change: As in `changed_statements`.
+    """
+    values_before = table_before[column.name]
+    values_after = table_after[column.name]
+    is_null = values_before.isna()
+    null_differs = is_null != values_after.isna()
     if column.type != "number":
-        return null_differs | (~is_null & (before.astype(object) != after.astype(object)))
-    if _ERROR.search(column.name):
-        return null_differs | _moved_too_far(before, after, error_change)
-    upper = _upper_end(column.name)
-    if upper in old and upper in new:
-        size = np.maximum(old[upper].abs().to_numpy(), before.abs().to_numpy())
-        width_before, width_after = old[upper] - before, new[upper] - after
-        return null_differs | _moved_too_far(width_before, width_after, error_change, size)
+        return null_differs | (
+            ~is_null & (values_before.astype(object) != values_after.astype(object))
+        )
+    if _ERROR_COLUMN.search(column.name):
+        return null_differs | _moved_too_far(values_before, values_after, error_change)
+    upper_column = _upper_end(column.name)
+    if upper_column in table_before and upper_column in table_after:
+        size_of_ends = np.maximum(
+            table_before[upper_column].abs().to_numpy(), values_before.abs().to_numpy()
+        )
+        width_before = table_before[upper_column] - values_before
+        width_after = table_after[upper_column] - values_after
+        return null_differs | _moved_too_far(width_before, width_after, error_change, size_of_ends)
     return null_differs
 
 
 def _moved_too_far(
-    before: pd.Series, after: pd.Series, share: float, size_of_terms: FloatArray | float = 0.0
+    values_before: pd.Series,
+    values_after: pd.Series,
+    share: float,
+    size_of_terms: FloatArray | float = 0.0,
 ) -> pd.Series:
-    """Where an error or a width has moved by more than a share of its first value.
+    """Whether each error or width has moved by more than a share of its first value.
 
     Args:
-        before: First values.
-        after: Second values, of the same rows.
+        values_before: First values.
+        values_after: Second values, of the same rows.
         share: The largest change that counts as none.
         size_of_terms: Size of the terms where the values are differences.
     """
     with np.errstate(invalid="ignore"):
-        size_of_change = (after - before).abs()
-    differs = exceeds(size_of_change, share * before.abs(), size_of_terms)
-    one_is_infinite = np.isinf(before) != np.isinf(after)
-    return pd.Series(differs | one_is_infinite, index=before.index)
+        size_of_change = (values_after - values_before).abs()
+    differs = exceeds(size_of_change, share * values_before.abs(), size_of_terms)
+    one_is_infinite = np.isinf(values_before) != np.isinf(values_after)
+    return pd.Series(differs | one_is_infinite, index=values_before.index)
 
 
 def _upper_end(name: str) -> str:
-    """The column with the upper end of the interval of which a column has the lower; else ""."""
-    match = _LOWER.search(name)
+    """The column with the upper end of an interval, from that of its lower end; else empty."""
+    match = _LOWER_COLUMN.search(name)
     if match is None:
         return ""
     start, end = match.span(2)
@@ -148,31 +179,35 @@ def _upper_end(name: str) -> str:
 
 
 def _statements_of_column(
-    table: str, column: Column, old: pd.DataFrame, new: pd.DataFrame, is_changed: pd.Series
+    table_name: str,
+    column: Column,
+    table_before: pd.DataFrame,
+    table_after: pd.DataFrame,
+    is_changed: pd.Series,
 ) -> Iterator[Statement]:
-    """The changed rows of a column; of the lower end of an interval its whole width."""
+    """A statement on each changed row of a column; that on a lower end has the upper end, too."""
     is_count = column.type == "integer"
-    upper = _upper_end(column.name)
-    positions = np.flatnonzero(is_changed.to_numpy()).tolist()
-    for position in positions[:_MOST_ROWS]:
-        values = []
-        for frame in (old, new):
-            value = _text(frame[column.name].iloc[position])
-            if upper in frame:
-                value = f"{value} to {_text(frame[upper].iloc[position])}"
-            values.append(value)
-        row = _row_name(old.index[position])
-        yield Statement(table, row, column.name, values[0], values[1], is_count)
-    if len(positions) > _MOST_ROWS:
-        count_of_rest = f"{len(positions) - _MOST_ROWS} more rows"
-        yield Statement(table, count_of_rest, column.name, "", "", is_count)
+    upper_column = _upper_end(column.name)
+    row_indices = np.flatnonzero(is_changed.to_numpy()).tolist()
+    for row_index in row_indices[:_MOST_ROWS]:
+        texts = []
+        for table in (table_before, table_after):
+            text = _value_text(table[column.name].iloc[row_index])
+            if upper_column in table:
+                text = f"{text} to {_value_text(table[upper_column].iloc[row_index])}"
+            texts.append(text)
+        row_key = _key_text(table_before.index[row_index])
+        yield Statement(table_name, row_key, column.name, texts[0], texts[1], is_count)
+    if len(row_indices) > _MOST_ROWS:
+        count_of_rest = f"{len(row_indices) - _MOST_ROWS} more rows"
+        yield Statement(table_name, count_of_rest, column.name, "", "", is_count)
 
 
-def _row_name(index: object) -> str:
-    return ", ".join(map(str, index)) if isinstance(index, tuple) else str(index)
+def _key_text(key: object) -> str:
+    return ", ".join(map(str, key)) if isinstance(key, tuple) else str(key)
 
 
-def _text(value: object) -> str:
+def _value_text(value: object) -> str:
     if isinstance(value, tuple):
         return ", ".join(value) or "none"
     if value is None or value is pd.NA or (isinstance(value, float) and np.isnan(value)):
@@ -194,10 +229,12 @@ def changed_lines(
         with_numbers: Whether a line with other numbers is another line. Without them words and
             counts ("33 of 75") are compared.
     """
-    old, new = list(before), list(after)
+    compared_before = list(before)
+    compared_after = list(after)
     if not with_numbers:
-        old, new = list(map(_without_numbers, old)), list(map(_without_numbers, new))
-    matcher = SequenceMatcher(a=old, b=new, autojunk=False)
+        compared_before = list(map(_without_numbers, compared_before))
+        compared_after = list(map(_without_numbers, compared_after))
+    matcher = SequenceMatcher(a=compared_before, b=compared_after, autojunk=False)
     for kind_of_change, first_old, last_old, first_new, last_new in matcher.get_opcodes():
         if kind_of_change == "equal":
             continue

@@ -15,29 +15,29 @@ from oilfilm.logs.raw_files import read_listings
 
 @dataclass(frozen=True)
 class StepOutputs:
-    """What steps have listed when they ended.
+    """The output files of steps, as each step listed them when it ended.
 
     Attributes:
-        digests: sha256 of each file, by its path in the project.
-        listings: The file in which its step has listed it, by the same path.
+        digest_by_path: sha256 of each file, by its path in the project.
+        listing_by_path: The file in which the step listed it, by the same path.
     """
 
-    digests: Mapping[str, str]
-    listings: Mapping[str, Path]
+    digest_by_path: Mapping[str, str]
+    listing_by_path: Mapping[str, Path]
 
     @classmethod
-    def of(cls, listings: Iterable[Path]) -> Self:
-        """What some listings name. A listing that is removed meanwhile, to be renewed, is empty."""
-        digests: dict[str, str] = {}
+    def from_listings(cls, listings: Iterable[Path]) -> Self:
+        """The files that some listings name; a listing that is removed meanwhile names none."""
+        digest_by_path: dict[str, str] = {}
         listing_by_path: dict[str, Path] = {}
         for listing in listings:
             try:
-                digests_of_step = read_listings(listing)
+                digest_by_path_of_step = read_listings(listing)
             except FileNotFoundError:
                 continue
-            digests |= digests_of_step
-            listing_by_path |= dict.fromkeys(digests_of_step, listing)
-        return cls(digests, listing_by_path)
+            digest_by_path |= digest_by_path_of_step
+            listing_by_path |= dict.fromkeys(digest_by_path_of_step, listing)
+        return cls(digest_by_path, listing_by_path)
 
     def refuse_altered(self, path: str, file: Path) -> None:
         """Refuse a listed file that is not as its step wrote it.
@@ -47,12 +47,12 @@ class StepOutputs:
             file: The file, or its local copy.
 
         Raises:
-            OilfilmError: It is another one.
+            OilfilmError: Its content is another.
         """
-        digest, written = file_digest(file), self.digests[path]
-        if digest != written:
+        digest, listed_digest = file_digest(file), self.digest_by_path[path]
+        if digest != listed_digest:
             raise OilfilmError(
                 f"{path}: is not as its step wrote it. Its sha256 begins with {digest[:12]}, the "
-                f"step wrote {written[:12]}. Remove it and {self.listings[path]}, then give the "
-                "same command again: the step is repeated."
+                f"step wrote {listed_digest[:12]}. Remove it and {self.listing_by_path[path]}, "
+                "then give the same command again: the step is repeated."
             )

@@ -33,9 +33,10 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.tree import PINS, copy_file
 from oilfilm.settings.yaml_file import read_yaml
-from oilfilm.tables import LARGEST_TABLE, UNREADABLE, refuse_unpacking
+from oilfilm.tables import MOST_BYTES_UNPACKED, READ_ERRORS, refuse_oversized
 
-# Files that a pin keeps for the drift gate: what a release states. The points are too large.
+# Files that a pin keeps for the drift gate: those with the statements of a release. The table of
+# points is too large.
 _PINNED_FILES = (
     "config.yaml",
     "summary.txt",
@@ -62,12 +63,12 @@ class StoredRelease:
     Attributes:
         folder: The folder.
         manifest: Its manifest.
-        pinned: Whether it is a pin, which keeps only some of the files.
+        is_pin: Whether it is a pin, which keeps only some of the files.
     """
 
     folder: Path
     manifest: Manifest
-    pinned: bool
+    is_pin: bool
 
     @classmethod
     def open(cls, folder: Path) -> "StoredRelease":
@@ -80,17 +81,17 @@ class StoredRelease:
         return cls(folder, manifest, is_pin)
 
     @cached_property
-    def files(self) -> dict[str, FileRecord]:
-        """The files by their paths."""
+    def record_by_path(self) -> dict[str, FileRecord]:
+        """The record of each file that the manifest names, by its path."""
         return {record.path: record for record in self.manifest.files}
 
     @property
     def name(self) -> str:
         """Campaign and version, safe to print."""
         name = printable(f"{self.manifest.made_from.campaign} {self.manifest.version}")
-        return f"{name} (pin)" if self.pinned else name
+        return f"{name} (pin)" if self.is_pin else name
 
-    def changes(self) -> list[str]:
+    def find_changes(self) -> list[str]:
         """A sentence for each file that differs from the manifest, is missing or is extra.
 
         `SHA256SUMS` must be there and name every file. A folder with the name of a release must
@@ -99,22 +100,20 @@ class StoredRelease:
         files_present = set(files_below(self.folder))
         sentences = [
             f"{printable(path)}: is extra: the manifest does not name it."
-            for path in files_present - UNLISTED_FILES - self.files.keys()
+            for path in files_present - UNLISTED_FILES - self.record_by_path.keys()
         ]
-        if self.pinned:
+        if self.is_pin:
             expected_records = [
-                checksums_record
-                for path, checksums_record in self.files.items()
-                if path in files_present
+                record for path, record in self.record_by_path.items() if path in files_present
             ]
         else:
             # the file that `sha256sum -c` reads and that a signature covers
             checksums_text = checksums(self.manifest).encode()
             digest = sha256(checksums_text).hexdigest()
             checksums_record = FileRecord(path=CHECKSUMS, sha256=digest, size=len(checksums_text))
-            expected_records = [*self.files.values(), checksums_record]
+            expected_records = [*self.record_by_path.values(), checksums_record]
             sentences.append(self._wrong_folder_name())
-        sentences += [self.mismatch(checksums_record) for checksums_record in expected_records]
+        sentences += [self.describe_mismatch(record) for record in expected_records]
         return sorted(filter(None, sentences))
 
     def _wrong_folder_name(self) -> str:
@@ -133,8 +132,8 @@ class StoredRelease:
             f"{folder_name}: is the name of another release: the manifest is that of {self.name}."
         )
 
-    def mismatch(self, record: FileRecord) -> str:
-        """The difference of a file from its record, in a sentence; empty if there is none."""
+    def describe_mismatch(self, record: FileRecord) -> str:
+        """A sentence on how a file differs from its record; empty if it does not."""
         path = self.folder / record.path
         name = printable(record.path)
         folders_on_the_way = path.parents[: record.path.count("/")]
@@ -163,40 +162,40 @@ class StoredRelease:
             OilfilmError: It is missing, is no plain file, differs from the manifest, or is too
                 large, packed or unpacked.
         """
-        record = self.files[path]
+        record = self.record_by_path[path]
         if record.size > most_bytes:
             raise OilfilmError(
                 f"{self.folder}: {path} has {record.size} bytes, more than are read ({most_bytes})."
             )
-        mismatch = self.mismatch(record)
+        mismatch = self.describe_mismatch(record)
         if mismatch:
             raise OilfilmError(f"{self.folder}: {mismatch}")
         if path.endswith(".parquet"):
-            refuse_unpacking(self.folder / path, LARGEST_TABLE)
+            refuse_oversized(self.folder / path, MOST_BYTES_UNPACKED)
         return self.folder / path
 
-    def table(self, name: str) -> pd.DataFrame | None:
+    def read_table(self, name: str) -> pd.DataFrame | None:
         """A table; None where the release has none, or the pin does not keep it.
 
         Raises:
             OilfilmError: As in `checked_file`, or as in `tables.read`.
         """
         path = f"tables/{name}.parquet"
-        if path not in self.files or (self.pinned and not (self.folder / path).exists()):
+        if path not in self.record_by_path or (self.is_pin and not (self.folder / path).exists()):
             return None
         file = self.checked_file(path)
         try:
             return tables.read(name, file)
-        except UNREADABLE as error:
+        except READ_ERRORS as error:
             raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
 
-    def lines(self, path: str) -> list[str] | None:
+    def read_lines(self, path: str) -> list[str] | None:
         """The lines of a text; None where the release has none, or the pin does not keep it.
 
         Raises:
             OilfilmError: As in `checked_file`, or it is no text.
         """
-        if path not in self.files or (self.pinned and not (self.folder / path).exists()):
+        if path not in self.record_by_path or (self.is_pin and not (self.folder / path).exists()):
             return None
         file = self.checked_file(path)
         try:
@@ -204,7 +203,7 @@ class StoredRelease:
         except UnicodeDecodeError:
             raise OilfilmError(f"{file}: is no text in UTF-8.") from None
 
-    def config(self) -> dict[str, Any]:
+    def read_config(self) -> dict[str, Any]:
         """All settings of the run, as plain values.
 
         Raises:
@@ -231,12 +230,12 @@ def pin(release: Path, root: Path) -> Path:
         OilfilmError: It is no release, is damaged, or is itself a pin.
     """
     stored = StoredRelease.open(release)
-    if stored.pinned:
+    if stored.is_pin:
         raise OilfilmError(f"{release}: is a pin already; expected a release.")
     folder = root / PINS / stored.manifest.made_from.campaign
     with atomic_folder(folder) as temporary:
         for path in _PINNED_FILES:
-            if path in stored.files:
+            if path in stored.record_by_path:
                 copy_file(stored.checked_file(path), temporary / path)
         (temporary / PINNED_MANIFEST).write_bytes(stored.manifest.text().encode())
     return folder
@@ -272,7 +271,7 @@ def fetch_release(address: str, folder: Path) -> None:
                 "then try again."
             ) from None
         try:
-            changes = StoredRelease.open(temporary).changes()
+            changes = StoredRelease.open(temporary).find_changes()
         except OilfilmError as error:
             raise OilfilmError(str(error).replace(str(temporary), address)) from None
         if changes:

@@ -38,12 +38,12 @@ def code_files(home: Path) -> dict[str, Path]:
         folder_of_tree[_LIBRARY] = PACKAGE
         for name in studies.available():
             folder_of_tree[f"workflow/{name}"] = studies.folder(name)
-    files = {}
-    for name, top in folder_of_tree.items():
-        for path in _files_of_code(top):
-            path_parts = path.relative_to(top).parts
-            files["/".join((name, *path_parts))] = path
-    return dict(sorted(files.items()))
+    file_by_path = {}
+    for name, folder in folder_of_tree.items():
+        for path in _files_of_code(folder):
+            path_parts = path.relative_to(folder).parts
+            file_by_path["/".join((name, *path_parts))] = path
+    return dict(sorted(file_by_path.items()))
 
 
 def _files_of_code(path: Path) -> Iterator[Path]:
@@ -78,11 +78,11 @@ def environment(home: Path) -> Environment:
     The kernels are those of this process. Other steps of a run may have had another machine.
     """
     lock = (home / RUN_LOCK).read_text(encoding="utf-8")
-    names = re.findall(r"^([\w.-]+)==", lock, re.MULTILINE)
-    versions = {}
-    for name in names:
+    package_names = re.findall(r"^([\w.-]+)==", lock, re.MULTILINE)
+    version_by_package = {}
+    for package_name in package_names:
         with suppress(metadata.PackageNotFoundError):  # of another system
-            versions[name] = metadata.version(name)
+            version_by_package[package_name] = metadata.version(package_name)
     return Environment(
         python=platform.python_version(),
         # results have the same bytes on one kind of machine: mathematical libraries depend on it
@@ -90,7 +90,7 @@ def environment(home: Path) -> Environment:
         c_library=" ".join(platform.libc_ver()).strip(),
         cpu=" ".join(np.show_config(mode="dicts")["SIMD Extensions"].get("found", [])),
         blas=blas_libraries(),
-        packages=versions,
+        packages=version_by_package,
     )
 
 

@@ -17,27 +17,27 @@ const RAD_S_PER_RPM = Math.PI / 30;
 const SCALES = [Math.log, Math.log, (value) => value];
 const square = (value) => Math.max(value, 0) ** 2;
 const root = (value) => Math.sqrt(Math.max(value, 0));
-const same = (value) => value;
+const identity = (value) => value;
 // How each value is interpolated, and the way back.
 const FORMS = {
   torque: [Math.log, Math.exp], torqueLower: [Math.log, Math.exp], torqueUpper: [Math.log, Math.exp],
   slip: [root, square], slipLower: [root, square], slipUpper: [root, square],
-  film: [Math.log, Math.exp], share: [same, same],
+  film: [Math.log, Math.exp], share: [identity, identity],
 };
 
 // ---------------------------------------------------------------- interpolating
 
 // The corners of the cell around a point, [index, weight] with weights above 0, of levels that rise.
 function corners(levels, point) {
-  return levels.reduce((found, axis, i) => {
+  return levels.reduce((cell, axis, i) => {
     const size = axis.length;
-    const place = SCALES[i](Math.min(Math.max(point[i], axis[0]), axis[size - 1]));
-    const above = axis.findIndex((level) => SCALES[i](level) >= place);
+    const scaledPoint = SCALES[i](Math.min(Math.max(point[i], axis[0]), axis[size - 1]));
+    const above = axis.findIndex((level) => SCALES[i](level) >= scaledPoint);
     const below = Math.max(above - 1, 0);
     const width = SCALES[i](axis[above]) - SCALES[i](axis[below]);
-    const share = width > 0 ? (place - SCALES[i](axis[below])) / width : 0;
+    const share = width > 0 ? (scaledPoint - SCALES[i](axis[below])) / width : 0;
     const ends = [[below, 1 - share], [above, share]].filter(([, weight]) => weight > 0);
-    return found.flatMap(([index, weight]) => ends.map(([end, part]) => [index * size + end, weight * part]));
+    return cell.flatMap(([index, weight]) => ends.map(([end, endWeight]) => [index * size + end, weight * endWeight]));
   }, [[0, 1]]);
 }
 
@@ -48,14 +48,14 @@ const isSingle = (values, cell) => cell.every(([index]) => values.single[index] 
 // where the cage may roll or skid at a calculated point of the cell.
 function predictBearing(number, point) {
   const onMap = [point[0], point[1], DATA.temperature];
-  const [ofMap, ofOther, ofSame] = [corners(FINE.levels, onMap), corners(COARSE.levels, point), corners(COARSE.levels, onMap)];
+  const [cellOfMap, coarseCell, coarseCellOnMap] = [corners(FINE.levels, onMap), corners(COARSE.levels, point), corners(COARSE.levels, onMap)];
   const [fine, coarse] = [FINE.oils[number], COARSE.oils[number]];
   const isOnMap = point[2] === DATA.temperature;
-  const known = isSingle(fine, ofMap) && (isOnMap || (isSingle(coarse, ofOther) && isSingle(coarse, ofSame)));
+  const known = isSingle(fine, cellOfMap) && (isOnMap || (isSingle(coarse, coarseCell) && isSingle(coarse, coarseCellOnMap)));
   const values = {};
   for (const [name, [form, back]] of Object.entries(FORMS)) {
-    const change = isOnMap ? 0 : mean(coarse[name], ofOther, form) - mean(coarse[name], ofSame, form);
-    values[name] = known ? back(mean(fine[name], ofMap, form) + change) : NaN;
+    const change = isOnMap ? 0 : mean(coarse[name], coarseCell, form) - mean(coarse[name], coarseCellOnMap, form);
+    values[name] = known ? back(mean(fine[name], cellOfMap, form) + change) : NaN;
   }
   return { ...values, known };
 }
@@ -65,10 +65,10 @@ function bestOil(answers) {
   if (answers.some(({ known }) => !known)) return null;
   const best = (hasFilm) => {
     const candidates = answers.map((answer, i) => ({ ...answer, i })).filter(hasFilm);
-    const held = candidates.filter(({ slip }) => slip <= DATA.slipLimit * (1 + ROUNDING));
-    const smallest = (some, name) => some.reduce((first, next) => (next[name] < first[name] * (1 - ROUNDING) ? next : first)).i;
+    const holdingCage = candidates.filter(({ slip }) => slip <= DATA.slipLimit * (1 + ROUNDING));
+    const smallest = (oils, name) => oils.reduce((first, next) => (next[name] < first[name] * (1 - ROUNDING) ? next : first)).i;
     if (!candidates.length) return -1;
-    return held.length ? smallest(held, "torque") : smallest(candidates, "slip");
+    return holdingCage.length ? smallest(holdingCage, "torque") : smallest(candidates, "slip");
   };
   const known = best(({ film }) => film > DATA.filmLimit * (1 + ROUNDING));
   const perhaps = best(({ film }) => Number.isNaN(film) || film > DATA.filmLimit * (1 + ROUNDING));
@@ -78,12 +78,12 @@ function bestOil(answers) {
 // ---------------------------------------------------------------- showing
 
 const point = AXES.map(({ start }) => start);
-const three = (value) => (Math.abs(value) >= 100 ? value.toFixed(0) : Number(value.toPrecision(3)).toString());
+const threeDigits = (value) => (Math.abs(value) >= 100 ? value.toFixed(0) : Number(value.toPrecision(3)).toString());
 
 // A value above its interval, so that a phone shows all columns.
 function withInterval(values) {
   if (!values.every(Number.isFinite)) return ["not known"];
-  const [value, lower, upper] = values.map(three);
+  const [value, lower, upper] = values.map(threeDigits);
   const interval = document.createElement("span");
   interval.className = "unit";
   interval.textContent = `${lower} to ${upper}`;
@@ -103,9 +103,9 @@ function show() {
   const speed = point[1] * RAD_S_PER_RPM;
   OILS.forEach((_, i) => {
     const { torque, torqueLower, torqueUpper, slip, slipLower, slipUpper } = answers[i];
-    const ofTorque = [torque, torqueLower, torqueUpper];
-    byId(`torque-${i}`).replaceChildren(...withInterval(ofTorque));
-    byId(`loss-${i}`).replaceChildren(...withInterval(ofTorque.map((value) => value * speed)));
+    const torqueAndEnds = [torque, torqueLower, torqueUpper];
+    byId(`torque-${i}`).replaceChildren(...withInterval(torqueAndEnds));
+    byId(`loss-${i}`).replaceChildren(...withInterval(torqueAndEnds.map((value) => value * speed)));
     byId(`slip-${i}`).replaceChildren(...withInterval([slip, slipLower, slipUpper].map((value) => 100 * value)));
   });
   const best = outside.length ? null : bestOil(answers);
@@ -114,9 +114,9 @@ function show() {
   const inDraws = Number.isFinite(share) ? `, in ${share.toFixed(0)} % of the draws` : "";
   byId("best").textContent = best === null ? "Best oil: not known here" : best < 0 ? "Best oil: none has a full film"
     : `Best oil: ${OILS[best]}${inDraws}`;
-  const parted = OILS.filter((_, i) => !outside.length && !answers[i].known);
-  byId("parted").hidden = !parted.length;
-  byId("parted").textContent = `Not interpolated for ${parted.join(", ")}: near this point the cage may roll or skid, or the answer has no interval. The command below calculates it.`;
+  const undecided = OILS.filter((_, i) => !outside.length && !answers[i].known);
+  byId("parted").hidden = !undecided.length;
+  byId("parted").textContent = `Not interpolated for ${undecided.join(", ")}: near this point the cage may roll or skid, or the answer has no interval. The command below calculates it.`;
   byId("command").textContent = `oilfilm bearing --bearing ${DATA.bearing} --load ${point[0]}N --speed ${point[1]}rpm --temperature ${point[2]}degC --results results/${DATA.campaign}`;
   AXES.forEach(({ name, unit }, i) => {
     byId(`slider-${name}`).value = point[i];

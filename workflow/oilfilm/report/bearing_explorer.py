@@ -18,8 +18,8 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import every_second
 
-# Names in the page, and columns of the tables.
-_VALUES = {
+# Column of the tables of each value, by the name of the value in the page.
+_COLUMN_OF_VALUE = {
     "torque": "torque_n_m",
     "torqueLower": "torque_n_m_lower",
     "torqueUpper": "torque_n_m_upper",
@@ -30,18 +30,19 @@ _VALUES = {
     "share": "best_share",
 }
 _LOAD, _SPEED, _TEMPERATURE = "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"
+# Column, label and unit of each axis, by the name of the axis in the page.
 _AXES = {
     "load": (_LOAD, "Axial load", "N"),
     "speed": (_SPEED, "Speed of the inner ring", "rpm"),
     "temperature": (_TEMPERATURE, "Oil temperature", "\N{DEGREE SIGN}C"),
 }
-# Steps of a slider.
+# Least number of steps of a slider.
 _STEPS = 200
 # Significant digits of the values in the page.
 _DIGITS = 5
 
 
-def bearing_explorer(results: CampaignTables, settings: Settings) -> dict[str, Any] | None:
+def bearing_explorer_data(results: CampaignTables, settings: Settings) -> dict[str, Any] | None:
     """Everything that the bearing's explorer needs, as plain values for JSON.
 
     Args:
@@ -53,45 +54,50 @@ def bearing_explorer(results: CampaignTables, settings: Settings) -> dict[str, A
         of load, speed and temperature, and by oil the values at all their combinations, with the
         temperature fastest. None where the campaign has no map of cage slip.
     """
-    fine = results.cage_slip
-    if fine.empty:
+    fine_map = results.cage_slip
+    if fine_map.empty:
         return None
-    coarse = pd.concat([_at_coarse_levels(fine), results.cage_slip_by_temperature])
-    coarse_levels = {name: sorted(coarse[column].unique()) for name, (column, *_) in _AXES.items()}
-    fine_levels = {name: sorted(fine[column].unique()) for name, (column, *_) in _AXES.items()}
-    oils = list(dict.fromkeys(fine["oil"]))
+    coarse_map = pd.concat([_at_coarse_levels(fine_map), results.cage_slip_by_temperature])
+    coarse_levels = {
+        name: sorted(coarse_map[column].unique()) for name, (column, *_) in _AXES.items()
+    }
+    fine_levels = {name: sorted(fine_map[column].unique()) for name, (column, *_) in _AXES.items()}
+    oils = list(dict.fromkeys(fine_map["oil"]))
     return {
         "campaign": settings.campaign.name,
-        "bearing": str(fine["bearing"].iloc[0]),
+        "bearing": str(fine_map["bearing"].iloc[0]),
         "slipLimit": settings.bearing.cage_slip.slip_limit,
         "filmLimit": settings.gates.lambda_limit,
         "axes": [_slider(name, fine_levels, coarse_levels) for name in _AXES],
         "temperature": fine_levels["temperature"][0],
-        "fine": {"levels": list(fine_levels.values()), "oils": _by_oil(fine, oils)},
-        "coarse": {"levels": list(coarse_levels.values()), "oils": _by_oil(coarse, oils)},
+        "fine": {"levels": list(fine_levels.values()), "oils": _values_of_oils(fine_map, oils)},
+        "coarse": {
+            "levels": list(coarse_levels.values()),
+            "oils": _values_of_oils(coarse_map, oils),
+        },
         "oils": oils,
     }
 
 
-def _at_coarse_levels(fine: pd.DataFrame) -> pd.DataFrame:
+def _at_coarse_levels(fine_map: pd.DataFrame) -> pd.DataFrame:
     """Rows of the map of cage slip at every second level of load and speed."""
-    loads = every_second(fine[_LOAD].unique().tolist())
-    speeds = every_second(fine[_SPEED].unique().tolist())
-    return fine[fine[_LOAD].isin(loads) & fine[_SPEED].isin(speeds)]
+    loads = every_second(fine_map[_LOAD].unique().tolist())
+    speeds = every_second(fine_map[_SPEED].unique().tolist())
+    return fine_map[fine_map[_LOAD].isin(loads) & fine_map[_SPEED].isin(speeds)]
 
 
 def _slider(
-    name: str, fine: dict[str, list[float]], coarse: dict[str, list[float]]
+    name: str, fine_levels: dict[str, list[float]], coarse_levels: dict[str, list[float]]
 ) -> dict[str, Any]:
     """A slider over one of `_AXES`; it starts at a level in the middle of the map.
 
     Args:
         name: Name of the axis.
-        fine: Levels of the map by axis.
-        coarse: Levels of the coarser map by axis.
+        fine_levels: Levels of the map by axis.
+        coarse_levels: Levels of the coarser map by axis.
     """
     _, label, unit = _AXES[name]
-    levels = coarse[name]
+    levels = coarse_levels[name]
     span = levels[-1] - levels[0]
     # a step of 1, 10 or 100: the numbers of the sliders are round
     step = 10.0 ** max(0, np.floor(np.log10(span / _STEPS))) if span > 0 else 1.0
@@ -102,26 +108,27 @@ def _slider(
         "low": float(np.ceil(levels[0] / step) * step),
         "high": float(np.floor(levels[-1] / step) * step),
         "step": step,
-        "start": float(np.round(fine[name][len(fine[name]) // 2] / step) * step),
+        "start": float(np.round(fine_levels[name][len(fine_levels[name]) // 2] / step) * step),
     }
 
 
-def _by_oil(table: pd.DataFrame, oils: Sequence[str]) -> list[dict[str, Any]]:
-    """Values of each oil at all combinations of levels, and whether each is one of a single motion.
+def _values_of_oils(slip_map: pd.DataFrame, oils: Sequence[str]) -> list[dict[str, Any]]:
+    """Values of each oil at all combinations of levels, and whether the cage has a single motion.
 
-    A point has no single motion where the cage may roll or skid, or where that is not known.
+    It has none where the cage may roll or skid, or where that is not known.
     """
-    by_oil = []
+    values_of_oils = []
     for oil in oils:
-        rows = table[table["oil"] == oil].sort_values([_LOAD, _SPEED, _TEMPERATURE])
+        rows = slip_map[slip_map["oil"] == oil].sort_values([_LOAD, _SPEED, _TEMPERATURE])
         is_single = ~rows["bistable"].astype("boolean").fillna(True).to_numpy(dtype=bool)
         is_single &= rows["torque_n_m_lower"].notna().to_numpy()
         values: dict[str, Any] = {
-            name: _as_json(rows[column].to_numpy(dtype=float)) for name, column in _VALUES.items()
+            name: _as_json(rows[column].to_numpy(dtype=float))
+            for name, column in _COLUMN_OF_VALUE.items()
         }
         values["single"] = [int(single) for single in is_single]
-        by_oil.append(values)
-    return by_oil
+        values_of_oils.append(values)
+    return values_of_oils
 
 
 def _as_json(values: FloatArray) -> list[float | None]:

@@ -1,4 +1,4 @@
-"""Where the data of a campaign are from.
+"""Where the data of a campaign are from, in words.
 
 Decides: how simulated data are named.
 """
@@ -6,7 +6,7 @@ Decides: how simulated data are named.
 from oilfilm.settings.campaign import Campaign
 
 
-def provenance(campaign: Campaign) -> str:
+def data_origin(campaign: Campaign) -> str:
     """Whether a campaign's data were simulated or measured, and by whom, in words.
 
     The report has this in its header. A figure of simulated data has its own mark.

@@ -27,7 +27,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from oilfilm import tables
 from oilfilm.base import studies
-from oilfilm.report.names import gate_name, law_name, law_names, load_variable
+from oilfilm.report.names import gate_in_words, law_title, law_titles, load_variable_in_words
 
 _LIBRARY = Path(__file__).parents[1]
 # Templates of a study are named with its package.
@@ -91,20 +91,20 @@ class Section:
         return bool(self.facts or any(self.tables) or self.entries)
 
 
-def meanings(sections: Iterable[Section]) -> dict[str, str]:
-    """The words that a report explains, with their meanings; `glossary.yaml` has the first ones."""
-    meaning_of = dict(_declarations(Path(__file__).with_name("glossary.yaml")))
+def meaning_by_word(sections: Iterable[Section]) -> dict[str, str]:
+    """The words that a report explains, with their meanings; those of all reports are first."""
+    meanings = dict(_yaml_content(Path(__file__).with_name("glossary.yaml")))
     for section in sections:
-        meaning_of |= section.glossary
-    return meaning_of
+        meanings |= section.glossary
+    return meanings
 
 
-def facts(template: str, **numbers: Any) -> list[Fact]:
-    """Sentences from numbers.
+def facts(template: str, **variables: Any) -> list[Fact]:
+    """Facts made by a template.
 
     Args:
         template: File below the library's folder, as `report/sections/data.jinja`.
-        numbers: The variables of the template. A line end within a text becomes a blank.
+        variables: The variables of the template. A line end within a text becomes a blank.
 
     Raises:
         ValueError: A line of the template does not begin with a mark.
@@ -113,21 +113,23 @@ def facts(template: str, **numbers: Any) -> list[Fact]:
         >>> facts("report/sections/laws.jinja", rows=[], tie="A tie by construction")[0].text
         'A tie by construction.'
     """
-    sentences: list[Fact] = []
-    text = _environment().get_template(template).render(numbers)
-    for line in text.split("\n"):
+    facts_so_far: list[Fact] = []
+    rendered = _environment().get_template(template).render(variables)
+    for line in rendered.split("\n"):
         mark, _, line_text = line.strip().partition(" ")
         match mark:
             case "":
                 continue
             case "-" | "!":
                 # the first word may be a name: it keeps its small letter
-                sentences.append(Fact(f"{line_text.strip().rstrip('.')}.", is_trouble=mark == "!"))
-            case ">" if sentences:
-                sentences[-1] = replace(sentences[-1], advice=sentence(line_text))
+                facts_so_far.append(
+                    Fact(f"{line_text.strip().rstrip('.')}.", is_trouble=mark == "!")
+                )
+            case ">" if facts_so_far:
+                facts_so_far[-1] = replace(facts_so_far[-1], advice=sentence(line_text))
             case _:
                 raise ValueError(f"{template}: the line {line!r} begins with no mark")
-    return sentences
+    return facts_so_far
 
 
 def sentence(text: str) -> str:
@@ -143,12 +145,12 @@ def sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:].rstrip('.')}."
 
 
-def _percent(share: float, digits: int = 1) -> str:
+def _percent_in_sentence(share: float, digits: int = 1) -> str:
     """A share in percent, in a sentence."""
     return UNKNOWN if np.isnan(share) else f"{100 * share:.{digits}f} %"
 
 
-def _number(value: float, form: str = ".3g") -> str:
+def _number_in_sentence(value: float, form: str = ".3g") -> str:
     """A number with the digits that a reader needs, in a sentence."""
     return UNKNOWN if np.isnan(value) else format(value, form)
 
@@ -187,13 +189,13 @@ def _environment() -> Environment:
         finalize=_on_one_line,
     )
     environment.filters |= {
-        "percent": _percent,
-        "number": _number,
+        "percent": _percent_in_sentence,
+        "number": _number_in_sentence,
         "counted": counted,
         "listed": listed,
         "sentence": sentence,
-        "law_name": law_name,
-        "gate_name": gate_name,
+        "law_title": law_title,
+        "gate_in_words": gate_in_words,
     }
     return environment
 
@@ -201,12 +203,12 @@ def _environment() -> Environment:
 _NO_VALUE = "\N{EN DASH}"
 _MINUS = "\N{MINUS SIGN}"
 
-# From a value to the text of its cell.
-Form = Callable[[Any], str]
+# A function from a value to the text of its cell.
+CellForm = Callable[[Any], str]
 
 
 @dataclass(frozen=True)
-class Column:
+class ShownColumn:
     """A column of a shown table.
 
     Attributes:
@@ -221,13 +223,13 @@ class Column:
 
     name: str
     heading: str
-    form: Form = str
+    form: CellForm = str
     unit: str | None = None
     meaning: str | None = None
     is_number: bool = False
     is_verdict: bool = False
 
-    def described(self, model: tables.Table) -> "Column":
+    def described(self, model: tables.Table) -> "ShownColumn":
         """The column, completed with unit, meaning and type from the model of its table."""
         if self.name not in model.names:
             return replace(self, unit=self.unit or "")
@@ -250,7 +252,7 @@ class ShownTable:
         caption: Its caption.
         columns: Its columns.
         rows: One text per cell.
-        left_out: Number of rows that are not shown, because there are too many.
+        left_out_count: Number of rows that are not shown, because there are too many.
         source: File with all rows, below the campaign's results.
         links: Address behind the first cell of each row; no links if empty.
         in_text: Whether the text report has it, too.
@@ -258,9 +260,9 @@ class ShownTable:
 
     name: str
     caption: str
-    columns: Sequence[Column]
+    columns: Sequence[ShownColumn]
     rows: Sequence[Sequence[str]]
-    left_out: int = 0
+    left_out_count: int = 0
     source: str = ""
     links: Sequence[str] = ()
     in_text: bool = False
@@ -270,47 +272,47 @@ class ShownTable:
         return bool(self.rows)
 
 
-def significant(error: float) -> str:
-    """Format of a value that shows two digits of its error: further digits mean nothing."""
+def format_by_error(error: float) -> str:
+    """Format of a value up to the second digit of its error: further digits mean nothing."""
     if np.isnan(error) or error <= 0:
         return ".4g"
     decimals = np.clip(1 - np.floor(np.log10(error)), 0, 8)
     return f".{int(decimals)}f"
 
 
-def number(digits: str) -> Form:
-    """Form of a number, with a minus sign for print; a dash for NaN."""
+def number_form(number_format: str) -> CellForm:
+    """The form of numbers in a format as `.3g`, with a minus sign for print; a dash for NaN."""
 
     def text(value: float) -> str:
-        return _NO_VALUE if np.isnan(value) else f"{value:{digits}}".replace("-", _MINUS)
+        return _NO_VALUE if np.isnan(value) else f"{value:{number_format}}".replace("-", _MINUS)
 
     return text
 
 
-def percent(digits: int) -> Form:
-    """Form of a share, in percent; a dash for NaN."""
-    percentage = number(f".{digits}f")
+def percent_form(decimals: int) -> CellForm:
+    """The form of shares, in percent with some decimals; a dash for NaN."""
+    form_of_percentage = number_form(f".{decimals}f")
 
     def text(share: float) -> str:
-        return _NO_VALUE if np.isnan(share) else f"{percentage(100 * share)} %"
+        return _NO_VALUE if np.isnan(share) else f"{form_of_percentage(100 * share)} %"
 
     return text
 
 
 # Forms by their names in `shown_tables.yaml`, beside formats of numbers and percentages.
-FORMS: dict[str, Form] = {
-    "gate": gate_name,
-    "law": law_name,
-    "laws": law_names,
+FORMS: dict[str, CellForm] = {
+    "gate": gate_in_words,
+    "law": law_title,
+    "laws": law_titles,
     "list": ", ".join,
-    "load variable": load_variable,
+    "load variable": load_variable_in_words,
     "yes or no": lambda flag: "yes" if flag else "no",
 }
 
 
 def show_table(
     frame: pd.DataFrame,
-    declared: str,
+    declared_name: str,
     caption: str = "",
     name: str = "",
     rows_max: int | None = None,
@@ -319,28 +321,30 @@ def show_table(
 
     Args:
         frame: Its rows.
-        declared: Its name there.
+        declared_name: The name of the table in `shown_tables.yaml`.
         caption: Its caption, if not declared there.
-        name: Its name in the page, if not `declared`.
+        name: Its name in the page, if it differs from the declared one.
         rows_max: Largest number of rows that are shown; no limit if None.
     """
-    declaration = _shown_tables()[declared]
-    table = declaration.get("model", declared)
-    model = tables.TABLES.get(table)
+    declaration = _shown_tables()[declared_name]
+    model_name = declaration.get("model", declared_name)
+    model = tables.TABLES.get(model_name)
     columns = []
-    for column_name, keys in declaration["columns"].items():
+    for column_name, declared_column in declaration["columns"].items():
         if column_name not in frame:
             continue
-        column = _declared_column(column_name, keys)
+        column = _declared_column(column_name, declared_column)
         columns.append(column if model is None else column.described(model))
-    shown = frame[:rows_max]
+    shown_rows = frame[:rows_max]
     return ShownTable(
-        name=name or declared,
+        name=name or declared_name,
         caption=caption or declaration["caption"],
         columns=columns,
-        rows=[[column.form(row[column.name]) for column in columns] for row in tables.rows(shown)],
-        left_out=len(frame) - len(shown),
-        source=f"tables/{table}.parquet",
+        rows=[
+            [column.form(row[column.name]) for column in columns] for row in tables.rows(shown_rows)
+        ],
+        left_out_count=len(frame) - len(shown_rows),
+        source=f"tables/{model_name}.parquet",
         in_text=declaration.get("in_text", False),
     )
 
@@ -348,33 +352,33 @@ def show_table(
 @cache
 def _shown_tables() -> dict[str, Any]:
     """Declarations of the shown tables of oilfilm and of all studies, by name."""
-    declarations = dict(_declarations(Path(__file__).with_name("shown_tables.yaml")))
+    declarations = dict(_yaml_content(Path(__file__).with_name("shown_tables.yaml")))
     for file in studies.shown_tables(studies.available()):
-        declarations |= _declarations(file)
+        declarations |= _yaml_content(file)
     return declarations
 
 
 @cache
-def _declarations(path: Path) -> dict[str, Any]:
+def _yaml_content(path: Path) -> dict[str, Any]:
     """Content of a YAML file."""
     return dict(yaml.safe_load(path.read_text(encoding="utf-8")))
 
 
-def _declared_column(name: str, keys: str | Mapping[str, Any]) -> Column:
-    """A column as `shown_tables.yaml` declares it: its heading alone, or attributes of `Column`."""
-    if isinstance(keys, str):
-        return Column(name, heading=keys)
-    attributes = dict(keys)
+def _declared_column(name: str, declared_column: str | Mapping[str, Any]) -> ShownColumn:
+    """A column from its declaration: its heading alone, or the attributes of `ShownColumn`."""
+    if isinstance(declared_column, str):
+        return ShownColumn(name, heading=declared_column)
+    attributes = dict(declared_column)
     attributes["form"] = _declared_form(attributes.get("form", ""))
-    return Column(name, **attributes)
+    return ShownColumn(name, **attributes)
 
 
-def _declared_form(name: str) -> Form:
+def _declared_form(name: str) -> CellForm:
     """A form by its declared name: `law`, `.3g`, `1%`; plain text if empty."""
     if not name:
         return str
     if name in FORMS:
         return FORMS[name]
     if name.endswith("%"):
-        return percent(int(name.removesuffix("%")))
-    return number(name)
+        return percent_form(int(name.removesuffix("%")))
+    return number_form(name)

@@ -20,12 +20,12 @@ _ALL_OILS = ""
 class _RunCount(NamedTuple):
     """Number of accepted runs, and of all runs."""
 
-    accepted: int
-    runs: int
+    accepted_count: int
+    run_count: int
 
 
-# Counts by oil; those of all oils are under `_ALL_OILS`.
-_RunCounts = dict[str, _RunCount]
+# Counts by oil; the counts over all oils have the key `_ALL_OILS`.
+_RunCountByOil = dict[str, _RunCount]
 
 
 def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
@@ -49,12 +49,12 @@ def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
             "campaign file."
         )
     lines = []
-    for kind, counts in _accepted_runs(results, campaign):
-        for oil, (accepted, runs) in counts.items():
+    for runs_name, counts in _accepted_runs(results, campaign):
+        for oil, (accepted_count, run_count) in counts.items():
             if oil == _ALL_OILS:
-                lines.append(f"{kind}: {accepted} of {runs} accepted\n")
+                lines.append(f"{runs_name}: {accepted_count} of {run_count} accepted\n")
             else:
-                lines.append(f"  {oil}: {accepted} of {runs}\n")
+                lines.append(f"  {oil}: {accepted_count} of {run_count}\n")
     return "".join(lines)
 
 
@@ -63,75 +63,77 @@ def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
 
     Empty where there are enough. Arguments are those of `accepted_runs_text`.
     """
-    fewest = campaign.min_accepted_runs
-    smallest_share = campaign.min_accepted_share
+    runs_min = campaign.min_accepted_runs
+    share_min = campaign.min_accepted_share
     sentences = []
-    for kind, counts in _accepted_runs(results, campaign):
-        accepted, runs = counts[_ALL_OILS]
-        if accepted < fewest:
-            sentences.append(_too_few(kind, accepted, runs, fewest))
+    for runs_name, counts in _accepted_runs(results, campaign):
+        accepted_count, run_count = counts[_ALL_OILS]
+        if accepted_count < runs_min:
+            sentences.append(_too_few(runs_name, accepted_count, run_count, runs_min))
             continue
-        for oil, (accepted_of_oil, runs_of_oil) in counts.items():
-            if accepted_of_oil < fewest:
-                sentence = _too_few(kind, accepted_of_oil, runs_of_oil, fewest)
+        for oil, (accepted_count_of_oil, run_count_of_oil) in counts.items():
+            if accepted_count_of_oil < runs_min:
+                sentence = _too_few(runs_name, accepted_count_of_oil, run_count_of_oil, runs_min)
                 sentences.append(f"oil {oil}: {sentence}")
-        if exceeds(smallest_share * runs, accepted):
+        if exceeds(share_min * run_count, accepted_count):
             sentences.append(
-                f"{accepted} of {runs} {kind} accepted, "
-                f"expected at least {smallest_share:.0%} of them"
+                f"{accepted_count} of {run_count} {runs_name} accepted, "
+                f"expected at least {share_min:.0%} of them"
             )
     return sentences
 
 
-def _too_few(kind: str, accepted: int, runs: int, fewest: int) -> str:
+def _too_few(runs_name: str, accepted_count: int, run_count: int, runs_min: int) -> str:
     """The sentence for too few accepted runs of a kind of rig."""
-    return f"{accepted} of {runs} {kind} accepted, expected at least {fewest}"
+    return f"{accepted_count} of {run_count} {runs_name} accepted, expected at least {runs_min}"
 
 
-def unread_logs(results: CampaignTables) -> set[str]:
-    """Logs of which no run could be read; a remark on the run sheet is no refusal."""
+def names_of_unread_logs(results: CampaignTables) -> set[str]:
+    """Names of the logs of which no run could be read; a remark on the run sheet is no refusal."""
     quarantine = results.quarantine
     refused_files = quarantine.loc[~quarantine["rule"].isin(REMARKS), "file"]
     return set(refused_files) - set(results.runs["file"])
 
 
-def _accepted_runs(results: CampaignTables, campaign: Campaign) -> Iterator[tuple[str, _RunCounts]]:
-    """Accepted runs and all runs of each kind of rig, by oil."""
+def _accepted_runs(
+    results: CampaignTables, campaign: Campaign
+) -> Iterator[tuple[str, _RunCountByOil]]:
+    """For each kind of rig: the name of its runs, and the number of accepted and of all, by oil."""
     runs = results.runs
     traction_runs = pd.DataFrame(
         {"oil": runs["oil"], "accepted": runs["verdict"] == "accepted"}, index=runs.index
     )
-    yield "runs", _counts(traction_runs, len(unread_logs(results)))
+    yield "runs", _counts(traction_runs, len(names_of_unread_logs(results)))
     if campaign.torque is not None:
         by_run = results.torque_runs.groupby("run_id")
         torque_runs = by_run.agg(oil=("oil", "first"), accepted=("accepted", "any"))
-        lost = _lost_torque_runs(results.torque_quarantine, torque_runs.index)
-        yield "torque runs", _counts(torque_runs, len(lost))
+        lost_names = _lost_torque_runs(results.torque_quarantine, torque_runs.index)
+        yield "torque runs", _counts(torque_runs, len(lost_names))
 
 
 def _lost_torque_runs(quarantine: pd.DataFrame, run_ids: Iterable[Any]) -> set[str]:
-    """Refused torque runs and unread logs, which have no plateau.
+    """Names of refused torque runs and of unread logs, which have no plateau.
 
     Args:
         quarantine: Table `torque_quarantine`.
         run_ids: Runs with a plateau, as `LOG` or `LOG:RUN`.
     """
     refused = quarantine[~quarantine["rule"].isin(REMARKS)]
-    names = refused["run_id"].where(refused["run_id"] != "", refused["file"])
-    runs = {str(run_id) for run_id in run_ids}
-    logs_of_runs = {run_id.rpartition(":")[0] or run_id for run_id in runs}
-    return set(names) - runs - logs_of_runs
+    refused_names = refused["run_id"].where(refused["run_id"] != "", refused["file"])
+    names_of_runs = {str(run_id) for run_id in run_ids}
+    names_of_their_logs = {run_id.rpartition(":")[0] or run_id for run_id in names_of_runs}
+    return set(refused_names) - names_of_runs - names_of_their_logs
 
 
-def _counts(runs: pd.DataFrame, lost: int) -> _RunCounts:
+def _counts(runs: pd.DataFrame, lost_count: int) -> _RunCountByOil:
     """Counts of all runs, then by oil.
 
     Args:
         runs: Columns `oil` and `accepted`.
-        lost: Number of runs and logs beside them, whose oil is not known.
+        lost_count: Number of runs and logs without a row, whose oil is not known.
     """
-    counts = {_ALL_OILS: _RunCount(int(runs["accepted"].sum()), len(runs) + lost)}
+    counts = {_ALL_OILS: _RunCount(int(runs["accepted"].sum()), len(runs) + lost_count)}
     with_known_oil = runs[runs["oil"] != ""]
-    for oil, accepted in with_known_oil.groupby("oil", sort=False)["accepted"]:
-        counts[str(oil)] = _RunCount(int(accepted.sum()), len(accepted))
+    for oil, is_accepted in with_known_oil.groupby("oil", sort=False)["accepted"]:
+        counts[str(oil)] = _RunCount(int(is_accepted.sum()), len(is_accepted))
     return counts

@@ -19,7 +19,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import LEAST_MAGNITUDE, level_numbers_by_gap
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE
-from oilfilm.report.names import CONDITIONS, oil_colour
+from oilfilm.report.names import CONDITION_TEXTS, oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import SLIP_SCALE, scaled_slip
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -27,18 +27,18 @@ from oilfilm.torque.operating_grid import AXES
 from oilfilm.traction.expression import Form, Language, straight_line_form
 from oilfilm.traction.law import Law, to_internal
 
-# Nodes of the surface in the page: along a condition its tested levels and their middles, or a
-# fixed number where it has more levels; and along the slip.
+# Nodes of the surface in the page. Along a condition they are its tested levels and the middles
+# between them, or a fixed number of nodes where it has too many levels.
 _MOST_LEVELS = 6
-_NODES = 7
-_SLIP_NODES = 17
+_NODE_COUNT = 7
+_SLIP_NODE_COUNT = 17
 # Neighbouring levels of a condition differ by more than this share of its range.
 _LEVEL_GAP = 0.05
 # Significant digits of the values at the nodes.
 _DIGITS = 4
 _LOAD = "load_n"
 _FEWEST_STEPS = 100  # of a slider
-# Of one step: a limit that differs by less from a whole number of steps is on that step.
+# A limit that is nearer to a step than this share of a step is on that step.
 _STEP_TOLERANCE = 1e-9
 
 
@@ -99,21 +99,21 @@ class Axis:
         )
 
 
-def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
-    """Everything that the explorer needs, as plain values for JSON.
+def explorer_data(results: CampaignTables, settings: Settings) -> dict[str, Any]:
+    """Everything that the explorer in the page needs, as plain values for JSON.
 
     Args:
         results: Tables `points`, `coefficients`, `refits` and `fit_quality`.
         settings: All settings of the campaign.
     """
     load_n_at_1_gpa = load_at_1_gpa(settings)
-    fits = explored_fits(results, load_n_at_1_gpa)
+    fit_by_oil = explored_fits(results, load_n_at_1_gpa)
     nearby = settings.report.nearby.model_dump()
-    axes = [_axis_as_json(axis, nearby) for axis in sliders(fits, results, settings)]
+    axes = [_axis_as_json(axis, nearby) for axis in sliders(fit_by_oil, results, settings)]
     oils = []
-    for oil in list(fits):
+    for oil in list(fit_by_oil):
         # a fit keeps its surface: it goes before the next one
-        fit = fits.pop(oil)
+        fit = fit_by_oil.pop(oil)
         oil_as_json = {
             "name": oil,
             "colour": oil_colour(oil, list(settings.oils)),
@@ -125,13 +125,13 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
 
 
 def _axis_as_json(axis: Axis, nearby: Mapping[str, float]) -> dict[str, Any]:
-    """A slider with its name, and with the distance within which a measured point is near it.
+    """A slider for JSON, with its texts and with the distance at which a measured point is near.
 
     Args:
         axis: The slider.
         nearby: Largest distance by condition, absolute or (`_relative`) as a share.
     """
-    symbol, label, unit = CONDITIONS[axis.name]
+    symbol, label, unit = CONDITION_TEXTS[axis.name]
     relative_key = f"{axis.name}_relative"
     is_relative = relative_key in nearby
     axis_as_json = asdict(axis)
@@ -149,30 +149,30 @@ def load_at_1_gpa(settings: Settings) -> float | None:
     return None if contact is None else float(contact.load_n(1.0))
 
 
-def explored_fits(results: CampaignTables, load_at_1_gpa: float | None) -> dict[str, FittedLaw]:
+def explored_fits(results: CampaignTables, load_n_at_1_gpa: float | None) -> dict[str, FittedLaw]:
     """The fits of the configured law that can be evaluated at P, U, T and S, by oil.
 
     Args:
         results: Tables `points`, `coefficients`, `refits` and `fit_quality`.
-        load_at_1_gpa: As of the function `load_at_1_gpa`; laws of load need it.
+        load_n_at_1_gpa: As of the function `load_at_1_gpa`; laws of load need it.
     """
-    fits = {}
+    fit_by_oil = {}
     for oil in results.configured.fit_quality["oil"]:
         fit = FittedLaw.from_results(results, oil)
         lacks_constants = np.isnan(fit.coefficients.constants).any()
-        lacks_load = load_at_1_gpa is None and _LOAD in fit.law.conditions
+        lacks_load = load_n_at_1_gpa is None and _LOAD in fit.law.conditions
         if not lacks_constants and not lacks_load:
-            fits[str(oil)] = fit
-    return fits
+            fit_by_oil[str(oil)] = fit
+    return fit_by_oil
 
 
 def sliders(
-    fits: Mapping[str, FittedLaw], results: CampaignTables, settings: Settings
+    fit_by_oil: Mapping[str, FittedLaw], results: CampaignTables, settings: Settings
 ) -> list[Axis]:
     """Sliders over all tested conditions, and over the ranges of `report.sliders` if they overlap.
 
     Args:
-        fits: By oil.
+        fit_by_oil: Fits by oil.
         results: Table `points`.
         settings: All settings of the campaign.
     """
@@ -180,7 +180,8 @@ def sliders(
     usual_ranges = settings.report.sliders
     start_point = _central_point(results)
     boxes = [
-        _box_over_axes(fit.coefficients.box, fit.law, load_n_at_1_gpa) for fit in fits.values()
+        _box_over_axes(fit.coefficients.box, fit.law, load_n_at_1_gpa)
+        for fit in fit_by_oil.values()
     ]
     axes = []
     for index, name in enumerate(AXES):
@@ -198,62 +199,64 @@ def sliders(
         start = float(np.clip(start_point.get(name, low), low, high))
         # every law depends on the slide-roll ratio
         idle = name != "slide_roll_ratio" and not any(
-            fit.coefficients.followed[index] for fit in fits.values()
+            fit.coefficients.followed[index] for fit in fit_by_oil.values()
         )
         axes.append(Axis.over(name, low, high, start, idle))
     return axes
 
 
 def _central_point(results: CampaignTables) -> dict[str, float]:
-    """Conditions of the point nearest to the middle of all, so that the chart shows some points.
+    """Conditions of the point nearest to the middle of all points.
+
+    There the chart shows some points.
 
     Args:
         results: Table `points`.
     """
 
-    def accepted_conditions(names: list[str]) -> Iterator[pd.DataFrame]:
+    def accepted_conditions(columns: list[str]) -> Iterator[pd.DataFrame]:
         """Conditions of the accepted points, a part at a time."""
-        for part in results.parts("points", [*names, "accepted"]):
-            yield part.loc[part["accepted"], names]
+        for part in results.parts("points", [*columns, "accepted"]):
+            yield part.loc[part["accepted"], columns]
 
     is_known = pd.DataFrame(part.notna().any() for part in accepted_conditions(list(AXES)))
-    known = [name for name in AXES if is_known[name].any()]
-    if not known:
+    known_columns = [name for name in AXES if is_known[name].any()]
+    if not known_columns:
         return {}
-    ends = [part.dropna().agg(["min", "max"]) for part in accepted_conditions(known)]
+    ends = [part.dropna().agg(["min", "max"]) for part in accepted_conditions(known_columns)]
     low, high = pd.concat(ends).agg(["min", "max"]).to_numpy()
     if np.isnan(low).any():
         return {}
     width = np.where(high > low, high - low, 1.0)
 
     def nearest(points: pd.DataFrame) -> pd.DataFrame:
-        """The point nearest to the middle; none of no points."""
+        """The row of the point nearest to the middle; no row if there are no points."""
         distance = (((points - (low + high) / 2) / width) ** 2).sum(axis="columns")
         return points.iloc[[int(first_smallest(distance))]] if len(points) else points
 
-    of_parts = [nearest(part.dropna()) for part in accepted_conditions(known)]
-    (row,) = nearest(pd.concat(of_parts, ignore_index=True)).to_numpy().tolist()
-    return dict(zip(known, row, strict=True))
+    nearest_of_parts = [nearest(part.dropna()) for part in accepted_conditions(known_columns)]
+    (central_values,) = nearest(pd.concat(nearest_of_parts, ignore_index=True)).to_numpy().tolist()
+    return dict(zip(known_columns, central_values, strict=True))
 
 
-def law_as_json(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str, Any]:
+def law_as_json(fit: FittedLaw, load_n_at_1_gpa: float | None = None) -> dict[str, Any]:
     """A fitted law with its interval and its tested box, as the page computes with it.
 
     Args:
         fit: The fit.
-        load_at_1_gpa: Load (N) of the rig's contact at 1 GPa, which laws of load need; the load
+        load_n_at_1_gpa: Load (N) of the rig's contact at 1 GPa, which laws of load need; the load
             goes with the cube of the pressure.
 
     Returns:
-        Numbers over the conditions of the law. `inputs` has a factor and a power by condition,
-        which give the condition from P, U or T.
+        Numbers over the conditions of the law. `inputs` has a factor and a power per condition: the
+        condition is the factor times this power of P, U or T.
     """
     law = fit.law
     coefficients = fit.coefficients
     contents = {
         "law": law.name,
         "conditions": law.conditions,
-        "inputs": [(load_at_1_gpa, 3) if name == _LOAD else (1.0, 1) for name in law.conditions],
+        "inputs": [(load_n_at_1_gpa, 3) if name == _LOAD else (1.0, 1) for name in law.conditions],
         "reference": law.reference,
         "exponential": [group in law.exponential for group in law.groups],
         "internal": to_internal(law, coefficients.constants),
@@ -280,26 +283,28 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
     surface = fit.surface
     if surface is None:
         return None
-    tested = surface.contact.to_law(fit.law, surface.measurements.conditions)
-    axes = [*_axes_of_conditions(fit, tested), _axis_of_slip(surface.measurements.slip)]
+    tested_conditions = surface.contact.to_law(fit.law, surface.measurements.conditions)
+    axes = [*_axes_of_conditions(fit, tested_conditions), _axis_of_slip(surface.measurements.slip)]
     meshes = np.meshgrid(*[axis["values"] for axis in axes], indexing="ij")
     conditions = np.full((meshes[0].size, len(fit.law.conditions)), np.nan)
     for axis, mesh in zip(axes[:-1], meshes[:-1], strict=True):
         conditions[:, axis["column"]] = mesh.ravel()
     slip = meshes[-1].ravel()
-    rows = fit.at_tested_levels(conditions)
-    answer = surface.answer(fit.law, rows, slip, CONFIDENCE, whole_curve=False)
-    law_mu = fit.without_interval().predict(rows, slip).traction_coefficient
+    conditions_on_line = fit.at_tested_levels(conditions)
+    surface_answer = surface.answer(
+        fit.law, conditions_on_line, slip, CONFIDENCE, whole_curve=False
+    )
+    law_mu = fit.without_interval().predict(conditions_on_line, slip).traction_coefficient
     return {
         "axes": [{key: axis[key] for key in ("column", "scale", "nodes")} for axis in axes],
-        "shift": as_json(np.log(answer.mu / law_mu), _DIGITS),
-        "half": as_json(np.log(answer.upper / answer.mu), _DIGITS),
+        "shift": as_json(np.log(surface_answer.mu / law_mu), _DIGITS),
+        "half": as_json(np.log(surface_answer.upper / surface_answer.mu), _DIGITS),
         "curve": surface.factors.curve / surface.factors.point,
         "answers": surface.no_law_fits,
     }
 
 
-def _axes_of_conditions(fit: FittedLaw, tested: FloatArray) -> list[dict[str, Any]]:
+def _axes_of_conditions(fit: FittedLaw, tested_conditions: FloatArray) -> list[dict[str, Any]]:
     """Axes of the surface over the followed conditions.
 
     Each has its column among the conditions, its scale, values and nodes. The nodes are the values
@@ -307,47 +312,49 @@ def _axes_of_conditions(fit: FittedLaw, tested: FloatArray) -> list[dict[str, An
 
     Args:
         fit: The fit.
-        tested: Conditions of the law in each curve, shape (curves, conditions).
+        tested_conditions: Conditions of the law in each curve, shape (curves, conditions).
     """
     fixed_names = {fixed.condition for fixed in fit.coefficients.fixed}
     axes = []
-    for column, name in enumerate(fit.law.conditions):
+    for column_index, name in enumerate(fit.law.conditions):
         if name in fixed_names:
             continue
         is_linear = name in LEAST_MAGNITUDE
-        low, high = fit.coefficients.box[column]
+        low, high = fit.coefficients.box[column_index]
         if is_linear:
-            nodes = _nodes_of_levels(tested[:, column], low, high)
+            nodes = _nodes_of_levels(tested_conditions[:, column_index], low, high)
             values = nodes
         else:
-            nodes = _nodes_of_levels(np.log(tested[:, column]), np.log(low), np.log(high))
+            nodes = _nodes_of_levels(
+                np.log(tested_conditions[:, column_index]), np.log(low), np.log(high)
+            )
             values = np.exp(nodes)
         scale = "linear" if is_linear else "log"
-        axes.append({"column": column, "scale": scale, "values": values, "nodes": nodes})
+        axes.append({"column": column_index, "scale": scale, "values": values, "nodes": nodes})
     return axes
 
 
-def _nodes_of_levels(tested: FloatArray, low: float, high: float) -> FloatArray:
-    """Nodes over the tested box: where intervals are narrow, and half way between.
+def _nodes_of_levels(tested_values: FloatArray, low: float, high: float) -> FloatArray:
+    """Nodes over the tested box: at its levels, where intervals are narrow, and half way between.
 
     Args:
-        tested: Value of the condition in each curve, on the scale of the axis.
+        tested_values: Value of the condition in each curve, on the scale of the axis.
         low: Lower end of the box.
         high: Upper end.
     """
-    number = level_numbers_by_gap(tested, _LEVEL_GAP)
-    if number.max() >= _MOST_LEVELS:
-        return np.linspace(low, high, _NODES)
-    levels = np.bincount(number, tested) / np.bincount(number)
-    ends = np.concatenate([[low], levels[1:-1], [high]])
-    return np.sort(np.concatenate([ends, (ends[:-1] + ends[1:]) / 2]))
+    level_of_curve = level_numbers_by_gap(tested_values, _LEVEL_GAP)
+    if level_of_curve.max() >= _MOST_LEVELS:
+        return np.linspace(low, high, _NODE_COUNT)
+    levels = np.bincount(level_of_curve, tested_values) / np.bincount(level_of_curve)
+    levels_to_ends = np.concatenate([[low], levels[1:-1], [high]])
+    return np.sort(np.concatenate([levels_to_ends, (levels_to_ends[:-1] + levels_to_ends[1:]) / 2]))
 
 
-def _axis_of_slip(tested: FloatArray) -> dict[str, Any]:
+def _axis_of_slip(tested_slips: FloatArray) -> dict[str, Any]:
     """The axis over the slip, as those of conditions: even on its scale over the tested slips."""
-    lowest, highest = tested.min(), tested.max()
+    lowest, highest = tested_slips.min(), tested_slips.max()
     first, last = scaled_slip(np.array([lowest, highest])).tolist()
-    nodes = np.linspace(first, last, _SLIP_NODES)
+    nodes = np.linspace(first, last, _SLIP_NODE_COUNT)
     values = (SLIP_SCALE * np.sinh(nodes)).clip(lowest, highest)
     return {"column": -1, "scale": "slip", "values": values, "nodes": nodes}
 
@@ -363,7 +370,7 @@ def _fixed_conditions(fit: FittedLaw) -> list[dict[str, Any]]:
 
 
 def _tested_lattice(fit: FittedLaw) -> list[dict[str, Any]]:
-    """Tested levels of each other condition, by curve, and the largest step between levels.
+    """Each condition that the fit follows: its level in each tested curve, and its largest step.
 
     Empty where the tested conditions are not known.
     """
@@ -371,29 +378,29 @@ def _tested_lattice(fit: FittedLaw) -> list[dict[str, Any]]:
     if not len(coefficients.tested):
         return []
     fixed_names = {fixed.condition for fixed in coefficients.fixed}
-    followed = [name for name in fit.law.conditions if name not in fixed_names]
+    followed_names = [name for name in fit.law.conditions if name not in fixed_names]
     lattice = []
-    for name, step in zip(followed, fit.lattice.steps, strict=True):
+    for name, step in zip(followed_names, fit.lattice.steps, strict=True):
         if np.isfinite(step):
-            tested = coefficients.tested[:, fit.law.conditions.index(name)]
+            tested_values = coefficients.tested[:, fit.law.conditions.index(name)]
             is_logarithmic = name not in LEAST_MAGNITUDE
             lattice.append(
-                {"condition": name, "step": step, "tested": tested, "log": is_logarithmic}
+                {"condition": name, "step": step, "tested": tested_values, "log": is_logarithmic}
             )
     return lattice
 
 
-def _box_over_axes(box: FloatArray, law: Law, load_at_1_gpa: float | None) -> FloatArray:
+def _box_over_axes(box: FloatArray, law: Law, load_n_at_1_gpa: float | None) -> FloatArray:
     """The tested box over P, U, T and S, shape (4, 2): the load goes with the cube of P.
 
     Args:
         box: Over the conditions of the law and S, shape (4, 2).
         law: The law.
-        load_at_1_gpa: Load (N) of the rig's contact at 1 GPa.
+        load_n_at_1_gpa: Load (N) of the rig's contact at 1 GPa.
     """
-    if _LOAD not in law.conditions or load_at_1_gpa is None:
+    if _LOAD not in law.conditions or load_n_at_1_gpa is None:
         return box
-    pressure_gpa = np.cbrt(box[:1] / load_at_1_gpa)
+    pressure_gpa = np.cbrt(box[:1] / load_n_at_1_gpa)
     return np.vstack([pressure_gpa, box[1:]])
 
 
@@ -419,8 +426,8 @@ _FUNCTION_FORMS = {function: Form(f"Math.{function}({{}})") for function in _FUN
 JAVASCRIPT = Language({"**": Form("{} ** {}", 4, (5, 5))} | _FUNCTION_FORMS)
 
 
-# mu and its interval at `at`: the conditions of the law and S, which is not negative. `fit` has the
-# numbers of `law_as_json`. The place is for the slip at which the scale of slips turns.
+# JavaScript of mu and its interval. `at` has the conditions of the law and S, which is never below
+# zero; `fit` has the numbers of `law_as_json`. `%s` stands for `SLIP_SCALE`.
 _TRACTION = """
 function departure({ axes, shift, half }, at) {
   const unknown = { shift: NaN, half: NaN };
@@ -470,7 +477,7 @@ function traction(fit, at) {
 
 
 def law_script(laws: Iterable[Law]) -> str:
-    """JavaScript's `traction(fit, at)`: mu of a fitted law with its interval.
+    """The JavaScript function `traction(fit, at)`: mu of a fitted law with its interval.
 
     Its table `LAWS` has one function per law, by the law's name. The function takes the sizes |X|
     of the coefficients and S, and gives mu.

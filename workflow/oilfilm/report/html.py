@@ -17,10 +17,10 @@ from markupsafe import Markup
 from oilfilm import tables
 from oilfilm.base.figure_catalogue import figures
 from oilfilm.report import captions
-from oilfilm.report.bearing_explorer import bearing_explorer
-from oilfilm.report.document import Section, meanings
-from oilfilm.report.explorer import explorer, law_script
-from oilfilm.report.names import printed
+from oilfilm.report.bearing_explorer import bearing_explorer_data
+from oilfilm.report.document import Section, meaning_by_word
+from oilfilm.report.explorer import explorer_data, law_script
+from oilfilm.report.names import with_print_symbols
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.sections.build import drawn_points
 from oilfilm.settings.resolved import Settings
@@ -29,8 +29,8 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.typeset import mathml
 
 _FOLDER = Path(__file__).parent
-# How good each verdict is. A cell may have more words behind its verdict.
-_LOOK_OF_VERDICT = {
+# The look of each verdict, by how good it is. A cell may have more words behind its verdict.
+_LOOK_BY_VERDICT = {
     "known": "good",
     "holds": "good",
     "yes": "good",
@@ -58,7 +58,7 @@ _LOOK_OF_VERDICT = {
     "not sound": "bad",
     "worse": "bad",
 }
-# Bytes of a picture in the page beside its content: its tag, at most.
+# Most bytes that the tag of a picture takes in the page.
 _LARGEST_TAG = 200
 
 
@@ -68,7 +68,8 @@ class Picture:
 
     Attributes:
         png: The picture.
-        file: Its path below the campaign's results, which the page shows where it has no room.
+        file: Its path below the campaign's results. The page shows the path where the picture has
+            no room.
         title: Its title.
         caption: Its caption.
     """
@@ -79,7 +80,7 @@ class Picture:
     caption: str
 
 
-def html(
+def html_report(
     sections: Sequence[Section],
     results: CampaignTables,
     pngs: Sequence[Path],
@@ -87,7 +88,7 @@ def html(
     settings: Settings,
     provenance: Mapping[str, Any],
 ) -> str:
-    """The page: the sections, the explorer, the figures and the signals of refused runs.
+    """The text of report.html: sections, explorer, figures and signals of refused runs.
 
     Args:
         sections: Sections of the campaign's report.
@@ -98,28 +99,28 @@ def html(
         provenance: Of the job that writes the report.
 
     Returns:
-        HTML; the same results give the same text.
+        HTML. The same arguments give the same text.
     """
-    gallery = _gallery(pngs)
-    signals = _signals(results, refused_folder)
-    data = explorer(results, settings)
-    data["points"] = drawn_points(results, settings.report.points_max)
-    data["bearing"] = bearing_explorer(results, settings)
+    pictures_by_category = _pictures_by_category(pngs)
+    signal_pictures = _signal_pictures(results, refused_folder)
+    page_data = explorer_data(results, settings)
+    page_data["points"] = drawn_points(results, settings.report.points_max)
+    page_data["bearing"] = bearing_explorer_data(results, settings)
     context = {
         "sections": sections,
-        "glossary": meanings(sections).items(),
+        "glossary": meaning_by_word(sections).items(),
         "settings": settings,
         "provenance": provenance,
-        "origin": captions.provenance(settings.campaign),
+        "origin": captions.data_origin(settings.campaign),
         "unreleased": UNRELEASED,
         "style": _asset("page.css"),
         "equations": [
             (Markup(mathml(LAWS[name])), LAWS[name].source)  # noqa: S704  (our own text)
             for name in dict.fromkeys(results.configured.coefficients["law"])
         ],
-        "gallery": gallery,
-        "signals": signals,
-        "data": data,
+        "gallery": pictures_by_category,
+        "signals": signal_pictures,
+        "data": page_data,
         "scripts": [
             Markup(law_script(LAWS.values())),  # noqa: S704  (our own text)
             _asset("page.js"),
@@ -129,22 +130,24 @@ def html(
     page_without_pictures = _template().render(context, embedded={})
     room_bytes = settings.report.size_max_mb * 1e6 - len(page_without_pictures.encode())
     pictures = [
-        picture for pictures_of_category in gallery.values() for picture in pictures_of_category
+        picture
+        for pictures_of_category in pictures_by_category.values()
+        for picture in pictures_of_category
     ]
-    return _template().render(context, embedded=_embedded(pictures + signals, room_bytes))
+    return _template().render(context, embedded=_data_urls(pictures + signal_pictures, room_bytes))
 
 
-def _gallery(pngs: Sequence[Path]) -> dict[str, list[Picture]]:
+def _pictures_by_category(pngs: Sequence[Path]) -> dict[str, list[Picture]]:
     """The figures by category."""
-    gallery: dict[str, list[Picture]] = {}
+    pictures_by_category: dict[str, list[Picture]] = {}
     for png in pngs:
         figure = figures()[png.stem]
         picture = Picture(png, f"figures/{png.name}", figure.full_title, figure.caption)
-        gallery.setdefault(figure.category, []).append(picture)
-    return gallery
+        pictures_by_category.setdefault(figure.category, []).append(picture)
+    return pictures_by_category
 
 
-def _signals(results: CampaignTables, refused_folder: Path) -> list[Picture]:
+def _signal_pictures(results: CampaignTables, refused_folder: Path) -> list[Picture]:
     """The pages of refused runs.
 
     Args:
@@ -163,26 +166,26 @@ def _signals(results: CampaignTables, refused_folder: Path) -> list[Picture]:
     ]
 
 
-def _embedded(pictures: Sequence[Picture], room_bytes: float) -> dict[str, str]:
-    """Pictures as data URLs, by file: as many as fit into the room, the smallest ones first."""
+def _data_urls(pictures: Sequence[Picture], room_bytes: float) -> dict[str, str]:
+    """Data URLs of pictures, by file: of as many as fit into some bytes, the smallest first."""
     base64_of_file = {
         picture.file: base64.b64encode(picture.png.read_bytes()).decode() for picture in pictures
     }
-    embedded: dict[str, str] = {}
+    url_of_file: dict[str, str] = {}
     for file in sorted(base64_of_file, key=lambda file: len(base64_of_file[file])):
         room_bytes -= len(base64_of_file[file]) + _LARGEST_TAG
         if room_bytes > 0:
-            embedded[file] = f"data:image/png;base64,{base64_of_file[file]}"
-    return embedded
+            url_of_file[file] = f"data:image/png;base64,{base64_of_file[file]}"
+    return url_of_file
 
 
-def _look(text: str) -> str:
-    """How good a verdict is: good, fair or bad; empty for another text.
+def _look_of_verdict(text: str) -> str:
+    """The look of the verdict in a cell: good, fair or bad; empty for a text without a verdict.
 
     The longest verdict with which the text begins decides.
     """
-    verdicts = [verdict for verdict in _LOOK_OF_VERDICT if f"{text} ".startswith(f"{verdict} ")]
-    return _LOOK_OF_VERDICT[max(verdicts, key=len)] if verdicts else ""
+    verdicts = [verdict for verdict in _LOOK_BY_VERDICT if f"{text} ".startswith(f"{verdict} ")]
+    return _LOOK_BY_VERDICT[max(verdicts, key=len)] if verdicts else ""
 
 
 def _asset(name: str) -> Markup:
@@ -206,5 +209,9 @@ def _template() -> Template:
         lstrip_blocks=True,
     )
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False, "allow_nan": False}
-    environment.filters |= {"source_hash": _source_hash, "printed": printed, "look": _look}
+    environment.filters |= {
+        "source_hash": _source_hash,
+        "with_print_symbols": with_print_symbols,
+        "look": _look_of_verdict,
+    }
     return environment.get_template("page.html.jinja")

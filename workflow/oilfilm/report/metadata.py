@@ -78,23 +78,25 @@ def _files_of_tables(
         OilfilmError: As in `data_package`.
     """
     campaign = settings.campaign
-    files_of_table: dict[str, list[dict[str, Any]]] = {name: [] for name in tables.TABLES}
+    files_of_table: dict[str, list[dict[str, Any]]] = {
+        table_name: [] for table_name in tables.TABLES
+    }
     path_of_file = {path.relative_to(folder).as_posix(): path for path in paths}
-    for name, path in sorted(path_of_file.items()):
+    for path_below_folder, path in sorted(path_of_file.items()):
         footer = tables.read_footer(path)
         if footer["data"] != campaign.data:
             raise OilfilmError(
-                f"{name}: its footer says that the data are {footer['data']}, campaign "
-                f"{campaign.name!r} that they are {campaign.data}. Delete it and run snakemake "
-                "again."
+                f"{path_below_folder}: its footer says that the data are {footer['data']}, "
+                f"campaign {campaign.name!r} that they are {campaign.data}. Delete it and run "
+                "snakemake again."
             )
-        file = {
-            "path": name,
+        file_record = {
+            "path": path_below_folder,
             "hash": f"sha256:{file_digest(path)}",
             "bytes": path.stat().st_size,
             "rows": parquet.read_metadata(path).num_rows,
         }
-        files_of_table[footer["table"]].append(file)
+        files_of_table[footer["table"]].append(file_record)
     return {table: files for table, files in files_of_table.items() if files}
 
 
@@ -121,20 +123,20 @@ def _without_empty(keys: dict[str, Any]) -> dict[str, Any]:
 
 
 def _resource(
-    table: str, files: Sequence[dict[str, Any]], present: Container[str]
+    table_name: str, files: Sequence[dict[str, Any]], table_names: Container[str]
 ) -> dict[str, Any]:
     """One table of the package.
 
     Args:
-        table: Its name.
+        table_name: Its name.
         files: Its files, as of `_files_of_tables`.
-        present: Names of all tables in the package.
+        table_names: Names of all tables in the package.
     """
-    model = tables.TABLES[table]
+    model = tables.TABLES[table_name]
     first_file = files[0]
     is_one_file = len(files) == 1
     resource = {
-        "name": table,
+        "name": table_name,
         "type": "table",
         "description": model.full_description,
         "path": first_file["path"] if is_one_file else [file["path"] for file in files],
@@ -144,7 +146,7 @@ def _resource(
         "hash": first_file["hash"] if is_one_file else "",
         "rows": sum(file["rows"] for file in files),
         "files": files,
-        "schema": _schema(model, present),
+        "schema": _schema(model, table_names),
     }
     contents = _without_empty(resource)
     # columns that are in the names of the folders (`oil=4102`) and not in the files
@@ -153,14 +155,14 @@ def _resource(
     return contents
 
 
-def _schema(model: tables.Table, present: Container[str]) -> dict[str, Any]:
+def _schema(model: tables.Table, table_names: Container[str]) -> dict[str, Any]:
     """Columns and keys; only keys to tables that are in the package."""
     # the standard forbids nulls in a primary key
     key_has_nulls = any(model[name].nullable for name in model.key)
     foreign_keys = [
-        {"fields": list(columns), "reference": {"resource": table, "fields": list(columns)}}
-        for table, columns in model.references.items()
-        if table in present
+        {"fields": list(columns), "reference": {"resource": table_name, "fields": list(columns)}}
+        for table_name, columns in model.references.items()
+        if table_name in table_names
     ]
     schema = {
         "fields": [_field(column) for column in model.columns],
@@ -180,8 +182,8 @@ def _field(column: tables.Column) -> dict[str, Any]:
     high = column.at_most
     constraints = {
         "required": not column.nullable or None,
-        "minimum": low if low is not None and low > -tables.LARGEST else None,
-        "maximum": high if high is not None and high < tables.LARGEST else None,
+        "minimum": low if low is not None and low > -tables.LARGEST_NUMBER else None,
+        "maximum": high if high is not None and high < tables.LARGEST_NUMBER else None,
         # the standard has no such key for the items of a list
         "enum": list(column.allowed) if column.type != "texts" else [],
     }

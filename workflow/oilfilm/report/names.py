@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from oilfilm.traction import LAW_TITLES
 
 # Symbol, label and unit of the quantities on which mu depends.
-CONDITIONS = {
+CONDITION_TEXTS = {
     "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
     "entrainment_speed_m_s": ("U", "Entrainment speed", "m/s"),
     "inlet_temperature_c": ("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
@@ -47,51 +47,51 @@ def oil_colour(oil: str, oils: Sequence[str]) -> str:
     return _PALETTE[list(oils).index(oil) % len(_PALETTE)]
 
 
-def law_name(key: str) -> str:
-    """The title of a law; the name itself where the law is not installed.
+def law_title(law_name: str) -> str:
+    """The title of a law; its name where the law is not installed.
 
     Examples:
-        >>> law_name("deng2026"), law_name("my-law")
+        >>> law_title("deng2026"), law_title("my-law")
         ('Deng (Eq. 7)', 'my-law')
     """
-    return LAW_TITLES.get(key, key)
+    return LAW_TITLES.get(law_name, law_name)
 
 
-def law_names(keys: Sequence[str] | None) -> str:
+def law_titles(law_names: Sequence[str] | None) -> str:
     """The titles of laws, joined by commas; empty where they are not known.
 
     Examples:
-        >>> law_names(("deng2026", "my-law"))
+        >>> law_titles(("deng2026", "my-law"))
         'Deng (Eq. 7), my-law'
     """
-    return ", ".join(map(law_name, keys or ()))
+    return ", ".join(map(law_title, law_names or ()))
 
 
-def load_variable(key: str) -> str:
-    """A law, or the load variable with which a bearing evaluates it, in words.
+def load_variable_in_words(load_variable: str) -> str:
+    """The name of a law in words, or of the load variable with which a bearing evaluates the law.
 
     Examples:
-        >>> load_variable("load")
+        >>> load_variable_in_words("load")
         'load-based'
     """
-    return LOAD_VARIABLES.get(key, key.replace("_", " "))
+    return LOAD_VARIABLES.get(load_variable, load_variable.replace("_", " "))
 
 
-def gate_name(key: str) -> str:
-    """The name of a gate or of another rule of refusal, in words.
+def gate_in_words(gate_name: str) -> str:
+    """The name of a gate, or of another rule of refusal, in words.
 
     Examples:
-        >>> gate_name("stuck_sensor")
+        >>> gate_in_words("stuck_sensor")
         'stuck sensor'
     """
-    return key.replace("_", " ")
+    return gate_name.replace("_", " ")
 
 
-def printed(text: str) -> str:
+def with_print_symbols(text: str) -> str:
     """A sentence with the symbols of print in place of plain characters.
 
     Examples:
-        >>> printed("mu >= 0")
+        >>> with_print_symbols("mu >= 0")
         'μ ≥ 0'
     """
     for pattern, symbol in _SYMBOLS_OF_PRINT.items():

@@ -12,7 +12,7 @@ const POINTS = DATA.points.mu.map((mu, k) => ({
   half: DATA.points.half[k],
   oil: DATA.points.oil[k],
   run: DATA.points.names[DATA.points.run[k]],
-  at: DATA.points.axes.map((values) => values[k]),
+  conditions: DATA.points.axes.map((values) => values[k]),
 }));
 const POINTS_OF_CURVE = 201;
 const MANY = 500;
@@ -27,11 +27,11 @@ const ROUNDING = 1e-9;
 function onLine(oil, asked) {
   const tested = [...asked];
   let away = false;
-  const place = (condition) => oil.conditions.indexOf(condition);
-  for (const { condition, level, within, least_size: least, in_step: others } of oil.fixed) {
-    const axis = place(condition);
-    tested[axis] = others.reduce((value, other) => value * (asked[place(other.condition)] / other.centre) ** other.exponent, level ?? NaN);
-    const reach = within * Math.max(Math.abs(tested[axis]), least);
+  const columnOf = (condition) => oil.conditions.indexOf(condition);
+  for (const { condition, level, within, least_size: leastSize, in_step: others } of oil.fixed) {
+    const axis = columnOf(condition);
+    tested[axis] = others.reduce((value, other) => value * (asked[columnOf(other.condition)] / other.centre) ** other.exponent, level ?? NaN);
+    const reach = within * Math.max(Math.abs(tested[axis]), leastSize);
     const near = Math.abs(asked[axis] - tested[axis]) <= reach * (1 + ROUNDING);
     away ||= !near && !AXES[axis].idle;
   }
@@ -64,13 +64,13 @@ function predict(oil, point) {
 // ---------------------------------------------------------------- drawing
 
 const shape = (tag, attributes, ...children) => {
-  const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  made.append(...children);
-  return made;
+  const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  element.append(...children);
+  return element;
 };
-const three = (value) => (Number.isFinite(value) ? value.toPrecision(3) : "\u2013");
-const short = (value, digits = 4) => (Number.isFinite(value) ? Number(value.toPrecision(digits)).toString() : "\u2013");
+const threeDigits = (value) => (Number.isFinite(value) ? value.toPrecision(3) : "\u2013");
+const shortNumber = (value, digits = 4) => (Number.isFinite(value) ? Number(value.toPrecision(digits)).toString() : "\u2013");
 
 // Round numbers across a range, about five of them.
 function ticks(low, high) {
@@ -88,14 +88,14 @@ function chart(series, along) {
   const [width, height] = innerWidth < 600 ? [380, 250] : [760, 400];
   const [left, right, top, bottom] = [66, 10, 10, 44];
   const lines = series.map(({ line }) => line.filter(({ mu }) => Number.isFinite(mu)));
-  const dots = series.flatMap((one) => one.dots);
+  const dots = series.flatMap((curve) => curve.dots);
   // an interval that runs away must not flatten the curves
   const tops = lines.flat().map(({ mu, bandUpper }) => Math.max(mu, Math.min(bandUpper || 0, 2 * mu)));
-  const most = Math.max(1e-6, ...tops, ...dots.map(({ mu }) => mu)) * 1.05;
-  const least = Math.min(0, ...dots.map(({ mu }) => mu));
+  const highestMu = Math.max(1e-6, ...tops, ...dots.map(({ mu }) => mu)) * 1.05;
+  const lowestMu = Math.min(0, ...dots.map(({ mu }) => mu));
   const [low, high] = rangeOf(along);
   const x = (value) => left + (width - left - right) * ((value - low) / (high - low));
-  const y = (mu) => height - bottom - (height - top - bottom) * ((Math.min(mu, 2 * most) - least) / (most - least));
+  const y = (mu) => height - bottom - (height - top - bottom) * ((Math.min(mu, 2 * highestMu) - lowestMu) / (highestMu - lowestMu));
   const path = (points) => (points.length ? `M${points.map(([a, b]) => `${x(a).toFixed(2)} ${y(b).toFixed(2)}`).join("L")}` : "");
   const text = (attributes, words) => shape("text", { "text-anchor": "middle", ...attributes }, words);
   const frame = { x: left, y: top, width: width - left - right, height: height - top - bottom };
@@ -103,23 +103,23 @@ function chart(series, along) {
     ...untested(series).map(([from, to]) => shape("rect", { ...frame, class: "shade", x: x(from), width: x(to) - x(from) })),
     ...series.map(({ kind }, i) => {
       const band = lines[i].filter(({ bandUpper }) => Number.isFinite(bandUpper));
-      const outline = [...band.map((at) => [at.x, at.bandUpper]), ...band.map((at) => [at.x, at.bandLower]).reverse()];
+      const outline = [...band.map((prediction) => [prediction.x, prediction.bandUpper]), ...band.map((prediction) => [prediction.x, prediction.bandLower]).reverse()];
       return shape("path", { class: `band ${kind}`, d: path(outline) });
     }),
-    ...series.flatMap(({ kind, dots: own }) => own.map(({ at, mu, half, oil, run }) => shape("g", { class: kind },
-      shape("path", { d: path([[at[along], mu - half], [at[along], mu + half]]) }),
-      shape("circle", { cx: x(at[along]), cy: y(mu), r: dots.length > MANY ? 1.5 : 4 }, shape("title", {}, `${oil}, ${run}\n${
-        AXES.map(({ symbol, unit }, i) => `${symbol} ${short(at[i] ?? NaN)} ${unit}`).join(", ")}\n\u03bc ${short(mu)}`))))),
-    ...series.map(({ kind }, i) => shape("path", { class: `line ${kind}`, d: path(lines[i].map((at) => [at.x, at.mu])) })),
+    ...series.flatMap(({ kind, dots: points }) => points.map(({ conditions, mu, half, oil, run }) => shape("g", { class: kind },
+      shape("path", { d: path([[conditions[along], mu - half], [conditions[along], mu + half]]) }),
+      shape("circle", { cx: x(conditions[along]), cy: y(mu), r: dots.length > MANY ? 1.5 : 4 }, shape("title", {}, `${oil}, ${run}\n${
+        AXES.map(({ symbol, unit }, i) => `${symbol} ${shortNumber(conditions[i] ?? NaN)} ${unit}`).join(", ")}\n\u03bc ${shortNumber(mu)}`))))),
+    ...series.map(({ kind }, i) => shape("path", { class: `line ${kind}`, d: path(lines[i].map((prediction) => [prediction.x, prediction.mu])) })),
     shape("path", { class: "cursor", d: `M${x(state.point[along])} ${top}V${height - bottom}` }));
   const label = "Traction coefficient of the chosen oils; the cards have the numbers";
   return shape("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label },
     shape("clipPath", { id: "clip" }, shape("rect", frame)), inside,
     shape("path", { class: "axis", d: `M${left} ${top}V${height - bottom}H${width - right}` }),
     ...ticks(low, high).flatMap((value) => [shape("path", { class: "axis", d: `M${x(value)} ${height - bottom}v5` }),
-      text({ x: x(value), y: height - bottom + 19 }, short(value))]),
-    ...ticks(least, most).flatMap((mu) => [shape("path", { class: "axis", d: `M${left} ${y(mu)}h-5` }),
-      text({ x: left - 8, y: y(mu) + 4, "text-anchor": "end" }, short(mu))]),
+      text({ x: x(value), y: height - bottom + 19 }, shortNumber(value))]),
+    ...ticks(lowestMu, highestMu).flatMap((mu) => [shape("path", { class: "axis", d: `M${left} ${y(mu)}h-5` }),
+      text({ x: left - 8, y: y(mu) + 4, "text-anchor": "end" }, shortNumber(mu))]),
     text({ x: (left + width - right) / 2, y: height - 6 },
       `${AXES[along].label} ${AXES[along].symbol}${AXES[along].unit && ` (${AXES[along].unit})`}`),
     text({ transform: `translate(14 ${(height - bottom) / 2}) rotate(-90)` }, "Traction coefficient \u03bc"));
@@ -132,9 +132,9 @@ const line = (oil, point, along, [low, high]) => Array.from({ length: POINTS_OF_
 
 // ---------------------------------------------------------------- explorer
 
-const at = (axis, step) => Number((axis.low + Math.min(axis.steps, Math.max(0, step)) * axis.step).toFixed(axis.digits));
+const valueAtStep = (axis, step) => Number((axis.low + Math.min(axis.steps, Math.max(0, step)) * axis.step).toFixed(axis.digits));
 const stepOf = (axis, value) => Math.round((value - axis.low) / axis.step);
-const state = { x: "S", oils: OILS.map((_, i) => i), point: AXES.map((axis) => at(axis, stepOf(axis, axis.start))) };
+const state = { x: "S", oils: OILS.map((_, i) => i), point: AXES.map((axis) => valueAtStep(axis, stepOf(axis, axis.start))) };
 const abscissa = () => AXES.findIndex(({ symbol }) => symbol === state.x);
 const rangeOf = (along) => [AXES[along].low, AXES[along].high];
 
@@ -142,8 +142,8 @@ const rangeOf = (along) => [AXES[along].low, AXES[along].high];
 function nearby(oil, along) {
   const isNear = (value, { nearby: width, relative }, i) => (
     Math.abs(value - state.point[i]) <= (relative ? width * state.point[i] : width));
-  return POINTS.filter((point) => point.oil === oil.name && point.at[along] !== null && point.mu !== null
-    && AXES.every((axis, i) => i === along || !(oil.known[i] ?? true) || isNear(point.at[i], axis, i)));
+  return POINTS.filter((point) => point.oil === oil.name && point.conditions[along] !== null && point.mu !== null
+    && AXES.every((axis, i) => i === along || !(oil.known[i] ?? true) || isNear(point.conditions[i], axis, i)));
 }
 
 // The parts of the abscissa at which every oil shown is outside its tested conditions.
@@ -156,7 +156,7 @@ function untested(series) {
   return starts.map((start, i) => [Math.max(xs[0], start - half), Math.min(xs.at(-1), ends[i] + half)]);
 }
 
-function draw() {
+function drawChart() {
   const along = abscissa();
   const series = state.oils.map((i) => ({
     kind: `oil${i}`,
@@ -168,7 +168,7 @@ function draw() {
   byId("chart-note").textContent = `${count || "No"} points of the logs near this operating point. Coloured bands: the curve of the next good run. Grey: not tested. Dashed: the chosen point.`;
 }
 
-function tell() {
+function updateCards() {
   byId("here").textContent = `At ${AXES.flatMap((axis, i) => (axis.idle ? []
     : [`${axis.symbol} ${state.point[i].toFixed(axis.digits)} ${axis.unit}`.trim()])).join(", ")}`;
   const warnings = [];
@@ -176,12 +176,12 @@ function tell() {
     const oil = OILS[Number(box.value)];
     const { mu, lower, upper, beyond, away, tested, outside } = predict(oil, state.point);
     const card = box.closest(".card");
-    card.querySelector(".mu bdi").textContent = away ? "not known here" : three(mu);
-    card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${three(lower)} to ${three(upper)} (${
-      short(100 * oil.level, 2)} %)` : "not known";
+    card.querySelector(".mu bdi").textContent = away ? "not known here" : threeDigits(mu);
+    card.querySelector(".interval bdi").textContent = Number.isFinite(upper) ? `${threeDigits(lower)} to ${threeDigits(upper)} (${
+      shortNumber(100 * oil.level, 2)} %)` : "not known";
     card.classList.toggle("beyond", outside);
-    const reasons = AXES.flatMap(({ symbol, idle }, k) => (beyond[k] ? [`${symbol} ${idle ? short(tested[k]) : state.point[k]}: tested ${
-      oil.box[k].map((end) => short(onAxis(oil, end, k), 3)).join(" to ")}`] : []));
+    const reasons = AXES.flatMap(({ symbol, idle }, k) => (beyond[k] ? [`${symbol} ${idle ? shortNumber(tested[k]) : state.point[k]}: tested ${
+      oil.box[k].map((end) => shortNumber(onAxis(oil, end, k), 3)).join(" to ")}`] : []));
     if (outside && !away && !reasons.length) reasons.push("not near any tested condition");
     if (mu > oil.limit) reasons.push(`no film carries more shear stress than ${oil.limit} of the pressure`);
     if (box.checked && reasons.length) warnings.push(`${oil.name}: ${reasons.join(", ")}`);
@@ -199,12 +199,12 @@ function update() {
     value.value = state.point[i].toFixed(axis.digits);
   });
   for (const box of document.getElementsByName("oil")) box.checked = state.oils.includes(Number(box.value));
-  draw();
-  tell();
+  drawChart();
+  updateCards();
 }
 
 // Why a typed value cannot be chosen; empty where it can.
-function impossible({ symbol, unit, low, high, digits }, value) {
+function reasonRefused({ symbol, unit, low, high, digits }, value) {
   const reach = ROUNDING * Math.max(Math.abs(low), Math.abs(high));
   if (value >= low - reach && value <= high + reach) return "";
   const range = `${low.toFixed(digits)} to ${high.toFixed(digits)} ${unit}`.trim();
@@ -212,7 +212,7 @@ function impossible({ symbol, unit, low, high, digits }, value) {
   return `${symbol} ${value} is not in the range of this page, ${range}.${percent}`;
 }
 
-function refuse(reason) {
+function showRefusal(reason) {
   byId("refused-value").hidden = !reason;
   byId("refused-value").textContent = reason;
 }
@@ -224,13 +224,13 @@ function listenToExplorer() {
   });
   AXES.forEach((axis, i) => {
     listen(byId(`slider-${axis.symbol}`), "input", (value) => {
-      refuse("");
-      state.point[i] = at(axis, Number(value));
+      showRefusal("");
+      state.point[i] = valueAtStep(axis, Number(value));
     });
     listen(byId(`value-${axis.symbol}`), "change", (value) => {
-      const reason = value === "" ? "" : impossible(axis, Number(value));
-      refuse(reason && `${reason} It stays at ${state.point[i].toFixed(axis.digits)}.`);
-      if (value !== "" && !reason) state.point[i] = at(axis, stepOf(axis, Number(value)));
+      const reason = value === "" ? "" : reasonRefused(axis, Number(value));
+      showRefusal(reason && `${reason} It stays at ${state.point[i].toFixed(axis.digits)}.`);
+      if (value !== "" && !reason) state.point[i] = valueAtStep(axis, stepOf(axis, Number(value)));
     });
   });
   listen(byId("abscissa"), "change", (value) => { state.x = value; });
@@ -239,17 +239,17 @@ function listenToExplorer() {
       state.oils = [...document.querySelectorAll("[name=oil]:checked")].map(({ value }) => Number(value));
     });
   }
-  addEventListener("resize", draw);
+  addEventListener("resize", drawChart);
 }
 
 // The address #run?name=... leads to the operating point of a run, the mean of its points.
 function showRun() {
   const name = new URLSearchParams(location.hash.split("?")[1]).get("name");
-  const own = POINTS.filter(({ run }) => run === name);
-  if (!own.length) return;
+  const pointsOfRun = POINTS.filter(({ run }) => run === name);
+  if (!pointsOfRun.length) return;
   AXES.slice(0, 3).filter(({ idle }) => !idle).forEach((axis) => {
     const i = AXES.indexOf(axis);
-    state.point[i] = at(axis, stepOf(axis, own.reduce((sum, point) => sum + point.at[i] / own.length, 0)));
+    state.point[i] = valueAtStep(axis, stepOf(axis, pointsOfRun.reduce((sum, point) => sum + point.conditions[i] / pointsOfRun.length, 0)));
   });
   update();
   byId("answer").scrollIntoView();

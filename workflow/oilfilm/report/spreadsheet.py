@@ -32,6 +32,6 @@ def csv_text(frame: pd.DataFrame) -> str:
     """
     safe = frame.copy()
     for name in frame.select_dtypes(exclude="number"):
-        text = frame[name].map(_joined).astype(str)
-        safe[name] = text.where(~text.str.startswith(_FORMULA_STARTS), "'" + text)
+        texts = frame[name].map(_joined).astype(str)
+        safe[name] = texts.where(~texts.str.startswith(_FORMULA_STARTS), "'" + texts)
     return safe.to_csv(index=False, lineterminator="\r\n")

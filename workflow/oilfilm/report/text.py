@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from oilfilm.base.errors import printable
 from oilfilm.base.text_table import markdown_table
-from oilfilm.report.captions import provenance
-from oilfilm.report.document import Fact, Section, ShownTable, meanings, sentence
+from oilfilm.report.captions import data_origin
+from oilfilm.report.document import Fact, Section, ShownTable, meaning_by_word, sentence
 from oilfilm.settings.campaign import Campaign
 
 _CONTENTS_OF_RESULTS = (
@@ -20,12 +20,12 @@ _CONTENTS_OF_RESULTS = (
 )
 
 
-def text(
+def text_report(
     sections: Sequence[Section],
     campaign: Campaign,
     contents_of_results: Sequence[tuple[str, str]] = _CONTENTS_OF_RESULTS,
 ) -> str:
-    """The sections as text.
+    """The text of summary.txt, made from the sections.
 
     Args:
         sections: Sections of the campaign's report; the first one is the answer.
@@ -33,20 +33,20 @@ def text(
         contents_of_results: What there is in the results, each with its file or folder.
     """
     answer = sections[0]
-    files = [
+    lines_on_files = [
         f"- {content}: results/{campaign.name}/{file}" for content, file in contents_of_results
     ]
-    glossary = meanings(sections).items()
+    glossary = meaning_by_word(sections).items()
     lines = [
         sentence(f"Campaign {campaign.name}: {campaign.description}"),
-        sentence(provenance(campaign)),
+        sentence(data_origin(campaign)),
         "",
     ]
-    lines += _with_heading(answer.title, _contents(answer))
-    lines += _with_heading("Trouble", _trouble(sections))
-    lines += _with_heading("Where to find what", files)
+    lines += _with_heading(answer.title, _section_lines(answer))
+    lines += _with_heading("Trouble", _trouble_lines(sections))
+    lines += _with_heading("Where to find what", lines_on_files)
     for section in sections[1:]:
-        lines += _with_heading(section.title, _contents(section))
+        lines += _with_heading(section.title, _section_lines(section))
     lines += _with_heading(
         "Words", [f"- {word}: {sentence(meaning)}" for word, meaning in glossary]
     )
@@ -63,27 +63,27 @@ def _with_heading(title: str, lines: Iterable[str]) -> list[str]:
     return [title, "-" * len(title), *body, ""]
 
 
-def _contents(section: Section) -> Iterator[str]:
+def _section_lines(section: Section) -> Iterator[str]:
     """Lines of the facts that are no trouble, and of the tables."""
     facts = [fact for fact in section.facts if not fact.is_trouble]
     if facts:
-        yield from _bullets(facts)
+        yield from _fact_lines(facts)
         yield ""
     for table in section.tables:
-        yield from _table(table)
+        yield from _table_lines(table)
 
 
-def _trouble(sections: Iterable[Section]) -> Iterator[str]:
+def _trouble_lines(sections: Iterable[Section]) -> Iterator[str]:
     """Lines of all trouble, below the titles of the sections."""
     for section in sections:
         trouble = [fact for fact in section.facts if fact.is_trouble]
         if trouble:
             yield f"{section.title}:"
-            yield from _bullets(trouble)
+            yield from _fact_lines(trouble)
             yield ""
 
 
-def _bullets(facts: Iterable[Fact]) -> Iterator[str]:
+def _fact_lines(facts: Iterable[Fact]) -> Iterator[str]:
     """Lines of facts, each with its advice."""
     for fact in facts:
         yield f"- {fact.text}"
@@ -91,7 +91,7 @@ def _bullets(facts: Iterable[Fact]) -> Iterator[str]:
             yield f"  What to do: {fact.advice}"
 
 
-def _table(table: ShownTable) -> Iterator[str]:
+def _table_lines(table: ShownTable) -> Iterator[str]:
     """Lines of a table; none where it has no rows or is for the page alone."""
     if not table or not table.in_text:
         return
@@ -105,6 +105,6 @@ def _table(table: ShownTable) -> Iterator[str]:
     yield ""
     yield from markdown_table(headings, rows)
     yield ""
-    if table.left_out:
-        yield f"And {table.left_out} more rows: {table.source}."
+    if table.left_out_count:
+        yield f"And {table.left_out_count} more rows: {table.source}."
         yield ""

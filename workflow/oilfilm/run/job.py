@@ -23,7 +23,7 @@ from oilfilm.logs.raw_files import RawLogs, listing, read_listings
 from oilfilm.releases.step_outputs import StepOutputs
 from oilfilm.run.start import job_lock, machine_fault
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables, model_of
+from oilfilm.tables.campaign_tables import CampaignTables, model_name
 
 
 @dataclass(frozen=True)
@@ -47,45 +47,47 @@ class Job:
         """The tables among the inputs; each is read when it is first used."""
         return CampaignTables.of_job(self.snakemake.input)
 
-    def write(self, frames: Mapping[str, pd.DataFrame]) -> None:
+    def write(self, frame_by_table: Mapping[str, pd.DataFrame]) -> None:
         """Write each table to the output that the rule names after it.
 
         Raises:
             OilfilmError: As in `tables.write`.
         """
-        for name, frame in frames.items():
-            path = Path(self.snakemake.output[name])
-            tables.write(frame, model_of(name), path, self.provenance)
+        for table_name, frame in frame_by_table.items():
+            path = Path(self.snakemake.output[table_name])
+            tables.write(frame, model_name(table_name), path, self.provenance)
 
-    def join(self, names: Iterable[str]) -> None:
-        """Write tables whose parts are inputs, some rows at a time.
+    def join(self, table_names: Iterable[str]) -> None:
+        """Write tables whose parts are inputs; not all rows are in memory at once.
 
         Raises:
             OilfilmError: As in `tables.write`.
         """
-        for name in names:
-            path = Path(self.snakemake.output[name])
-            with tables.writing(model_of(name), path, self.provenance, tables.ROW_GROUP) as add:
-                for rows in self.tables.parts(name):
+        for table_name in table_names:
+            path = Path(self.snakemake.output[table_name])
+            with tables.writing(
+                model_name(table_name), path, self.provenance, tables.ROW_GROUP
+            ) as add:
+                for rows in self.tables.parts(table_name):
                     add(rows)
 
-    def raw_logs(self, folder: str) -> RawLogs:
+    def raw_logs(self, folder_name: str) -> RawLogs:
         """The raw logs: the inputs `logs`, whose names and digests are the params `files`.
 
         Measured logs become inputs in the provenance when they are read.
 
         Args:
-            folder: Name of their folder below data/raw.
+            folder_name: Name of their folder below data/raw.
         """
         inputs = self.snakemake.input
-        files = self.snakemake.params.files
+        digest_by_name = self.snakemake.params.files
         paths = [Path(path) for path in inputs.get("logs", [])]
-        simulated = bool(inputs.get("listing"))
+        is_simulated = bool(inputs.get("listing"))
         return RawLogs(
-            Path("data/raw", folder),
-            dict(zip(files, paths, strict=True)),
-            read_listings(Path(inputs.listing)) if simulated else files,
-            simulated,
+            Path("data/raw", folder_name),
+            dict(zip(digest_by_name, paths, strict=True)),
+            read_listings(Path(inputs.listing)) if is_simulated else digest_by_name,
+            is_simulated,
             self.provenance["inputs"],
         )
 
@@ -99,29 +101,29 @@ def job(snakemake: Any) -> Iterator[Job]:
     # a job makes few reference cycles and ends soon
     gc.freeze()
     gc.set_threshold(50_000)
-    log = Path(snakemake.log[0])
+    log_path = Path(snakemake.log[0])
     try:
         with job_lock(Path(".snakemake")):
-            log.write_text("", encoding="utf-8")
+            log_path.write_text("", encoding="utf-8")
             _refuse_altered_inputs(snakemake)
             settings = Settings.of(snakemake.params.config)
             yield Job(snakemake, settings, _provenance(snakemake, settings))
             _write_digests(snakemake.output)
-            with log.open("a", encoding="utf-8") as remarks:
+            with log_path.open("a", encoding="utf-8") as remarks:
                 remarks.write("done\n")
     except OilfilmError as mistake:
-        _end(str(mistake), log)
+        _end(str(mistake), log_path)
     except OSError as error:
         fault = machine_fault(error)
         if not fault:
             raise
-        _end(f"{fault} ({error}). Finished steps are kept: run snakemake again.", log)
+        _end(f"{fault} ({error}). Finished steps are kept: run snakemake again.", log_path)
     except MemoryError:
         _end(
             "There is not enough memory for this step. Free some or raise the limit of the job, "
             "then run snakemake again. Shares of the logs are as large as `split.runs` of "
             "config.yaml allows.",
-            log,
+            log_path,
         )
 
 
@@ -131,15 +133,17 @@ def _refuse_altered_inputs(snakemake: Any) -> None:
     Raises:
         OilfilmError: An input was changed by hand.
     """
-    results = [path for path in map(Path, snakemake.input) if portable(path).startswith("results/")]
+    result_paths = [
+        path for path in map(Path, snakemake.input) if portable(path).startswith("results/")
+    ]
     listing_path = snakemake.output.get("made")
-    if not results or not listing_path:
+    if not result_paths or not listing_path:
         return
-    outputs = StepOutputs.of(Path(listing_path).parent.glob("*.sha256"))
-    for path in results:
+    listed_outputs = StepOutputs.from_listings(Path(listing_path).parent.glob("*.sha256"))
+    for path in result_paths:
         for file in files_of(path):
-            if portable(file) in outputs.digests:
-                outputs.refuse_altered(portable(file), file)
+            if portable(file) in listed_outputs.digest_by_path:
+                listed_outputs.refuse_altered(portable(file), file)
 
 
 def _write_digests(outputs: Any) -> None:
@@ -147,12 +151,12 @@ def _write_digests(outputs: Any) -> None:
     listing_path = outputs.get("made")
     if not listing_path:
         return
-    digests = {}
+    digest_by_path = {}
     for path in outputs:
         if path != listing_path:
             for file in files_of(Path(path)):
-                digests[portable(file)] = file_digest(file)
-    write_text(listing(digests), Path(listing_path))
+                digest_by_path[portable(file)] = file_digest(file)
+    write_text(listing(digest_by_path), Path(listing_path))
 
 
 def say(text: str, stream: TextIO = sys.stdout) -> None:
@@ -160,27 +164,27 @@ def say(text: str, stream: TextIO = sys.stdout) -> None:
     print(f"\x1b[K{text}" if stream.isatty() else text, file=stream, flush=True)
 
 
-def _end(sentence: str, log: Path) -> NoReturn:
+def _end(sentence: str, log_path: Path) -> NoReturn:
     """End the script with a sentence in its log and on the terminal."""
     with suppress(OSError):  # the disk may be full
-        log.write_text(f"{sentence}\n", encoding="utf-8")
+        log_path.write_text(f"{sentence}\n", encoding="utf-8")
     say(sentence, sys.stderr)
     sys.exit(1)
 
 
 def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
     """Provenance of the tables of a job, as in `Job`; key `part` marks a share of a step."""
-    plain = settings.plain()
+    plain_settings = settings.plain()
     provenance = {
         "campaign": settings.campaign.name,
         "data": settings.campaign.data,
         "rule": snakemake.rule,
         "code": snakemake.params.code,
-        "settings": settings_digest(plain)[:16],
+        "settings": settings_digest(plain_settings)[:16],
     }
-    for key in ("film", "gates"):
-        if key in plain:
-            provenance[key] = plain[key]
+    for name in ("film", "gates"):
+        if name in plain_settings:
+            provenance[name] = plain_settings[name]
     sheet = getattr(snakemake.params, "sheet", None)
     if sheet:
         provenance["run_sheet"] = settings_digest(sheet)[:16]
@@ -192,7 +196,7 @@ def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
         provenance["part"] = True
         provenance["inputs"] = inputs
     else:
-        provenance["inputs"] = by_folder(inputs)
+        provenance["inputs"] = digests_by_folder(inputs)
     return provenance
 
 
@@ -201,7 +205,7 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
 
     So the digests do not depend on how the work was split.
     """
-    inputs: dict[str, str] = {}
+    digest_by_name: dict[str, str] = {}
     for path in paths:
         name = portable(path)
         is_of_part = "/parts/" in name
@@ -210,28 +214,30 @@ def _input_digests(paths: list[Path]) -> dict[str, str]:
         is_table_of_part = path.suffix == ".parquet" and (is_of_part or "/tables/samples/" in name)
         footer = tables.read_footer(path) if is_table_of_part else {}
         if footer.get("part"):
-            inputs |= footer["inputs"]
-            inputs[f"rule {footer['rule']}"] = f"code {footer['code']}, {footer['settings']}"
+            digest_by_name |= footer["inputs"]
+            digest_by_name[f"rule {footer['rule']}"] = (
+                f"code {footer['code']}, {footer['settings']}"
+            )
         else:
-            inputs[name] = input_digest(path)[:16]
-    return inputs
+            digest_by_name[name] = input_digest(path)[:16]
+    return digest_by_name
 
 
-def by_folder(inputs: Mapping[str, str]) -> dict[str, str]:
-    """The digests with one for all raw logs of a campaign, so that a footer stays short.
+def digests_by_folder(digest_by_path: Mapping[str, str]) -> dict[str, str]:
+    """The digests of inputs, with one digest for each folder of raw logs: a footer stays short.
 
     Args:
-        inputs: Digest of each input. A folder in place of its logs is kept.
+        digest_by_path: Digest of each input. Where a folder stands for its logs, it is kept.
     """
-    digests = {}
+    digest_of_input = {}
     logs_by_folder: dict[str, dict[str, str]] = {}
-    for path, digest in inputs.items():
+    for path, digest in digest_by_path.items():
         *folders, _ = path.split("/")
         if folders[:2] == ["data", "raw"] and len(folders) > 2:
             folder = "/".join(folders[:3])
             logs_by_folder.setdefault(folder, {})[path] = digest
         else:
-            digests[path] = digest
+            digest_of_input[path] = digest
     for folder, logs in logs_by_folder.items():
-        digests[folder] = settings_digest(logs)[:16]
-    return digests
+        digest_of_input[folder] = settings_digest(logs)[:16]
+    return digest_of_input

@@ -16,49 +16,49 @@ from oilfilm.logs.raw_files import read_listings
 _FOLDERS_OF_STEPS = ("logs/", "made/", "parts/", "tables/samples/", "twin/")
 
 
-def paths_of_rules(rules: Iterable[Any], **wildcards: Collection[Any]) -> set[str]:
+def paths_of_rules(rules: Iterable[Any], **values_of_wildcards: Collection[Any]) -> set[str]:
     """Files and folders that the rules of a campaign write, with the logs of their jobs.
 
     Args:
         rules: Snakemake's rules. Rules with other wildcards belong to another workflow.
-        wildcards: Values of each wildcard.
+        values_of_wildcards: Values of each wildcard.
     """
     paths: set[str] = set()
     for rule in rules:
-        names = sorted(rule.wildcard_names)
-        if not set(names) <= wildcards.keys():
+        wildcard_names = sorted(rule.wildcard_names)
+        if not set(wildcard_names) <= values_of_wildcards.keys():
             continue
-        for values in product(*(wildcards[name] for name in names)):
-            wildcards_of_job = dict(zip(names, values, strict=True))
+        for values in product(*(values_of_wildcards[name] for name in wildcard_names)):
+            wildcards_of_job = dict(zip(wildcard_names, values, strict=True))
             for pattern in (*rule.output, *rule.log):
                 paths.add(str(pattern.apply_wildcards(wildcards_of_job)))
     return paths
 
 
-def remove_leftovers(results: Path, needed: set[str]) -> list[str]:
+def remove_leftovers(results: Path, needed_paths: set[str]) -> list[str]:
     """Remove files of steps that no rule writes any more; files of other origin stay.
 
     Args:
         results: Folder of the results of a campaign.
-        needed: Files and folders that its rules write.
+        needed_paths: Files and folders that its rules write.
 
     Returns:
         Names of the removed files below the folder.
     """
     if not results.is_dir():
         return []
-    digests_of_steps = read_listings(*results.glob("made/*.sha256"))
-    removed = []
+    digest_by_path = read_listings(*results.glob("made/*.sha256"))
+    removed_names = []
     for name in files_below(results):
         path = results / name
-        is_of_step = name.startswith(_FOLDERS_OF_STEPS) or portable(path) in digests_of_steps
-        is_needed = not needed.isdisjoint(map(str, (path, *path.parents)))
+        is_of_step = name.startswith(_FOLDERS_OF_STEPS) or portable(path) in digest_by_path
+        is_needed = not needed_paths.isdisjoint(map(str, (path, *path.parents)))
         # no step makes a link to a folder
         if is_of_step and not is_needed and not path.is_dir():
             path.unlink()
-            removed.append(name)
+            removed_names.append(name)
             _remove_empty(path.parent, results)
-    return removed
+    return removed_names
 
 
 def _remove_empty(folder: Path, results: Path) -> None:

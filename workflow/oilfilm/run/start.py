@@ -67,17 +67,17 @@ def check_machine(written_folders: Iterable[Path]) -> None:
 
 def _check_writable(path: Path) -> None:
     """Refuse a folder, existing or not, to which no file can be written."""
-    existing = next(
+    existing_path = next(
         folder for folder in (path, *path.absolute().parents) if os.path.lexists(folder)
     )
-    if not existing.is_dir():
-        raise OilfilmError(f"{existing}: is a file, expected a folder. Move it.")
-    if not os.access(existing, os.W_OK):
-        is_read_only_disk = os.statvfs(existing).f_flag & os.ST_RDONLY
+    if not existing_path.is_dir():
+        raise OilfilmError(f"{existing_path}: is a file, expected a folder. Move it.")
+    if not os.access(existing_path, os.W_OK):
+        is_read_only_disk = os.statvfs(existing_path).f_flag & os.ST_RDONLY
         fault = errno.EROFS if is_read_only_disk else errno.EACCES
-        raise OilfilmError(f"{existing}: {_FAULT_BY_ERRNO[fault]}.")
-    if not shutil.disk_usage(existing).free:
-        raise OilfilmError(f"{existing}: {_FAULT_BY_ERRNO[errno.ENOSPC]}.")
+        raise OilfilmError(f"{existing_path}: {_FAULT_BY_ERRNO[fault]}.")
+    if not shutil.disk_usage(existing_path).free:
+        raise OilfilmError(f"{existing_path}: {_FAULT_BY_ERRNO[errno.ENOSPC]}.")
 
 
 def check_image(image: str) -> None:
@@ -116,23 +116,23 @@ def bring_dates_back(folders: Iterable[Path]) -> None:
                 os.utime(path, ns=(now, now), follow_symlinks=False)
 
 
-def lock_run(records: Path) -> None:
+def lock_run(snakemake_folder: Path) -> None:
     """Hold the lock of a folder until this process ends.
 
     Args:
-        records: Snakemake's folder, `.snakemake`.
+        snakemake_folder: Snakemake's folder, `.snakemake`.
 
     Raises:
         OilfilmError: Another run, or a job that outlived its run, is active.
     """
-    with _open_lock(records) as file:
+    with _open_lock(snakemake_folder) as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise OilfilmError(
-                f"Another run is active in {records.absolute().parent}, or a job of one that was "
-                "killed. Wait until it ends, or end it, then run snakemake again. To run two "
-                "campaigns at a time, give each a folder of its own (oilfilm init)."
+                f"Another run is active in {snakemake_folder.absolute().parent}, or a job of one "
+                "that was killed. Wait until it ends, or end it, then run snakemake again. To run "
+                "two campaigns at a time, give each a folder of its own (oilfilm init)."
             ) from None
         except OSError:  # a file system without such locks
             return
@@ -141,14 +141,16 @@ def lock_run(records: Path) -> None:
 
 
 @contextmanager
-def job_lock(records: Path) -> Iterator[None]:
+def job_lock(snakemake_folder: Path) -> Iterator[None]:
     """Prevent another run from starting while a job is active."""
-    with _open_lock(records) as file:
+    with _open_lock(snakemake_folder) as file:
         with suppress(OSError):
             fcntl.flock(file, fcntl.LOCK_SH)
         yield
 
 
-def _open_lock(records: Path) -> IO[bytes]:
-    records.mkdir(parents=True, exist_ok=True)
-    return (records / _LOCK_NAME).open("a+b")  # network file systems lock readable files only
+def _open_lock(snakemake_folder: Path) -> IO[bytes]:
+    snakemake_folder.mkdir(parents=True, exist_ok=True)
+    return (snakemake_folder / _LOCK_NAME).open(
+        "a+b"
+    )  # network file systems lock readable files only

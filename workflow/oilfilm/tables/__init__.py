@@ -26,64 +26,71 @@ from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.tables.declaration import BY_ROW as BY_ROW
 from oilfilm.tables.declaration import UNITS as UNITS
 from oilfilm.tables.dictionary import COLUMNS as COLUMNS
-from oilfilm.tables.dictionary import LARGEST as LARGEST
+from oilfilm.tables.dictionary import LARGEST_NUMBER as LARGEST_NUMBER
 from oilfilm.tables.dictionary import TABLES as TABLES
 from oilfilm.tables.dictionary import Column as Column
 from oilfilm.tables.dictionary import Table as Table
 from oilfilm.tables.dictionary import unit_of as unit_of
 
-# Bytes of a table once it is unpacked.
-LARGEST_TABLE = 1 << 30
-# Columns and row groups; no table here has a hundredth of them.
+# Most bytes that a table may have once it is unpacked.
+MOST_BYTES_UNPACKED = 1 << 30
+# Largest product of the numbers of columns and row groups; that of each table here is less than a
+# hundredth of it.
 _MOST_CHUNKS = 100_000
 # Types of at most 8 bytes a value.
 _PLAIN_TYPES = {"BOOLEAN", "INT32", "INT64", "FLOAT", "DOUBLE"}
 # Errors of Arrow for a file that is not Parquet or is damaged.
-UNREADABLE = (arrow.ArrowException, OSError, ValueError, RecursionError)
+READ_ERRORS = (arrow.ArrowException, OSError, ValueError, RecursionError)
 
 
-def refuse_unpacking(file: Path, largest: int = LARGEST_TABLE) -> None:
+def refuse_oversized(file: Path, bytes_max: int = MOST_BYTES_UNPACKED) -> None:
     """Refuse a small file that unpacks to more than memory can hold (one value, repeated).
 
     Args:
         file: A Parquet file.
-        largest: Most bytes.
+        bytes_max: Most bytes that it may unpack to.
 
     Raises:
         OilfilmError: It unpacks to more, is no table of plain values, or is missing.
     """
     try:
-        size = _size_unpacked(file, largest)
+        byte_count = _bytes_unpacked(file, bytes_max)
     except FileNotFoundError:
         raise OilfilmError(f"{file}: there is no such table; snakemake makes it.") from None
-    except UNREADABLE as error:
+    except READ_ERRORS as error:
         raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
-    if size > largest:
-        raise OilfilmError(f"{file}: unpacks to {size} bytes, more than are read ({largest}).")
+    if byte_count > bytes_max:
+        raise OilfilmError(
+            f"{file}: unpacks to {byte_count} bytes, more than are read ({bytes_max})."
+        )
 
 
-def _size_unpacked(file: Path, largest: int) -> int:
-    """Bytes of a Parquet file's values in memory, or a size too large on the way to them."""
+def _bytes_unpacked(file: Path, bytes_max: int) -> int:
+    """Bytes of a Parquet file's values in memory; where they exceed the limit, a part of them."""
     metadata = parquet.read_metadata(file)
     if metadata.num_columns * max(metadata.num_row_groups, 1) > _MOST_CHUNKS:
         raise ValueError(
             f"it has {metadata.num_columns} columns in {metadata.num_row_groups} parts; expected "
             f"at most {_MOST_CHUNKS} together"
         )
-    for kind in metadata.schema.to_arrow_schema().types:
-        if arrow.types.is_nested(kind) and not _is_list_of_texts(kind):
-            raise ValueError(f"its columns hold {kind}, which no table here does")
-    row_groups = [metadata.row_group(group) for group in range(metadata.num_row_groups)]
-    chunks = [group.column(index) for group in row_groups for index in range(group.num_columns)]
+    for arrow_type in metadata.schema.to_arrow_schema().types:
+        if arrow.types.is_nested(arrow_type) and not _is_list_of_texts(arrow_type):
+            raise ValueError(f"its columns hold {arrow_type}, which no table here does")
+    row_groups = [metadata.row_group(index) for index in range(metadata.num_row_groups)]
+    chunks = [
+        row_group.column(index)
+        for row_group in row_groups
+        for index in range(row_group.num_columns)
+    ]
     unknown = {chunk.physical_type for chunk in chunks} - {*_PLAIN_TYPES, "BYTE_ARRAY"}
     if unknown:
         raise ValueError(f"its columns hold {min(unknown)}, which no table here does")
-    size = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
+    byte_count = sum(max(chunk.total_uncompressed_size, 8 * chunk.num_values) for chunk in chunks)
     # Only here a value has a length of its own. Read as a dictionary it lies in memory once.
     text_chunks = [chunk for chunk in chunks if chunk.physical_type == "BYTE_ARRAY"]
     text_columns = sorted({chunk.path_in_schema for chunk in text_chunks})
-    if size > largest or not text_columns:
-        return size
+    if byte_count > bytes_max or not text_columns:
+        return byte_count
     for batch in parquet.ParquetFile(file, read_dictionary=text_columns).iter_batches(
         columns=text_columns
     ):
@@ -91,57 +98,59 @@ def _size_unpacked(file: Path, largest: int) -> int:
             values = column.flatten() if isinstance(column, arrow.ListArray) else column
             if isinstance(values, arrow.DictionaryArray):
                 lengths = compute.binary_length(values.dictionary.cast(arrow.large_binary()))
-                size += compute.sum(lengths.take(values.indices)).as_py() or 0
+                byte_count += compute.sum(lengths.take(values.indices)).as_py() or 0
             else:
-                size += values.nbytes
-    return size
+                byte_count += values.nbytes
+    return byte_count
 
 
 def _is_list_of_texts(kind: arrow.DataType) -> bool:
     return arrow.types.is_list(kind) and arrow.types.is_string(kind.value_type)
 
 
-def columns(table: str) -> list[str]:
+def columns(table_name: str) -> list[str]:
     """Names of a table's columns, in order."""
-    return TABLES[table].names
+    return TABLES[table_name].names
 
 
-def empty(table: str) -> pd.DataFrame:
+def empty(table_name: str) -> pd.DataFrame:
     """The table with no rows and every column of its type."""
-    return _empty(table).copy()
+    return _empty(table_name).copy()
 
 
 @cache
-def _empty(table: str) -> pd.DataFrame:
+def _empty(table_name: str) -> pd.DataFrame:
     return pd.DataFrame(
-        {column.name: pd.Series(dtype=column.dtype) for column in TABLES[table].columns}
+        {column.name: pd.Series(dtype=column.dtype) for column in TABLES[table_name].columns}
     )
 
 
-def from_rows(rows: list[dict[str, Any]], table: str) -> pd.DataFrame:
+def from_rows(rows: list[dict[str, Any]], table_name: str) -> pd.DataFrame:
     """A table from one mapping per row; no rows give the empty table."""
-    return conform(pd.DataFrame(rows), table, "new rows") if rows else empty(table)
+    return conform(pd.DataFrame(rows), table_name, "new rows") if rows else empty(table_name)
 
 
-def filled(frame: pd.DataFrame, table: str, where: str = "new rows") -> pd.DataFrame:
-    """Rows as a table: what they do not know is missing, 0 or empty, or the first text allowed.
+def filled(frame: pd.DataFrame, table_name: str, origin: str = "new rows") -> pd.DataFrame:
+    """Rows as a table; a value that they lack becomes null, 0, empty or the first text allowed.
 
     Raises:
         OilfilmError: As `conform`.
     """
     placeholder_by_type: dict[str, Any] = {"number": 0.0, "integer": 0, "flag": False, "text": ""}
-    values = {}
-    for column in TABLES[table].columns:
-        given = frame.get(column.name, pd.Series(np.nan, frame.index))
+    values_by_column = {}
+    for column in TABLES[table_name].columns:
+        given_values = frame.get(column.name, pd.Series(np.nan, frame.index))
         if column.type == "texts":
-            values[column.name] = given if column.nullable else _with_empty_lists(given)
+            values_by_column[column.name] = (
+                given_values if column.nullable else _with_empty_lists(given_values)
+            )
             continue
-        if not column.nullable and given.hasnans:
+        if not column.nullable and given_values.hasnans:
             placeholder = (*column.allowed, placeholder_by_type[column.type])[0]
-            given = given.astype(object).where(given.notna(), placeholder)
+            given_values = given_values.astype(object).where(given_values.notna(), placeholder)
         dtype: Any = column.dtype
-        values[column.name] = given.astype(dtype)
-    return conform(pd.DataFrame(values), table, where)
+        values_by_column[column.name] = given_values.astype(dtype)
+    return conform(pd.DataFrame(values_by_column), table_name, origin)
 
 
 def _with_empty_lists(values: pd.Series) -> pd.Series:
@@ -154,18 +163,20 @@ def rows(frame: pd.DataFrame) -> list[dict[str, Any]]:
     return [{str(name): value for name, value in row.items()} for row in frame.to_dict("records")]
 
 
-# Why the columns of a table are not those that are declared.
-_GIVEN = "Give values for each declared column and for no other (workflow/oilfilm/tables)."
-_OTHER_VERSION = (
+# What to do where the columns of a table are not those that are declared.
+_ADVICE_ON_NEW_ROWS = (
+    "Give values for each declared column and for no other (workflow/oilfilm/tables)."
+)
+_ADVICE_ON_OLD_FILES = (
     "It was made by another version of oilfilm: read it with that version, or make it again."
 )
 
 
 def conform(
     frame: pd.DataFrame,
-    table: str,
-    where: str,
-    advice: str = _GIVEN,
+    table_name: str,
+    origin: str,
+    advice: str = _ADVICE_ON_NEW_ROWS,
     columns: Sequence[str] | None = None,
 ) -> pd.DataFrame:
     """The frame with the columns of the table in order and of their types, after every check.
@@ -176,8 +187,8 @@ def conform(
 
     Args:
         frame: The rows.
-        table: Name of the table's model.
-        where: Where the rows are from, for messages.
+        table_name: Name of the table's model.
+        origin: Where the rows are from, for messages.
         advice: What to do where the columns are not those that are declared.
         columns: The columns that the frame has, in order; all of the table if not given. Checks
             over several columns or rows need them all.
@@ -185,41 +196,49 @@ def conform(
     Raises:
         OilfilmError: A column is missing, unknown, or holds what the contract forbids.
     """
-    model = TABLES[table]
-    names = model.names if columns is None else list(columns)
-    _refuse_other_columns(frame.columns, names, table, where, advice)
+    model = TABLES[table_name]
+    column_names = model.names if columns is None else list(columns)
+    _refuse_other_columns(frame.columns, column_names, table_name, origin, advice)
     frame = frame.reset_index(drop=True)
-    checked = {name: _checked(frame, model[name], model, where) for name in names}
+    values_by_column = {
+        name: _checked_values(frame, model[name], model, origin) for name in column_names
+    }
     # one block of all columns would be one more copy of a large table
-    conformed = pd.DataFrame(checked, columns=names, copy=False)
+    conformed = pd.DataFrame(values_by_column, columns=column_names, copy=False)
     if columns is None:
         for complaint in model.complaints(conformed):
-            raise OilfilmError(f"{where}: table {table!r}: {cut(complaint, 1000)}.")
+            raise OilfilmError(f"{origin}: table {table_name!r}: {cut(complaint, 1000)}.")
     return conformed
 
 
 def _refuse_other_columns(
-    found: Iterable[str], expected: Sequence[str], table: str, where: str, advice: str
+    present_names: Iterable[str],
+    expected_names: Sequence[str],
+    table_name: str,
+    origin: str,
+    advice: str,
 ) -> None:
     """Refuse columns that are not those expected, each once, in any order.
 
     Raises:
         OilfilmError: A column is missing, unknown or repeated.
     """
-    found = list(found)
-    missing = [name for name in expected if name not in found]
-    unknown = [name for name in found if name not in expected]
-    if missing or unknown:
+    present_names = list(present_names)
+    missing_names = [name for name in expected_names if name not in present_names]
+    unknown_names = [name for name in present_names if name not in expected_names]
+    if missing_names or unknown_names:
         raise OilfilmError(
-            f"{where}: table {table!r} lacks the columns {missing or 'none'} and has the unknown "
-            f"columns {cut(unknown or 'none')}. {advice}"
+            f"{origin}: table {table_name!r} lacks the columns {missing_names or 'none'} and has "
+            f"the unknown columns {cut(unknown_names or 'none')}. {advice}"
         )
-    if len(found) > len(expected):
-        repeated = [name for name in expected if found.count(name) > 1]
-        raise OilfilmError(f"{where}: table {table!r} repeats the columns {repeated}. {advice}")
+    if len(present_names) > len(expected_names):
+        repeated_names = [name for name in expected_names if present_names.count(name) > 1]
+        raise OilfilmError(
+            f"{origin}: table {table_name!r} repeats the columns {repeated_names}. {advice}"
+        )
 
 
-def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> pd.Series:
+def _checked_values(frame: pd.DataFrame, column: Column, model: Table, origin: str) -> pd.Series:
     """A column with its type, every check passed."""
     values = frame[column.name]
     if column.type == "texts":
@@ -238,20 +257,20 @@ def _checked(frame: pd.DataFrame, column: Column, model: Table, where: str) -> p
         case = error.failure_cases.iloc[0]
         expected = case.get("check", column.dtype)
         raise OilfilmError(
-            f"{where}: table {model.name!r}, column {column.name!r} ({column.description}): found "
+            f"{origin}: table {model.name!r}, column {column.name!r} ({column.description}): found "
             f"{cut(repr(case['failure_case']))} at row {case['index']}, expected {expected}."
         ) from error
     return validated[column.name]
 
 
-def lists(values: Sequence[tuple[str, ...]], index: pd.Index) -> pd.Series:
+def list_column(lists: Sequence[tuple[str, ...]], index: pd.Index) -> pd.Series:
     """A column of lists of texts.
 
     Args:
-        values: The texts of each row.
+        lists: The texts of each row.
         index: Of the rows.
     """
-    return pd.Series(list(values), index, dtype=object)
+    return pd.Series(list(lists), index, dtype=object)
 
 
 def _as_tuples(values: pd.Series) -> pd.Series:
@@ -266,7 +285,7 @@ def _as_tuples(values: pd.Series) -> pd.Series:
 
 
 def _plainly_obeys(values: pd.Series, column: Column) -> bool:
-    """True where a column has its type and keeps its bounds; in any doubt false."""
+    """Whether a column surely has its type and keeps its bounds; false in any doubt."""
     if values.dtype.name != column.dtype:
         return False
     if values.empty:
@@ -284,19 +303,19 @@ def _plainly_obeys(values: pd.Series, column: Column) -> bool:
     return not column.allowed or bool(values.dropna().isin(column.allowed).all())
 
 
-def write(frame: pd.DataFrame, table: str, path: Path, provenance: Mapping[str, Any]) -> None:
+def write(frame: pd.DataFrame, table_name: str, path: Path, provenance: Mapping[str, Any]) -> None:
     """Check a table and write it completely or not at all, with units and provenance in its footer.
 
     Args:
         frame: The rows.
-        table: Name of the table's model.
+        table_name: Name of the table's model.
         path: Parquet file to write.
         provenance: At least `campaign` and `data` ("simulated" or "measured"); plain JSON values.
 
     Raises:
         OilfilmError: The frame breaks the contract.
     """
-    with writing(table, path, provenance, ROW_GROUP) as add:
+    with writing(table_name, path, provenance, ROW_GROUP) as add:
         add(frame)
 
 
@@ -306,23 +325,24 @@ ROW_GROUP = 1 << 18
 
 @contextmanager
 def writing(
-    table: str, path: Path, provenance: Mapping[str, Any], rows_of_group: int | None = None
+    table_name: str, path: Path, provenance: Mapping[str, Any], group_row_count: int | None = None
 ) -> Iterator[Callable[[pd.DataFrame], None]]:
     """Write a table a part at a time, completely or not at all, as `write` does.
 
-    No check compares the keys of two parts. The provenance may grow until the last part is written.
+    A key that occurs in two parts is not found. The provenance may grow until the last part is
+    written.
 
     Args:
-        table: Name of the table's model.
+        table_name: Name of the table's model.
         path: Parquet file to write.
         provenance: As for `write`.
-        rows_of_group: Rows of each row group but the last, whatever rows the parts have: the bytes
-            do not depend on the parts then. Each part is a row group if not given.
+        group_row_count: Number of rows of each row group but the last. The bytes do then not depend
+            on how the rows are divided into parts. If not given, each part is a row group.
 
     Raises:
         OilfilmError: A part breaks the contract.
     """
-    schema = _arrow_schema(table)
+    schema = _arrow_schema(table_name)
     encodings = {
         field.name: _ENCODINGS[str(field.type)] for field in schema if str(field.type) in _ENCODINGS
     }
@@ -341,41 +361,48 @@ def writing(
             write_page_checksum=True,
             store_schema=False,  # with its metadata at the end
         ) as writer:
-            waiting: list[pd.DataFrame] = []
-            groups = 0
+            pending_parts: list[pd.DataFrame] = []
+            group_count = 0
 
-            def write_group(group: pd.DataFrame) -> None:
-                nonlocal groups
+            def write_group(group_rows: pd.DataFrame) -> None:
+                nonlocal group_count
                 # column by column, in half of the time of `from_pandas` of the table
                 arrays = [
-                    arrow.array(group[field.name], field.type, from_pandas=True) for field in schema
+                    arrow.array(group_rows[field.name], field.type, from_pandas=True)
+                    for field in schema
                 ]
-                writer.write_table(arrow.table(arrays, schema=schema), max(len(group), 1))
-                groups += 1
+                writer.write_table(arrow.table(arrays, schema=schema), max(len(group_rows), 1))
+                group_count += 1
 
             def add(frame: pd.DataFrame) -> None:
-                part = conform(frame, table, str(path))
-                if rows_of_group is None:
+                part = conform(frame, table_name, str(path))
+                if group_row_count is None:
                     write_group(part)
                     return
-                waiting.append(part)
-                if sum(map(len, waiting)) < rows_of_group:
+                pending_parts.append(part)
+                if sum(map(len, pending_parts)) < group_row_count:
                     return
-                rows = pd.concat(waiting, ignore_index=True) if len(waiting) > 1 else part
-                waiting.clear()
+                rows = (
+                    pd.concat(pending_parts, ignore_index=True) if len(pending_parts) > 1 else part
+                )
+                pending_parts.clear()
                 # a whole table as Arrow's would be one more copy of it
-                whole_groups = len(rows) // rows_of_group * rows_of_group
-                for start in range(0, whole_groups, rows_of_group):
-                    write_group(rows.iloc[start : start + rows_of_group])
-                waiting.append(rows.iloc[whole_groups:].copy())
+                whole_groups_row_count = len(rows) // group_row_count * group_row_count
+                for start in range(0, whole_groups_row_count, group_row_count):
+                    write_group(rows.iloc[start : start + group_row_count])
+                pending_parts.append(rows.iloc[whole_groups_row_count:].copy())
 
             yield add
-            rest = [part for part in waiting if len(part)]
-            if rest:
-                write_group(pd.concat(rest, ignore_index=True) if len(rest) > 1 else rest[0])
-            elif not groups:
-                write_group(empty(table))
-            footer = {"table": table, **provenance}
+            remaining_parts = [part for part in pending_parts if len(part)]
+            if remaining_parts:
+                write_group(
+                    pd.concat(remaining_parts, ignore_index=True)
+                    if len(remaining_parts) > 1
+                    else remaining_parts[0]
+                )
+            elif not group_count:
+                write_group(empty(table_name))
+            footer = {"table": table_name, **provenance}
             metadata = {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
             encoded_schema = b64encode(schema.with_metadata(metadata).serialize())
             writer.add_key_value_metadata({**metadata, "ARROW:schema": encoded_schema})
@@ -386,10 +413,10 @@ _ENCODINGS = {"int64": "DELTA_BINARY_PACKED", "double": "BYTE_STREAM_SPLIT"}
 
 
 def read(
-    table: str,
+    table_name: str,
     *paths: Path,
     columns: Sequence[str] | None = None,
-    wanted: Mapping[str, str] | None = None,
+    row_filter: Mapping[str, str] | None = None,
 ) -> pd.DataFrame:
     """Read a table from one file, from several or from none (then empty), and check it again.
 
@@ -397,69 +424,71 @@ def read(
     over several columns are made where the whole table is read.
 
     Args:
-        table: Name of the table's model.
+        table_name: Name of the table's model.
         paths: Its files.
         columns: The columns to read; all if not given.
-        wanted: What a column must be in the rows that are read; all rows if not given.
+        row_filter: The value of some columns in the rows to read; all rows if not given.
 
     Raises:
         OilfilmError: A file is missing or damaged, holds another table or columns in other units,
             or breaks the contract.
     """
     if not paths:
-        return empty(table) if columns is None else empty(table)[list(columns)]
-    where = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
-    if wanted:
-        parts = [_wanted_rows(table, path, columns, wanted) for path in paths]
+        return empty(table_name) if columns is None else empty(table_name)[list(columns)]
+    origin = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
+    if row_filter:
+        contents = [_rows_of_file(table_name, path, columns, row_filter) for path in paths]
     else:
         for path in paths:
-            _check_written_as(table, path)
-        parts = [_content(path, columns=columns) for path in paths]
-    return conform(_as_frame(parts), table, where, _OTHER_VERSION, columns)
+            _check_written_as(table_name, path)
+        contents = [_file_content(path, columns=columns) for path in paths]
+    return conform(_as_frame(contents), table_name, origin, _ADVICE_ON_OLD_FILES, columns)
 
 
 def from_arrow(content: arrow.Table) -> pd.DataFrame:
-    """A part of a table, as `arrow_parts` gives it, as a frame; its values are not checked."""
+    """A row group of a table, as `arrow_parts` gives it, as a frame; its values are not checked."""
     return _as_frame([content])
 
 
-def _wanted_rows(
-    table: str, path: Path, columns: Sequence[str] | None, wanted: Mapping[str, str]
+def _rows_of_file(
+    table_name: str, path: Path, columns: Sequence[str] | None, row_filter: Mapping[str, str]
 ) -> arrow.Table:
-    """The wanted rows of a file, filtered one row group after the other.
+    """The rows of a file that pass a filter, checked one row group after the other.
 
     Arrow's own filter reads many row groups ahead, which takes as much memory as the whole table.
     """
-    names = TABLES[table].names if columns is None else list(columns)
-    needed = list(dict.fromkeys([*names, *wanted]))
-    _check_written_as(table, path)
+    column_names = TABLES[table_name].names if columns is None else list(columns)
+    needed_names = list(dict.fromkeys([*column_names, *row_filter]))
+    _check_written_as(table_name, path)
     schema = _schema(path)
-    kept = [arrow.schema([schema.field(name) for name in needed]).empty_table()]
-    for part in arrow_parts(table, path, needed, wanted):
-        rows = part.select(needed)
-        for name, value in wanted.items():
-            rows = rows.filter(compute.equal(rows[name], value))
-        kept.append(rows)
-    return arrow.concat_tables([part.replace_schema_metadata(None) for part in kept]).select(names)
+    contents = [arrow.schema([schema.field(name) for name in needed_names]).empty_table()]
+    for content in arrow_parts(table_name, path, needed_names, row_filter):
+        matching_rows = content.select(needed_names)
+        for name, value in row_filter.items():
+            matching_rows = matching_rows.filter(compute.equal(matching_rows[name], value))
+        contents.append(matching_rows)
+    return arrow.concat_tables(
+        [content.replace_schema_metadata(None) for content in contents]
+    ).select(column_names)
 
 
-def _as_frame(parts: list[arrow.Table], use_threads: bool = True) -> pd.DataFrame:
+def _as_frame(contents: list[arrow.Table], use_threads: bool = True) -> pd.DataFrame:
     """Parts of one table as a frame; the list of parts is emptied.
 
-    Two copies of a column are never there: Arrow's goes when pandas has it.
+    No column is in memory twice: Arrow's copy is freed when pandas has its own.
     """
-    content = arrow.concat_tables([part.replace_schema_metadata(None) for part in parts])
-    parts.clear()
+    content = arrow.concat_tables([part.replace_schema_metadata(None) for part in contents])
+    contents.clear()
     content = content.unify_dictionaries()
-    names = content.column_names
-    lists = {}
+    column_names = content.column_names
+    tuples_by_name = {}
     for field in content.schema:
         if _is_list_of_texts(field.type):
-            lists[field.name] = _tuples_of(content[field.name])
-    content = content.drop_columns(list(lists))
+            tuples_by_name[field.name] = _tuples_of(content[field.name])
+    content = content.drop_columns(list(tuples_by_name))
     frame = content.to_pandas(split_blocks=True, self_destruct=True, use_threads=use_threads)
-    for name, tuples in lists.items():
-        frame.insert(names.index(name), name, tuples)
+    for name, tuples in tuples_by_name.items():
+        frame.insert(column_names.index(name), name, tuples)
     # Arrow keeps freed memory for itself
     arrow.default_memory_pool().release_unused()
     return frame
@@ -473,25 +502,27 @@ def _tuples_of(column: arrow.ChunkedArray) -> "np.ndarray[Any, np.dtype[np.objec
     row = 0
     for chunk in column.chunks:
         encoded = chunk.flatten().dictionary_encode()
-        words = encoded.dictionary.to_pylist()
+        distinct_texts = encoded.dictionary.to_pylist()
         codes = encoded.indices.to_pylist()
-        end = 0
+        position = 0
         for length in chunk.value_lengths().to_pylist():
             if length is not None:
-                texts = tuple([words[code] for code in codes[end : end + length]])
+                texts = tuple(
+                    [distinct_texts[code] for code in codes[position : position + length]]
+                )
                 tuples[row] = shared.setdefault(texts, texts)
-                end += length
+                position += length
             row += 1
     return tuples
 
 
 def read_parts(
-    table: str, *paths: Path, columns: Sequence[str] | None = None
+    table_name: str, *paths: Path, columns: Sequence[str] | None = None
 ) -> Iterator[pd.DataFrame]:
     """The row groups of files, one after the other, each checked as by `read`.
 
     Args:
-        table: Name of the table's model.
+        table_name: Name of the table's model.
         paths: Its files.
         columns: The columns to read; all if not given.
 
@@ -499,54 +530,54 @@ def read_parts(
         OilfilmError: As `read`.
     """
     for path in paths:
-        for content in arrow_parts(table, path, columns):
+        for content in arrow_parts(table_name, path, columns):
             # one thread, because the shares of a campaign are spread over all cores
             rows = _as_frame([content], use_threads=False)
-            yield conform(rows, table, str(path), _OTHER_VERSION, columns)
+            yield conform(rows, table_name, str(path), _ADVICE_ON_OLD_FILES, columns)
 
 
 def arrow_parts(
-    table: str,
+    table_name: str,
     path: Path,
     columns: Sequence[str] | None = None,
-    wanted: Mapping[str, str] | None = None,
+    row_filter: Mapping[str, str] | None = None,
 ) -> Iterator[arrow.Table]:
     """The row groups of a file as Arrow has them; their values are not checked.
 
     Args:
-        table: Name of the table's model.
+        table_name: Name of the table's model.
         path: The file.
         columns: The columns to read; all if not given.
-        wanted: Row groups that cannot have these values are left out.
+        row_filter: Row groups that cannot have these values are left out.
 
     Raises:
         OilfilmError: As `read`, but for values.
     """
-    _check_written_as(table, path)
+    _check_written_as(table_name, path)
     try:
         with parquet.ParquetFile(path, page_checksum_verification=True) as file:
-            for group in range(file.num_row_groups):
-                if not _may_have(file.metadata.row_group(group), wanted or {}):
+            for group_index in range(file.num_row_groups):
+                if not _may_match(file.metadata.row_group(group_index), row_filter or {}):
                     continue
-                yield file.read_row_group(group, columns, use_threads=False)
-    except UNREADABLE as error:
-        raise _damaged(path, error) from error
+                yield file.read_row_group(group_index, columns, use_threads=False)
+    except READ_ERRORS as error:
+        raise _damage_error(path, error) from error
 
 
-def _may_have(group: parquet.RowGroupMetaData, wanted: Mapping[str, str]) -> bool:
-    """Whether a row group may have rows with some values, by its smallest and largest ones."""
-    for index in range(group.num_columns):
-        column = group.column(index)
-        value = wanted.get(column.path_in_schema)
-        ends = column.statistics
-        if value is None or ends is None or not ends.has_min_max:
+def _may_match(row_group: parquet.RowGroupMetaData, row_filter: Mapping[str, str]) -> bool:
+    """Whether a row group may have rows that pass a filter, by its smallest and largest values."""
+    for column_index in range(row_group.num_columns):
+        column = row_group.column(column_index)
+        value = row_filter.get(column.path_in_schema)
+        statistics = column.statistics
+        if value is None or statistics is None or not statistics.has_min_max:
             continue
-        if not ends.min <= value <= ends.max:
+        if not statistics.min <= value <= statistics.max:
             return False
     return True
 
 
-def _content(
+def _file_content(
     path: Path,
     filters: list[tuple[str, str, str]] | None = None,
     columns: Sequence[str] | None = None,
@@ -560,47 +591,49 @@ def _content(
             page_checksum_verification=True,
             filters=filters,
         )
-    except UNREADABLE as error:
-        raise _damaged(path, error) from error
+    except READ_ERRORS as error:
+        raise _damage_error(path, error) from error
 
 
-def _damaged(path: Path, error: Exception | str) -> OilfilmError:
+def _damage_error(path: Path, error: Exception | str) -> OilfilmError:
     return OilfilmError(
         f"{path}: cannot be read as Parquet ({error}). Delete it and run snakemake again."
     )
 
 
-def read_run(table: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
+def read_run(table_name: str, paths: Sequence[Path], run_id: str) -> pd.DataFrame:
     """The rows of one run, from the files that may hold them.
 
     Raises:
         OilfilmError: As `read`.
     """
     for path in paths:
-        _check_written_as(table, path)
+        _check_written_as(table_name, path)
     # what is not of the run never leaves Arrow, and row groups without it are not even read
-    rows_of_run = [("run_id", "==", run_id)]
-    parts = [_content(path, filters=rows_of_run) for path in paths]
-    return conform(_as_frame(parts), table, f"run {run_id}", _OTHER_VERSION)
+    filters = [("run_id", "==", run_id)]
+    contents = [_file_content(path, filters=filters) for path in paths]
+    return conform(_as_frame(contents), table_name, f"run {run_id}", _ADVICE_ON_OLD_FILES)
 
 
-def _check_written_as(table: str, path: Path) -> None:
+def _check_written_as(table_name: str, path: Path) -> None:
     """Refuse a file that holds another table, other columns, or a column in another unit."""
     schema = _schema(path)
-    name = _footer(path, schema).get("table")
-    if name != table:
+    written_name = _footer(path, schema).get("table")
+    if written_name != table_name:
         raise OilfilmError(
-            f"{path}: holds table {cut(repr(name))}; expected {table!r}. Delete it and run "
-            "snakemake again."
+            f"{path}: holds table {cut(repr(written_name))}; expected {table_name!r}. Delete it "
+            "and run snakemake again."
         )
-    _refuse_other_columns(schema.names, TABLES[table].names, table, str(path), _OTHER_VERSION)
-    for column in TABLES[table].columns:
+    _refuse_other_columns(
+        schema.names, TABLES[table_name].names, table_name, str(path), _ADVICE_ON_OLD_FILES
+    )
+    for column in TABLES[table_name].columns:
         metadata = schema.field(column.name).metadata or {}
         unit = metadata.get(b"unit", b"").decode("utf-8", "replace")
         if unit != column.unit:
             raise OilfilmError(
                 f"{path}: column {column.name!r} is in {cut(repr(unit))}; expected "
-                f"{column.unit!r}. {_OTHER_VERSION}"
+                f"{column.unit!r}. {_ADVICE_ON_OLD_FILES}"
             )
 
 
@@ -618,8 +651,8 @@ def _schema(path: Path) -> arrow.Schema:
         return parquet.read_schema(path)
     except FileNotFoundError as error:
         raise OilfilmError(f"{path}: there is no such table; snakemake makes it.") from error
-    except UNREADABLE as error:
-        raise _damaged(path, error) from error
+    except READ_ERRORS as error:
+        raise _damage_error(path, error) from error
 
 
 def _footer(path: Path, schema: arrow.Schema) -> dict[str, Any]:
@@ -627,15 +660,15 @@ def _footer(path: Path, schema: arrow.Schema) -> dict[str, Any]:
     try:
         footer = json.loads(metadata.get(b"oilfilm", b"null"))
     except (ValueError, RecursionError) as error:
-        raise _damaged(path, error) from error
+        raise _damage_error(path, error) from error
     if not isinstance(footer, dict):
         raise OilfilmError(f"{path}: it is Parquet, but not a table of oilfilm.")
     return footer
 
 
-def _arrow_schema(table: str) -> arrow.Schema:
+def _arrow_schema(table_name: str) -> arrow.Schema:
     fields = []
-    for column in TABLES[table].columns:
+    for column in TABLES[table_name].columns:
         metadata = {"unit": column.unit, "description": column.description}
         fields.append(arrow.field(column.name, _ARROW_TYPES[column.dtype], metadata=metadata))
     return arrow.schema(fields)

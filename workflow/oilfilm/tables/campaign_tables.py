@@ -12,8 +12,8 @@ from oilfilm.tables import empty, read, read_parts
 from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.table_needs import FIT_TABLES, NOT_IN_EVERY_CAMPAIGN
 
-# Columns of `points` that say what was measured, at which conditions: the table has three times as
-# many, and in a large campaign it is the largest one.
+# Columns of `points` with what was measured and at which conditions. Read only these where they are
+# enough: the table has three times as many, and is the largest one of a large campaign.
 CURVE_POINTS = (
     *("run_id", "oil", "first_row", "accepted"),
     *("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c"),
@@ -27,10 +27,10 @@ FITTED_POINTS = (
     *("entrainment_speed_systematic_m_s", "inlet_temperature_systematic_c"),
     "traction_force_n",
 )
-# Tables whose rows are those of another table.
-_SAME_COLUMNS = {"torque_quarantine": "quarantine"}
-# Tables whose file is not `tables/<name>.parquet`.
-_FILES = {"refused_pages": "refused/index.parquet"}
+# The model of a table, where it is not that of the same name.
+_MODEL_BY_TABLE = {"torque_quarantine": "quarantine"}
+# The file of a table below the results, where it is not `tables/<name>.parquet`.
+_FILE_BY_TABLE = {"refused_pages": "refused/index.parquet"}
 
 
 class CampaignTables:
@@ -57,16 +57,17 @@ class CampaignTables:
     def of_job(cls, inputs: Any) -> "CampaignTables":
         """The tables among the named inputs of a Snakemake job."""
         files = {}
-        for name in set(inputs.keys()) & set(_known_names()):
+        for name in set(inputs.keys()) & set(_table_names()):
             paths = [inputs[name]] if isinstance(inputs[name], str) else inputs[name]
-            files[name] = [_file(Path(path)) for path in paths]
+            files[name] = [_parquet_file(Path(path)) for path in paths]
         return cls(files)
 
     @classmethod
     def in_folder(cls, results: Path) -> "CampaignTables":
         """The tables in the results folder of a campaign, as `results/demo`."""
         paths = {
-            name: results / _FILES.get(name, f"tables/{name}.parquet") for name in _known_names()
+            name: results / _FILE_BY_TABLE.get(name, f"tables/{name}.parquet")
+            for name in _table_names()
         }
         files: dict[str, list[Path]] = {}
         for name, path in paths.items():
@@ -77,13 +78,15 @@ class CampaignTables:
     @classmethod
     def in_memory(cls, **frames: pd.DataFrame) -> "CampaignTables":
         """Tables that are in memory; every other table is empty."""
-        return cls(dict.fromkeys(_known_names(), ()), frames)
+        return cls(dict.fromkeys(_table_names(), ()), frames)
 
     def replace(self, **frames: pd.DataFrame) -> "CampaignTables":
         """The same tables with some of them replaced."""
         return CampaignTables(self._files, {**self._frames, **frames})
 
-    def table(self, name: str, columns: Sequence[str] | None = None, **wanted: str) -> pd.DataFrame:
+    def table(
+        self, name: str, columns: Sequence[str] | None = None, **row_filter: str
+    ) -> pd.DataFrame:
         """One table, or some of its columns and rows.
 
         A whole table is kept. Of a long one, as `points`, read only what is needed: columns and
@@ -92,7 +95,7 @@ class CampaignTables:
         Args:
             name: Name of the table.
             columns: The columns; all if not given.
-            wanted: What a column must be in the rows, as `oil="4102"`; all rows if not given.
+            row_filter: The value of some columns in the rows, as `oil="4102"`; all rows if none.
 
         Raises:
             OilfilmError: It is not among the inputs, or as `tables.read`.
@@ -103,13 +106,15 @@ class CampaignTables:
                     f"the table {name!r} is not among the inputs of this job; list it under "
                     f"`input:` of the rule. Listed: {', '.join(sorted(self._files)) or 'none'}."
                 )
-            if columns is not None or wanted:
-                return read(model_of(name), *self._files[name], columns=columns, wanted=wanted)
-            self._frames[name] = read(model_of(name), *self._files[name])
-        return _part_of(self._frames[name], columns, wanted)
+            if columns is not None or row_filter:
+                return read(
+                    model_name(name), *self._files[name], columns=columns, row_filter=row_filter
+                )
+            self._frames[name] = read(model_name(name), *self._files[name])
+        return _selection(self._frames[name], columns, row_filter)
 
     def parts(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pd.DataFrame]:
-        """The rows of a table in turn, so many as are in memory at once.
+        """The rows of a table in parts, so that not all are in memory at once.
 
         Args:
             name: Name of the table.
@@ -119,16 +124,16 @@ class CampaignTables:
             OilfilmError: As `table`.
         """
         if name in self._frames:
-            yield _part_of(self._frames[name], columns, {})
+            yield _selection(self._frames[name], columns, {})
         else:
             # a table without rows has one part, so that parts can be joined
-            yield _part_of(empty(model_of(name)), columns, {})
-            yield from read_parts(model_of(name), *self._files[name], columns=columns)
+            yield _selection(empty(model_name(name)), columns, {})
+            yield from read_parts(model_name(name), *self._files[name], columns=columns)
 
     def parts_of_runs(
         self, name: str, columns: Sequence[str] | None = None
     ) -> Iterator[pd.DataFrame]:
-        """The same parts with whole runs: no run is in two of them.
+        """The rows of a table in parts as of `parts`; all rows of a run are in one part.
 
         Args:
             name: Name of a table whose rows of one run are together, as of `points`.
@@ -137,21 +142,25 @@ class CampaignTables:
         Raises:
             OilfilmError: As `table`.
         """
-        begun = None
+        rows_of_last_run = None
         for part in self.parts(name, columns):
-            rows = part if begun is None else pd.concat([begun, part], ignore_index=True)
+            rows = (
+                part
+                if rows_of_last_run is None
+                else pd.concat([rows_of_last_run, part], ignore_index=True)
+            )
             if rows.empty:
-                begun = rows
+                rows_of_last_run = rows
                 continue
             is_of_last_run = (rows["run_id"] == rows["run_id"].iloc[-1]).to_numpy()
-            begun = rows[is_of_last_run]
+            rows_of_last_run = rows[is_of_last_run]
             yield rows[~is_of_last_run]
-        if begun is not None:
-            yield begun
+        if rows_of_last_run is not None:
+            yield rows_of_last_run
 
     @cached_property
     def configured(self) -> "CampaignTables":
-        """The same with the fits of the configured law alone (`fit.law`), read when used."""
+        """The same tables with only the fits of the configured law (`fit.law`), read when used."""
         return _TablesOfConfiguredLaw(self)
 
     def __getattr__(self, name: str) -> pd.DataFrame:
@@ -165,15 +174,17 @@ class _TablesOfConfiguredLaw(CampaignTables):
         super().__init__({})
         self._every_law = every_law
 
-    def table(self, name: str, columns: Sequence[str] | None = None, **wanted: str) -> pd.DataFrame:
+    def table(
+        self, name: str, columns: Sequence[str] | None = None, **row_filter: str
+    ) -> pd.DataFrame:
         if name not in FIT_TABLES:
-            return self._every_law.table(name, columns, **wanted)
+            return self._every_law.table(name, columns, **row_filter)
         if name not in self._frames:
             frame = self._every_law.table(name)
             quality = self._every_law.fit_quality
             laws = quality.loc[quality["configured"], ["oil", "law"]]
             self._frames[name] = frame.merge(laws, on=["oil", "law"])
-        return _part_of(self._frames[name], columns, wanted)
+        return _selection(self._frames[name], columns, row_filter)
 
     def parts(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pd.DataFrame]:
         if name in FIT_TABLES:
@@ -182,11 +193,11 @@ class _TablesOfConfiguredLaw(CampaignTables):
             yield from self._every_law.parts(name, columns)
 
 
-def _part_of(
-    frame: pd.DataFrame, columns: Sequence[str] | None, wanted: Mapping[str, str]
+def _selection(
+    frame: pd.DataFrame, columns: Sequence[str] | None, row_filter: Mapping[str, str]
 ) -> pd.DataFrame:
-    """Some columns and rows of a table; the table itself if all are wanted."""
-    for name, value in wanted.items():
+    """Some columns and rows of a table; the table itself if neither is limited."""
+    for name, value in row_filter.items():
         frame = frame[frame[name] == value].reset_index(drop=True)
     if columns is None:
         return frame
@@ -194,15 +205,15 @@ def _part_of(
     return frame[[name for name in columns if name in frame]]
 
 
-def _file(path: Path) -> Path:
+def _parquet_file(path: Path) -> Path:
     """The Parquet file itself; the pages of refused runs are a folder with their table in it."""
     return path / "index.parquet" if path.is_dir() else path
 
 
-def _known_names() -> list[str]:
-    return [*TABLES, *_SAME_COLUMNS]
+def _table_names() -> list[str]:
+    return [*TABLES, *_MODEL_BY_TABLE]
 
 
-def model_of(name: str) -> str:
+def model_name(table_name: str) -> str:
     """Name of the model that a campaign's table follows."""
-    return _SAME_COLUMNS.get(name, name)
+    return _MODEL_BY_TABLE.get(table_name, table_name)

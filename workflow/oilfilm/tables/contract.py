@@ -7,19 +7,19 @@ import json
 from collections.abc import Iterable
 from hashlib import sha256
 
-from oilfilm.tables.campaign_tables import model_of
+from oilfilm.tables.campaign_tables import model_name
 from oilfilm.tables.dictionary import TABLES
 
 
-def contract_digest(names: Iterable[str]) -> str:
+def contract_digest(output_names: Iterable[str]) -> str:
     """Digest of the columns of tables: names, types, units, bounds, and whether null is allowed.
 
     Meanings, notes and caveats count for nothing: they change no value.
 
     Args:
-        names: Outputs of a rule. Those that are no tables count for nothing.
+        output_names: Names of a rule's outputs. Those that are no tables count for nothing.
     """
-    tables = [TABLES[model_of(name)] for name in names if model_of(name) in TABLES]
+    tables = [TABLES[model_name(name)] for name in output_names if model_name(name) in TABLES]
     contract = [
         (
             table.name,

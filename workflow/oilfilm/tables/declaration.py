@@ -17,10 +17,10 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, model_validator
 
 from oilfilm.settings.base import Group, OneOf, contradiction, optional
-from oilfilm.settings.base import key as declared
+from oilfilm.settings.base import key as yaml_key
 from oilfilm.settings.quantities import Filled, Levels, Text
 
-# The unit of a number whose rows have units of their own; its caveat says which.
+# The unit of a column in which each row has a unit of its own; the caveat of the column says which.
 BY_ROW = "by row"
 PHYSICAL_UNITS = (
     "s",
@@ -65,15 +65,15 @@ class Limits(Group):
 class ColumnEntry(Limits):
     """One column, the same in every table that has it."""
 
-    type: Kind = declared("Type of the values.", default="number")
+    type: Kind = yaml_key("Type of the values.", default="number")
     unit: Unit | None = optional("Unit of a number; '1' for a plain number.")
-    meaning: Sentence = declared("What the column is, in every table.")
+    meaning: Sentence = yaml_key("What the column is, in every table.")
     caveat: Sentence | None = optional(
         "What a user must know before trusting it, as 'calibration is not included'."
     )
 
     @model_validator(mode="after")
-    def _unit_of_numbers_alone(self) -> Self:
+    def _only_numbers_have_units(self) -> Self:
         if self.type == "number" and self.unit is None:
             raise contradiction(("unit",), "is missing; a number has a unit, or '1'.")
         if self.type != "number" and self.unit is not None:
@@ -85,7 +85,7 @@ class Refinement(Limits):
     """What one table says of a column beyond its declaration."""
 
     note: Sentence | None = optional("What the table adds, as 'mean over the plateau'.")
-    dictionary: bool = declared(
+    dictionary: bool = yaml_key(
         "Whether each different text is stored once, because few texts repeat.", default=False
     )
 
@@ -93,8 +93,8 @@ class Refinement(Limits):
 class ColumnList(Group):
     """Columns of a table, or of several tables."""
 
-    columns: Filled[str] = declared("Names of columns, in order.")
-    in_this_table: dict[str, Refinement] = declared(
+    columns: Filled[str] = yaml_key("Names of columns, in order.")
+    in_this_table: dict[str, Refinement] = yaml_key(
         "By name of a column: what is narrower or added here.", default={}
     )
 
@@ -102,11 +102,11 @@ class ColumnList(Group):
 class TableEntry(ColumnList):
     """One table."""
 
-    description: Sentence = declared("What one row is, in one line.")
+    description: Sentence = yaml_key("What one row is, in one line.")
     caveats: Sentence | None = optional("What a user must know about the whole table.")
     key: Levels[str] | None = optional("Columns that no two rows share.")
     no_key: Sentence | None = optional("Why there is no key.")
-    references: dict[str, Filled[str]] = declared(
+    references: dict[str, Filled[str]] = yaml_key(
         "Other tables that the rows belong to, with the columns that say so.", default={}
     )
     column_sets: Levels[str] | None = optional("Sets of columns that come before its own.")
@@ -115,6 +115,6 @@ class TableEntry(ColumnList):
 class Declarations(Group):
     """One file."""
 
-    columns: dict[str, ColumnEntry] = declared("Columns by their names.", default={})
-    column_sets: dict[str, ColumnList] = declared("Columns that several tables share.", default={})
-    tables: dict[str, TableEntry] = declared("Tables by their names.", default={})
+    columns: dict[str, ColumnEntry] = yaml_key("Columns by their names.", default={})
+    column_sets: dict[str, ColumnList] = yaml_key("Columns that several tables share.", default={})
+    tables: dict[str, TableEntry] = yaml_key("Tables by their names.", default={})

@@ -28,8 +28,9 @@ from oilfilm.tables.declaration import (
     TableEntry,
 )
 
-# Infinity passes a plain lower bound; no quantity of a traction rig comes near this one.
-LARGEST = 1e12
+# Bound of every number, because infinity passes a plain lower bound. No quantity of a traction rig
+# comes near this one.
+LARGEST_NUMBER = 1e12
 Type = Literal["number", "integer", "text", "texts", "flag"]
 # A check over several columns: a complaint, or an empty text where all is well.
 Check = Callable[[pd.DataFrame], str]
@@ -161,8 +162,8 @@ class Table:
         )
 
     def complaints(self, frame: pd.DataFrame) -> list[str]:
-        """What is wrong across columns or rows."""
-        messages = [repeated(frame, self.key) if self.key else ""]
+        """What is wrong across columns or rows, one text each."""
+        messages = [repetition_complaint(frame, self.key) if self.key else ""]
         messages += [check(frame) for check in self.checks]
         return [message for message in messages if message]
 
@@ -188,8 +189,8 @@ def _pandera_column(column: Column) -> Any:
     )
 
 
-def repeated(frame: pd.DataFrame, key: Sequence[str]) -> str:
-    """A complaint where rows share a key; empty where none do."""
+def repetition_complaint(frame: pd.DataFrame, key: Sequence[str]) -> str:
+    """A complaint that rows share a key; empty where none do."""
     repeating_rows = frame[frame.duplicated(list(key))]
     if repeating_rows.empty:
         return ""
@@ -201,12 +202,17 @@ def repeated(frame: pd.DataFrame, key: Sequence[str]) -> str:
 COLUMNS: dict[str, Column] = {}
 TABLES: dict[str, Table] = {}
 # Columns that several tables share.
-_SETS: dict[str, ColumnList] = {}
+_COLUMN_SETS: dict[str, ColumnList] = {}
 
-# What a type of the declaration is, before its limits.
+# Attributes of a column by the type that its declaration names, before its limits.
 _ATTRIBUTES_BY_KIND: dict[str, dict[str, Any]] = {
     # infinity passes no bound
-    "number": {"type": "number", "nullable": True, "at_least": -LARGEST, "at_most": LARGEST},
+    "number": {
+        "type": "number",
+        "nullable": True,
+        "at_least": -LARGEST_NUMBER,
+        "at_most": LARGEST_NUMBER,
+    },
     "share": {"type": "number", "unit": "1", "nullable": True, "at_least": 0, "at_most": 1},
     "count": {"type": "integer", "unit": "1", "at_least": 0},
     "text": {"type": "text"},
@@ -223,26 +229,26 @@ def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
 
     Args:
         path: The file.
-        checks: By table: a check over several columns.
+        checks: A check over several columns, by the name of the table.
 
     Raises:
         OilfilmError: A key is unknown or a value is wrong, a name is declared twice, or a table
             names a column that is not declared. The message has the file and the line.
     """
     file = read_yaml(path)
-    declared: Declarations = check_file(file, Declarations)
-    for name, column in declared.columns.items():
+    declarations: Declarations = check_file(file, Declarations)
+    for name, column in declarations.columns.items():
         _refuse_second_declaration(name, COLUMNS, file, ("columns", name))
         COLUMNS[name] = _column(name, column)
-    for name, column_set in declared.column_sets.items():
-        _refuse_second_declaration(name, _SETS, file, ("column_sets", name))
+    for name, column_set in declarations.column_sets.items():
+        _refuse_second_declaration(name, _COLUMN_SETS, file, ("column_sets", name))
         steps = ("column_sets", name)
         _refuse_unknown(column_set.columns, COLUMNS, _DECLARED_COLUMN, file, (*steps, "columns"))
         names_in_set = column_set.columns
         refined = column_set.in_this_table
         _refuse_unknown(refined, names_in_set, _COLUMN_OF_TABLE, file, (*steps, "in_this_table"))
-        _SETS[name] = column_set
-    for name, table in declared.tables.items():
+        _COLUMN_SETS[name] = column_set
+    for name, table in declarations.tables.items():
         _refuse_second_declaration(name, TABLES, file, ("tables", name))
         TABLES[name] = _table(name, table, file, (checks or {}).get(name))
 
@@ -280,22 +286,28 @@ def _refined(name: str, refinement: Refinement) -> Column:
 
 def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) -> Table:
     steps = ("tables", name)
-    _refuse_unknown(entry.column_sets or [], _SETS, "a declared set", file, (*steps, "column_sets"))
+    _refuse_unknown(
+        entry.column_sets or [], _COLUMN_SETS, "a declared set", file, (*steps, "column_sets")
+    )
     _refuse_unknown(entry.columns, COLUMNS, _DECLARED_COLUMN, file, (*steps, "columns"))
-    names: list[str] = []
+    column_names: list[str] = []
     refinements: dict[str, Refinement] = {}
     for set_name in entry.column_sets or []:
-        names += _SETS[set_name].columns
-        refinements |= _SETS[set_name].in_this_table
-    names += entry.columns
+        column_names += _COLUMN_SETS[set_name].columns
+        refinements |= _COLUMN_SETS[set_name].in_this_table
+    column_names += entry.columns
     refinements |= entry.in_this_table
-    _refuse_unknown(entry.in_this_table, names, _COLUMN_OF_TABLE, file, (*steps, "in_this_table"))
-    _refuse_unknown(entry.key or [], names, _COLUMN_OF_TABLE, file, (*steps, "key"))
-    columns = tuple(
-        _refined(column, refinements[column]) if column in refinements else COLUMNS[column]
-        for column in names
+    _refuse_unknown(
+        entry.in_this_table, column_names, _COLUMN_OF_TABLE, file, (*steps, "in_this_table")
     )
-    references = {other: tuple(key) for other, key in entry.references.items()}
+    _refuse_unknown(entry.key or [], column_names, _COLUMN_OF_TABLE, file, (*steps, "key"))
+    columns = tuple(
+        _refined(column_name, refinements[column_name])
+        if column_name in refinements
+        else COLUMNS[column_name]
+        for column_name in column_names
+    )
+    references = {other_name: tuple(key) for other_name, key in entry.references.items()}
     return Table(
         name=name,
         description=entry.description,
@@ -330,10 +342,10 @@ def _refuse_unknown(
     file: YamlFile,
     steps: Sequence[str],
 ) -> None:
-    """Refuse a name that is not among others.
+    """Refuse a name that is not among the allowed ones.
 
     Raises:
-        OilfilmError: A name is not among them.
+        OilfilmError: There is such a name.
     """
     for index, name in enumerate(names):
         if name not in allowed_names:
@@ -362,11 +374,13 @@ def _verdict_agrees_with_failed_gates(frame: pd.DataFrame) -> str:
     return f"{contradictions} points are accepted with a failed gate or refused without one"
 
 
-for name_of_file in ("rig", "fits", "bearing", "drawn"):
+for file_name in ("rig", "fits", "bearing", "drawn"):
     declare(
-        Path(__file__).with_name(f"{name_of_file}.yaml"),
+        Path(__file__).with_name(f"{file_name}.yaml"),
         checks={
             "points": _verdict_agrees_with_failed_gates,
-            "refused_pages": lambda frame: repeated(frame[frame["page"] != ""], ["page"]),
+            "refused_pages": lambda frame: repetition_complaint(
+                frame[frame["page"] != ""], ["page"]
+            ),
         },
     )

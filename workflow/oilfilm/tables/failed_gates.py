@@ -7,21 +7,24 @@ from collections.abc import Iterable
 
 import pandas as pd
 
-from oilfilm.tables import lists
+from oilfilm.tables import list_column
 
 COLUMN = "failed_gates"
 # The gates of a plateau, as a table has them.
-Gates = tuple[str, ...]
+GateNames = tuple[str, ...]
 
 
-def names_of(failed: pd.DataFrame) -> "pd.Series[Gates]":  # type: ignore[type-var]
+def gate_name_lists(has_failed: pd.DataFrame) -> "pd.Series[GateNames]":  # type: ignore[type-var]
     """The names of the failed gates of each plateau; none where it passed them all.
 
     Args:
-        failed: One boolean column per gate, one row per plateau.
+        has_failed: One boolean column per gate, one row per plateau.
     """
-    gates = failed.columns.to_numpy(dtype=object)
-    return lists([tuple(gates[row]) for row in failed.to_numpy(dtype=bool)], failed.index)
+    gate_names = has_failed.columns.to_numpy(dtype=object)
+    return list_column(
+        [tuple(gate_names[has_failed_row]) for has_failed_row in has_failed.to_numpy(dtype=bool)],
+        has_failed.index,
+    )
 
 
 def with_gate_of_run(points: pd.DataFrame, gate_of_run: dict[str, str]) -> pd.DataFrame:
@@ -31,11 +34,11 @@ def with_gate_of_run(points: pd.DataFrame, gate_of_run: dict[str, str]) -> pd.Da
         points: With `run_id` and `failed_gates`.
         gate_of_run: Gate by run.
     """
-    names: list[Gates] = []
-    for run_id, own_gates in zip(points["run_id"], points[COLUMN], strict=True):
-        gate = gate_of_run.get(run_id, "")
-        names.append((gate, *own_gates) if gate else own_gates)
-    points = points.assign(failed_gates=lists(names, points.index))
+    names_of_plateaus: list[GateNames] = []
+    for run_id, own_names in zip(points["run_id"], points[COLUMN], strict=True):
+        gate_name = gate_of_run.get(run_id, "")
+        names_of_plateaus.append((gate_name, *own_names) if gate_name else own_names)
+    points = points.assign(failed_gates=list_column(names_of_plateaus, points.index))
     return points.assign(accepted=passed_all(points))
 
 
@@ -50,17 +53,21 @@ def one_row_per_gate(points: pd.DataFrame) -> pd.DataFrame:
     return refused.assign(rule=refused[COLUMN]).explode("rule")
 
 
-def counts(points: pd.DataFrame) -> "pd.Series[int]":
+def refusal_counts(points: pd.DataFrame) -> "pd.Series[int]":
     """How many plateaus each gate refused, the largest number first."""
     return one_row_per_gate(points)["rule"].value_counts()
 
 
-def failed_any(points: pd.DataFrame, gates: Iterable[str]) -> "pd.Series[bool]":
+def failed_any_of(points: pd.DataFrame, gate_names: Iterable[str]) -> "pd.Series[bool]":
     """Whether each plateau failed at least one of these gates."""
-    wanted = set(gates)
-    return points[COLUMN].map(lambda names: not wanted.isdisjoint(names)).astype(bool)
+    gate_name_set = set(gate_names)
+    return (
+        points[COLUMN]
+        .map(lambda failed_names: not gate_name_set.isdisjoint(failed_names))
+        .astype(bool)
+    )
 
 
-def failed_none_but(points: pd.DataFrame, gate: str) -> "pd.Series[bool]":
+def passed_all_but(points: pd.DataFrame, gate_name: str) -> "pd.Series[bool]":
     """Whether each plateau passed every gate other than this one."""
-    return points[COLUMN].map(lambda names: set(names) <= {gate}).astype(bool)
+    return points[COLUMN].map(lambda failed_names: set(failed_names) <= {gate_name}).astype(bool)

@@ -1,4 +1,4 @@
-"""The content of samples: what is stated of it does not depend on the files that hold it."""
+"""Samples by run, and digests of them that do not depend on how runs are divided into files."""
 
 from collections.abc import Callable, Iterable, Mapping
 from hashlib import sha256
@@ -14,23 +14,23 @@ from oilfilm.tables.dictionary import TABLES
 
 
 def digests_of_runs(samples: pd.DataFrame) -> dict[str, str]:
-    """sha256 of the samples of each run, in hex: they are the same in whatever file they are.
+    """sha256 of the samples of each run, in hex, by run; it does not depend on their file.
 
     Args:
-        samples: Table of samples, the rows of a run together.
+        samples: Table of samples; the rows of a run are together.
     """
     columns = [column for column in TABLES["samples"].columns if column.name != "run_id"]
-    digests = {}
+    digest_by_run = {}
     for run_id, samples_of_run in samples.groupby("run_id", sort=False, observed=True):
         digest = sha256()
         for column in columns:
             digest.update(np.ascontiguousarray(samples_of_run[column.name], column.dtype).data)
-        digests[str(run_id)] = digest.hexdigest()
-    return digests
+        digest_by_run[str(run_id)] = digest.hexdigest()
+    return digest_by_run
 
 
-def samples_by_run(paths: Iterable[Path]) -> Callable[[str], pd.DataFrame]:
-    """Gives the samples of a run; it reads the file that holds them and no other.
+def reader_of_samples(paths: Iterable[Path]) -> Callable[[str], pd.DataFrame]:
+    """A function that gives the samples of a run; it reads only the file that holds them.
 
     Args:
         paths: Files of samples, with `content` in their footer.
@@ -43,18 +43,20 @@ def samples_by_run(paths: Iterable[Path]) -> Callable[[str], pd.DataFrame]:
 
 
 def content_digest(paths: Iterable[Path]) -> tuple[str, int]:
-    """sha256 of the samples in some files, and their number of rows, whatever rows each file has.
+    """sha256 of the samples in some files, and the number of their rows.
+
+    Neither depends on how the runs are divided into files.
 
     Args:
-        paths: As of `samples_by_run`.
+        paths: As of `reader_of_samples`.
 
     Raises:
         OilfilmError: A file is missing or damaged.
     """
-    all_digests: dict[str, str] = {}
-    rows = 0
+    digest_by_run: dict[str, str] = {}
+    row_count = 0
     for path in paths:
-        digest_by_run: Mapping[str, str] = read_footer(path)["content"]
-        all_digests |= digest_by_run
-        rows += parquet.read_metadata(path).num_rows
-    return settings_digest(all_digests), rows
+        digest_by_run_of_file: Mapping[str, str] = read_footer(path)["content"]
+        digest_by_run |= digest_by_run_of_file
+        row_count += parquet.read_metadata(path).num_rows
+    return settings_digest(digest_by_run), row_count

@@ -29,27 +29,34 @@ CONDITION_COLUMNS = ["oil", *NOMINAL_COLUMNS]
 
 
 def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
-    """Runs with a pressure for a load, and each set point moved to the level that it means."""
-    planned, same = planned_conditions(settings), settings.same_set_point
-    noted = _with_pressure(runs, settings.rigs)
-    levels = {
-        name: _nearest_levels(noted[name], planned[name].dropna(), same) for name in NOMINAL_COLUMNS
+    """Runs with the pressure of a stated load, and each set point moved to the level it means."""
+    planned = planned_conditions(settings)
+    same_set_point = settings.same_set_point
+    runs_with_pressure = _with_pressure(runs, settings.rigs)
+    levels_by_column = {
+        name: _nearest_levels(runs_with_pressure[name], planned[name].dropna(), same_set_point)
+        for name in NOMINAL_COLUMNS
     }
-    return noted.assign(**levels)
+    return runs_with_pressure.assign(**levels_by_column)
 
 
-def with_measured(runs: pd.DataFrame, parts: Iterable[pd.DataFrame]) -> pd.DataFrame:
+def with_measured_set_points(
+    runs: pd.DataFrame, parts_of_points: Iterable[pd.DataFrame]
+) -> pd.DataFrame:
     """Runs with the mean of their accepted plateaus for each set point that they do not state.
 
     Args:
         runs: Table of runs.
-        parts: The table of points in parts of whole runs.
+        parts_of_points: The table of points in parts; the points of a run are in one of them.
     """
-    names = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
-    means_of_parts = [part[part["accepted"]].groupby("run_id")[names].mean() for part in parts]
+    measured_columns = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
+    means_of_parts = [
+        part[part["accepted"]].groupby("run_id")[measured_columns].mean()
+        for part in parts_of_points
+    ]
     means = pd.concat(means_of_parts).reindex(runs["run_id"])
     measured = means.add_prefix("nominal_").set_index(runs.index)
-    # a load is a set point of the pressure
+    # a stated load sets the pressure
     pressure_gpa = measured["nominal_max_hertz_pressure_gpa"].mask(runs["nominal_load_n"].notna())
     return runs.fillna(measured.assign(nominal_max_hertz_pressure_gpa=pressure_gpa))
 
@@ -71,36 +78,46 @@ def planned_conditions(settings: Settings) -> pd.DataFrame:
 def _with_pressure(runs: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
     """Runs with a nominal pressure wherever set points and rig give one, else with the load."""
     pressure_gpa = runs["nominal_max_hertz_pressure_gpa"].copy()
-    for name, rig in rigs.items():
+    for rig_name, rig in rigs.items():
         contact = rig.contact()
-        rows = (runs["rig"] == name) & pressure_gpa.isna() & (runs["nominal_load_n"] > 0)
-        if contact is not None and rows.any():
-            load_n = runs.loc[rows, "nominal_load_n"].to_numpy()
+        needs_pressure = (
+            (runs["rig"] == rig_name) & pressure_gpa.isna() & (runs["nominal_load_n"] > 0)
+        )
+        if contact is not None and needs_pressure.any():
+            load_n = runs.loc[needs_pressure, "nominal_load_n"].to_numpy()
             pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
-            pressure_gpa[rows] = pressure_pa / PA_PER_GPA
+            pressure_gpa[needs_pressure] = pressure_pa / PA_PER_GPA
     load = runs["nominal_load_n"].where(pressure_gpa.isna())
     return runs.assign(nominal_max_hertz_pressure_gpa=pressure_gpa, nominal_load_n=load)
 
 
 def _nearest_levels(
-    values: "pd.Series[float]", planned: "pd.Series[float]", same: SameSetPointSettings
+    set_points: "pd.Series[float]",
+    planned_levels: "pd.Series[float]",
+    same_set_point: SameSetPointSettings,
 ) -> "pd.Series[float]":
-    """Each value's level: the nearest planned one, or else the first of those near each other."""
-    is_relative = values.name != "nominal_inlet_temperature_c"
-    levels, noted_values = np.unique(planned), np.unique(values.dropna())
-    for value in noted_values:
-        allowed = same.relative * value if is_relative else same.temperature_c
-        if exceeds(np.abs(levels - value).min(initial=np.inf), allowed):
-            levels = np.append(levels, value)
-    nearest_level = {
-        value: levels[first_smallest(np.abs(levels - value))] for value in noted_values
+    """The level of each set point.
+
+    Levels are the planned ones. A set point that is far from every level becomes a level itself,
+    the smallest set points first.
+    """
+    is_relative = set_points.name != "nominal_inlet_temperature_c"
+    levels = np.unique(planned_levels)
+    distinct_set_points = np.unique(set_points.dropna())
+    for set_point in distinct_set_points:
+        reach = same_set_point.relative * set_point if is_relative else same_set_point.temperature_c
+        if exceeds(np.abs(levels - set_point).min(initial=np.inf), reach):
+            levels = np.append(levels, set_point)
+    level_by_set_point = {
+        set_point: levels[first_smallest(np.abs(levels - set_point))]
+        for set_point in distinct_set_points
     }
-    return values.map(nearest_level).astype(float)
+    return set_points.map(level_by_set_point).astype(float)
 
 
 def describe_condition(condition: Mapping[Any, Any]) -> str:
     """A condition as text, as in `P = 1.25 GPa, U = 30 m/s, T = 70 degC`."""
     forms = ("P = {:g} GPa", "W = {:g} N", "U = {:g} m/s", "T = {:g} degC")
-    values = zip(forms, (condition[name] for name in NOMINAL_COLUMNS), strict=True)
-    stated = [form.format(value) for form, value in values if not math.isnan(value)]
-    return ", ".join(stated) or "no set points"
+    forms_and_levels = zip(forms, (condition[name] for name in NOMINAL_COLUMNS), strict=True)
+    texts = [form.format(level) for form, level in forms_and_levels if not math.isnan(level)]
+    return ", ".join(texts) or "no set points"

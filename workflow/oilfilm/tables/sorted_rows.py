@@ -18,66 +18,72 @@ import pyarrow as arrow
 
 from oilfilm.tables import arrow_parts, from_arrow, read
 
-# Rows that are sorted at once; a range of runs has hardly more.
-_ROWS_OF_RANGE = 1 << 16
+# Number of rows that are sorted at once; a range of runs has hardly more.
+_RANGE_ROW_COUNT = 1 << 16
 _COMPRESSION = arrow.ipc.IpcWriteOptions(compression="lz4")
 
 
 def sorted_rows(
-    table: str, paths: Sequence[Path], counts: "pd.Series[int]", folder: Path
+    table_name: str, paths: Sequence[Path], row_count_of_run: "pd.Series[int]", folder: Path
 ) -> Iterator[pd.DataFrame]:
     """The rows of a table of runs in the order of run and first row, some of them at a time.
 
     Args:
-        table: Name of the table's model, which has the columns `run_id` and `first_row`.
+        table_name: Name of the table's model, which has the columns `run_id` and `first_row`.
         paths: Its files, in which the rows of a run may be anywhere.
-        counts: Number of rows of each run, by `run_id`.
+        row_count_of_run: Number of rows of each run, by `run_id`.
         folder: For temporary files; it must hold the table once more.
 
     Raises:
         OilfilmError: As `tables.read`.
     """
-    starts = _first_runs(counts)
-    if len(starts) <= 1:
-        yield _in_order(read(table, *paths))
+    first_runs = _first_runs(row_count_of_run)
+    if len(first_runs) <= 1:
+        yield _in_order(read(table_name, *paths))
         return
     with tempfile.TemporaryDirectory(prefix=".sorted-", dir=folder) as temporary:
-        ranges = [Path(temporary, f"{number}.arrow") for number in range(len(starts))]
-        _spread(table, paths, starts, ranges)
-        for path in ranges:
+        range_paths = [
+            Path(temporary, f"{range_index}.arrow") for range_index in range(len(first_runs))
+        ]
+        _spread(table_name, paths, first_runs, range_paths)
+        for path in range_paths:
             with arrow.ipc.open_file(path) as file:
                 rows = from_arrow(file.read_all())
             yield _in_order(rows)
 
 
-def _first_runs(counts: "pd.Series[int]") -> "np.ndarray[tuple[int], np.dtype[np.object_]]":
-    """The first run of each range."""
-    # a run without rows has no file
-    ordered = counts[counts > 0].sort_index()
-    number = (ordered.cumsum() - ordered) // _ROWS_OF_RANGE
-    return ordered.index[~number.duplicated()].to_numpy(dtype=object)
+def _first_runs(
+    row_count_of_run: "pd.Series[int]",
+) -> "np.ndarray[tuple[int], np.dtype[np.object_]]":
+    """The name of the first run of each range, in order."""
+    # a run without rows is in no file
+    ordered = row_count_of_run[row_count_of_run > 0].sort_index()
+    range_of_run = (ordered.cumsum() - ordered) // _RANGE_ROW_COUNT
+    return ordered.index[~range_of_run.duplicated()].to_numpy(dtype=object)
 
 
 def _spread(
-    table: str,
+    table_name: str,
     paths: Sequence[Path],
-    starts: "np.ndarray[tuple[int], np.dtype[np.object_]]",
-    ranges: Sequence[Path],
+    first_runs: "np.ndarray[tuple[int], np.dtype[np.object_]]",
+    range_paths: Sequence[Path],
 ) -> None:
     """Write each row of some files to the file of its range."""
     with ExitStack() as files:
         writers: dict[int, arrow.ipc.RecordBatchFileWriter] = {}
-        for content in chain.from_iterable(arrow_parts(table, path) for path in paths):
-            runs = content["run_id"].to_numpy().astype(object)
-            range_of_row = np.searchsorted(starts, runs, side="right") - 1
-            # a run that was refused counts no rows, and may stand before the first range
+        for row_group in chain.from_iterable(arrow_parts(table_name, path) for path in paths):
+            run_ids = row_group["run_id"].to_numpy().astype(object)
+            range_of_row = np.searchsorted(first_runs, run_ids, side="right") - 1
+            # a refused run has no count, and its name may come before the first range
             range_of_row = np.maximum(range_of_row, 0)
-            for number in np.unique(range_of_row).tolist():
-                if number not in writers:
-                    schema = content.schema
-                    writer = arrow.ipc.new_file(ranges[number], schema, options=_COMPRESSION)
-                    writers[number] = files.enter_context(writer)
-                writers[number].write_table(content.filter(range_of_row == number))
+            for range_index in np.unique(range_of_row).tolist():
+                if range_index not in writers:
+                    schema = row_group.schema
+                    writer = arrow.ipc.new_file(
+                        range_paths[range_index], schema, options=_COMPRESSION
+                    )
+                    writers[range_index] = files.enter_context(writer)
+                writers[range_index].write_table(row_group.filter(range_of_row == range_index))
 
 
 def _in_order(rows: pd.DataFrame) -> pd.DataFrame:

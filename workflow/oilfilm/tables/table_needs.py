@@ -8,8 +8,8 @@ from itertools import chain
 from oilfilm.base import studies
 from oilfilm.settings.campaign import Campaign
 
-# Tables by the parts that a campaign must have for them, beside its traction logs.
-NEEDS: dict[tuple[str, ...], tuple[str, ...]] = {
+# Names of the tables that need some parts of a campaign beside its traction logs, by these parts.
+_TABLE_NAMES_BY_NEED: dict[tuple[str, ...], tuple[str, ...]] = {
     ("torque",): (
         "torque_runs",
         "torque_quarantine",
@@ -26,8 +26,8 @@ NEEDS: dict[tuple[str, ...], tuple[str, ...]] = {
     )
 }
 for study in studies.available():
-    for parts, names in studies.tables_by_need(study).items():
-        NEEDS[study, *parts] = names
+    for needed_parts, table_names in studies.table_names_by_need(study).items():
+        _TABLE_NAMES_BY_NEED[study, *needed_parts] = table_names
 # Tables that one fit writes: one fit per oil and law.
 FIT_TABLES = (
     "coefficients",
@@ -41,18 +41,18 @@ FIT_TABLES = (
 # Tables of the surface of one oil.
 SURFACE_TABLES = ("surfaces", "surface_sizes", "surface_constants")
 # Tables that some campaigns do not have.
-NOT_IN_EVERY_CAMPAIGN = tuple(chain.from_iterable(NEEDS.values()))
+NOT_IN_EVERY_CAMPAIGN = tuple(chain.from_iterable(_TABLE_NAMES_BY_NEED.values()))
 
 
-def lacking(campaign: Campaign) -> frozenset[str]:
-    """Names of the tables that a campaign does not have."""
-    parts = set(campaign.studies)
+def lacking_tables(campaign: Campaign) -> frozenset[str]:
+    """The names of the tables that a campaign does not have, because it lacks a part they need."""
+    present_parts = set(campaign.studies)
     if campaign.torque is not None:
-        parts.add("torque")
+        present_parts.add("torque")
     if campaign.twin is not None:
-        parts.add("twin")
-    missing: set[str] = set()
-    for needed_parts, names in NEEDS.items():
-        if not parts.issuperset(needed_parts):
-            missing.update(names)
-    return frozenset(missing)
+        present_parts.add("twin")
+    lacking_names: set[str] = set()
+    for needed_parts, table_names in _TABLE_NAMES_BY_NEED.items():
+        if not present_parts.issuperset(needed_parts):
+            lacking_names.update(table_names)
+    return frozenset(lacking_names)

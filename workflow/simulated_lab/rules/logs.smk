@@ -10,7 +10,7 @@ if SIMULATED:
         input:
             printed=reference_file("printed_coefficients"),
         output:
-            logs=raw_logs(RAW, FILES),
+            logs=raw_logs(RAW_FOLDER, LOG_NAMES),
             truth="<results>/twin/truth.parquet",
             listing="<results>/twin/logs.sha256",
         log:
@@ -37,7 +37,7 @@ if TORQUE_SIMULATED:
         input:
             printed=reference_file("printed_coefficients"),
         output:
-            logs=raw_logs(TORQUE_RAW, TORQUE_FILES),
+            logs=raw_logs(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
             torque_truth="<results>/twin/torque_truth.parquet",
             listing="<results>/twin/torque_logs.sha256",
         log:

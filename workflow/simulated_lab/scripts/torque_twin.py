@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from simulated_lab.printed import printed_constants
+from simulated_lab.printed import read_printed_constants
 from simulated_lab.simulate import write_logs
 from simulated_lab.torque_logs import simulate_torque
 
 with run.job(snakemake) as job:
-    constants = printed_constants(Path(snakemake.input.printed))
+    constants = read_printed_constants(Path(snakemake.input.printed))
     logs = simulate_torque(job.settings, constants)
     write_logs(logs, "torque_truth", snakemake.output, job.provenance)

@@ -3,10 +3,10 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from simulated_lab.printed import printed_constants
+from simulated_lab.printed import read_printed_constants
 from simulated_lab.simulate import simulate_campaign, write_logs
 
 with run.job(snakemake) as job:
-    constants = printed_constants(Path(snakemake.input.printed))
+    constants = read_printed_constants(Path(snakemake.input.printed))
     logs = simulate_campaign(job.settings, constants)
     write_logs(logs, "truth", snakemake.output, job.provenance)

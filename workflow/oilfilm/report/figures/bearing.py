@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from oilfilm.base.ties import exceeds
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
-from oilfilm.report.names import load_variable
+from oilfilm.report.names import load_variable_in_words
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.torque_control import is_bistable
@@ -55,28 +55,30 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     may leave the panel. Symbols are side by side at one speed. Colour: axial load. Filled and open:
     oil temperature. Crosses: the cage may roll or skid.
     """
-    table = _with_set_points(results.torque, settings)
-    table = table.assign(speed=table["inner_speed_rpm"] / 1e3)
+    torque_rows = _with_set_points(results.torque, settings)
+    torque_rows = torque_rows.assign(speed=torque_rows["inner_speed_rpm"] / 1e3)
     sheet, panels = oil_grid(
-        style.oils_in(table, settings),
+        style.oils_in(torque_rows, settings),
         "No torque was measured, or no law could be evaluated.",
         ["", *_COMPARED_LAWS],
-        lambda law, oil: f"{oil}, {load_variable(law)}" if law else oil,
+        lambda law_name, oil: f"{oil}, {load_variable_in_words(law_name)}" if law_name else oil,
         height=1.35,
         sharey="row",
         width=style.DOUBLE_COLUMN_IN,
     )
-    looks = _looks_of_series(table)
-    lowest, highest = _limits_of_error_axis(table[table["load_variable"].isin(_COMPARED_LAWS)])
-    for panel, law, oil in panels:
-        rows = table[table["oil"] == oil]
-        if law:
-            _draw_errors(panel, rows[rows["load_variable"] == law], looks)
+    looks = _looks_of_series(torque_rows)
+    lowest, highest = _limits_of_error_axis(
+        torque_rows[torque_rows["load_variable"].isin(_COMPARED_LAWS)]
+    )
+    for panel, law_name, oil in panels:
+        rows = torque_rows[torque_rows["oil"] == oil]
+        if law_name:
+            _draw_errors(panel, rows[rows["load_variable"] == law_name], looks)
             panel.axis.set_ylim(lowest, highest)
         else:
             _draw_torque(panel, rows[rows["load_variable"] == "stress"], looks)
-    for number, axis in enumerate(sheet.axes):
-        axis.set_ylabel("Friction torque (N m)" if number < len(panels) / 3 else "Error (%)")
+    for index, axis in enumerate(sheet.axes):
+        axis.set_ylabel("Friction torque (N m)" if index < len(panels) / 3 else "Error (%)")
     sheet.label(style.SPEED_LABEL, fontsize=7)
     look_of_load = {load: look for (load, _), look in looks.items()}
     handles: list[Any] = [
@@ -86,31 +88,31 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     for temperature_c, look in look_of_temperature.items():
         black = {**look, "color": "black"}
         handles.append(style.line_handle(f"{temperature_c:.0f} \N{DEGREE SIGN}C", **black))
-    sheet.legend(handles + _motion_handles(table))
+    sheet.legend(handles + _motion_handles(torque_rows))
     return sheet
 
 
-def _limits_of_error_axis(rows: pd.DataFrame) -> tuple[float, float]:
+def _limits_of_error_axis(torque_rows: pd.DataFrame) -> tuple[float, float]:
     """Ends of the scale of errors (%): all errors, and what of the intervals is not far off."""
-    measured = rows["measured_torque_n_m"]
-    errors = 100 * rows["relative_error"]
-    low = 100 * (rows["torque_n_m_lower"] / measured - 1)
+    measured_n_m = torque_rows["measured_torque_n_m"]
+    errors = 100 * torque_rows["relative_error"]
+    lower_ends = 100 * (torque_rows["torque_n_m_lower"] / measured_n_m - 1)
     highest = _ERROR_HEADROOM * max(errors.max(), _LEAST_ERROR_SHOWN)
-    lowest = _ERROR_HEADROOM * min(errors.min(), low.min(), -_LEAST_ERROR_SHOWN)
+    lowest = _ERROR_HEADROOM * min(errors.min(), lower_ends.min(), -_LEAST_ERROR_SHOWN)
     return max(lowest, -highest), highest
 
 
-def _looks_of_series(table: pd.DataFrame) -> dict[tuple[float, float], style.Look]:
+def _looks_of_series(torque_rows: pd.DataFrame) -> dict[tuple[float, float], style.Look]:
     """Look of the symbols of each set point of load (N) and temperature (degC)."""
-    loads, temperatures = (sorted(set(table[name])) for name in ("load", "temperature_c"))
-    colours = colormaps["viridis"](np.linspace(0, 0.85, len(loads)))
-    temperature_looks = list(zip(temperatures, itertools.cycle(_TEMPERATURE_LOOKS), strict=False))
+    loads_n, temperatures_c = (sorted(set(torque_rows[name])) for name in ("load", "temperature_c"))
+    colours = colormaps["viridis"](np.linspace(0, 0.85, len(loads_n)))
+    temperature_looks = list(zip(temperatures_c, itertools.cycle(_TEMPERATURE_LOOKS), strict=False))
     looks = {}
-    for load, colour in zip(loads, colours, strict=True):
-        for temperature_c, (fill, dashes) in temperature_looks:
-            looks[round(load), temperature_c] = {
+    for load_n, colour in zip(loads_n, colours, strict=True):
+        for temperature_c, (fill_style, dashes) in temperature_looks:
+            looks[round(load_n), temperature_c] = {
                 "color": tuple(colour),
-                "fillstyle": fill,
+                "fillstyle": fill_style,
                 "linestyle": dashes,
                 "marker": "o",
                 "markersize": 3.0,
@@ -120,52 +122,57 @@ def _looks_of_series(table: pd.DataFrame) -> dict[tuple[float, float], style.Loo
 
 
 def _draw_torque(
-    panel: Panel, rows: pd.DataFrame, looks: Mapping[tuple[float, float], style.Look]
+    panel: Panel, torque_rows: pd.DataFrame, looks: Mapping[tuple[float, float], style.Look]
 ) -> None:
     """Draw the measured symbols and the calculated lines of one oil, one series per set point."""
-    for (load, temperature_c), look in looks.items():
-        rows_of_set_point = _rows_at_set_point(rows, load, temperature_c)
+    for (load_n, temperature_c), look in looks.items():
+        rows_of_set_point = _rows_at_set_point(torque_rows, load_n, temperature_c)
         details = {
             "oil": rows_of_set_point["oil"],
-            "label": f"{_in_kn(load)}, {temperature_c:.0f} degC",
+            "label": f"{_in_kn(load_n)}, {temperature_c:.0f} degC",
         }
-        line = {name: look[name] for name in ("color", "linestyle", "linewidth")}
+        line_look = {name: look[name] for name in ("color", "linestyle", "linewidth")}
         panel.line(
             "calculated",
             rows_of_set_point["speed"],
             rows_of_set_point["torque_n_m"],
-            line,
+            line_look,
             **details,
         )
-        dots = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
+        dot_look = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
         measured = rows_of_set_point["measured_torque_n_m"]
         half_bar = style.SE_DRAWN * rows_of_set_point["measured_torque_n_m_uncertainty"]
         ends = {"lower": measured - half_bar, "upper": measured + half_bar}
-        panel.dots("measured", rows_of_set_point["speed"], measured, dots, **details, **ends)
-    _draw_motions(panel, rows, "speed", "torque_n_m")
+        panel.dots("measured", rows_of_set_point["speed"], measured, dot_look, **details, **ends)
+    _draw_motions(panel, torque_rows, "speed", "torque_n_m")
     panel.axis.set_ylim(bottom=0)
 
 
 def _draw_errors(
-    panel: Panel, rows: pd.DataFrame, looks: Mapping[tuple[float, float], style.Look]
+    panel: Panel, torque_rows: pd.DataFrame, looks: Mapping[tuple[float, float], style.Look]
 ) -> None:
     """Draw the error of the torque by one law, with its interval, side by side at each speed."""
     panel.axis.axhline(0, color="black", linewidth=0.6)
-    gaps = np.diff(np.unique(rows["speed"].round(1)))
+    gaps = np.diff(np.unique(torque_rows["speed"].round(1)))
     step = gaps.min() / (len(looks) + 2) if len(gaps) else 0.0
-    for number, ((load, temperature_c), look) in enumerate(looks.items()):
-        rows_of_set_point = _rows_at_set_point(rows, load, temperature_c)
+    for series_index, ((load_n, temperature_c), look) in enumerate(looks.items()):
+        rows_of_set_point = _rows_at_set_point(torque_rows, load_n, temperature_c)
         measured = rows_of_set_point["measured_torque_n_m"]
-        error, low, high = (
+        error_percent, lower_percent, upper_percent = (
             100 * (rows_of_set_point[name] / measured - 1)
             for name in ("torque_n_m", "torque_n_m_lower", "torque_n_m_upper")
         )
-        speed_beside = rows_of_set_point["speed"] + (number - (len(looks) - 1) / 2) * step
-        dots = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
-        motions = _motion_labels(rows_of_set_point, two_motions=", bistable", one_motion="")
-        label = f"{_in_kn(load)}, {temperature_c:.0f} degC" + motions
-        details = {"oil": rows_of_set_point["oil"], "label": label, "lower": low, "upper": high}
-        panel.dots("error", speed_beside, error, {**dots, "elinewidth": 0.6}, **details)
+        speed_beside = rows_of_set_point["speed"] + (series_index - (len(looks) - 1) / 2) * step
+        dot_look = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
+        motion_labels = _motion_labels(rows_of_set_point, two_motions=", bistable", one_motion="")
+        labels = f"{_in_kn(load_n)}, {temperature_c:.0f} degC" + motion_labels
+        details = {
+            "oil": rows_of_set_point["oil"],
+            "label": labels,
+            "lower": lower_percent,
+            "upper": upper_percent,
+        }
+        panel.dots("error", speed_beside, error_percent, {**dot_look, "elinewidth": 0.6}, **details)
 
 
 def _in_kn(load_n: float) -> str:
@@ -173,10 +180,14 @@ def _in_kn(load_n: float) -> str:
     return f"{round(load_n / 1e3, 1):g} kN"
 
 
-def _rows_at_set_point(rows: pd.DataFrame, load: float, temperature_c: float) -> pd.DataFrame:
+def _rows_at_set_point(
+    torque_rows: pd.DataFrame, load_n: float, temperature_c: float
+) -> pd.DataFrame:
     """The rows of one set point, by speed."""
-    at_point = (rows["load"].round() == load) & (rows["temperature_c"] == temperature_c)
-    return rows[at_point].sort_values("speed", kind="stable")
+    is_at_set_point = (torque_rows["load"].round() == load_n) & (
+        torque_rows["temperature_c"] == temperature_c
+    )
+    return torque_rows[is_at_set_point].sort_values("speed", kind="stable")
 
 
 def _with_set_points(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
@@ -188,9 +199,9 @@ def _with_set_points(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
 
     def set_points(measured: "pd.Series[float]") -> "pd.Series[float]":
         """The set point of each measured value."""
-        ranked = measured.sort_values()
+        sorted_values = measured.sort_values()
         is_first_of_set = pd.Series(
-            exceeds(ranked.diff(), same_within * ranked.shift()), ranked.index
+            exceeds(sorted_values.diff(), same_within * sorted_values.shift()), sorted_values.index
         )
         return measured.groupby(is_first_of_set.cumsum()).transform("mean")
 
@@ -200,27 +211,27 @@ def _with_set_points(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     )
 
 
-def _draw_motions(panel: Panel, rows: pd.DataFrame, x: str, y: str) -> None:
+def _draw_motions(panel: Panel, rows: pd.DataFrame, x_column: str, y_column: str) -> None:
     """Mark where the cage may roll or skid, and where that is not known.
 
     Args:
         panel: The panel.
         rows: Rows with the flag `bistable`.
-        x: Column of the abscissa.
-        y: Column of the ordinate.
+        x_column: Column of the abscissa.
+        y_column: Column of the ordinate.
     """
     bistable = rows[is_bistable(rows)]
     not_known = rows[rows["bistable"].isna()]
-    panel.axis.plot(bistable[x], bistable[y], **_BISTABLE)
-    panel.axis.plot(not_known[x], not_known[y], **_NOT_KNOWN)
+    panel.axis.plot(bistable[x_column], bistable[y_column], **_BISTABLE)
+    panel.axis.plot(not_known[x_column], not_known[y_column], **_NOT_KNOWN)
 
 
-def _motion_handles(table: pd.DataFrame) -> list[Any]:
+def _motion_handles(rows: pd.DataFrame) -> list[Any]:
     """Entries of the legend for the marks of `_draw_motions` that occur."""
     handles = []
-    if is_bistable(table).any():
+    if is_bistable(rows).any():
         handles.append(style.line_handle("cage may roll or skid", **_BISTABLE))
-    if table["bistable"].isna().any():
+    if rows["bistable"].isna().any():
         handles.append(style.line_handle("not known whether there is another motion", **_NOT_KNOWN))
     return handles
 
@@ -241,60 +252,60 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     reach the limit, where they could be calculated. Dotted lines: the larger contact pressure
     reaches a limit (GPa). Crosses: the cage may roll or skid.
     """
-    table = results.cage_slip
-    table = table.assign(**in_units_of_axes(table))
-    limit = settings.bearing.cage_slip.slip_limit
+    slip_map = results.cage_slip
+    slip_map = slip_map.assign(**in_units_of_axes(slip_map))
+    slip_limit = settings.bearing.cage_slip.slip_limit
     pressure_limits = settings.bearing.pressure_limits_gpa
     drawn_pressures: set[float] = set()
-    sheet, panels = oil_grid(style.oils_in(table, settings), _NO_LAW, height=1.7, right=0.75)
+    sheet, panels = oil_grid(style.oils_in(slip_map, settings), _NO_LAW, height=1.7, right=0.75)
     sheet.axes[0].set_yscale("log")
     sheet.axes[0].yaxis.set_major_formatter("{x:g}")
     for panel, _, oil in panels:
-        filled = _draw_slip(panel, table[table["oil"] == oil], oil, limit)
-        pressures = _draw_pressures(panel, table[table["oil"] == oil], pressure_limits)
+        coloured_cells = _draw_slip(panel, slip_map[slip_map["oil"] == oil], oil, slip_limit)
+        pressures = _draw_pressures(panel, slip_map[slip_map["oil"] == oil], pressure_limits)
         drawn_pressures.update(pressures)
-    bar = sheet.colour_bar(filled, "Cage slip", ticks=_SLIP_LEVELS[1:])
+    bar = sheet.colour_bar(coloured_cells, "Cage slip", ticks=_SLIP_LEVELS[1:])
     bar.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
     sheet.label(style.DMN_LABEL, style.AXIAL_LOAD_LABEL, fontsize=7)
     handles: list[Any] = [
-        style.line_handle(f"slip of {limit:g}", color="black"),
+        style.line_handle(f"slip of {slip_limit:g}", color="black"),
         style.line_handle("its 95 % interval", linestyle="--", color="black", linewidth=0.8),
     ]
     handles += [
         style.line_handle(f"contact pressure of {pressure:g} GPa", **_PRESSURE_LINE)
         for pressure in sorted(drawn_pressures)
     ]
-    temperature = settings.bearing.cage_slip.inlet_temperature_c
-    bearing = table["bearing"].iloc[0]
-    title = f"{bearing}, oil at {temperature:g} \N{DEGREE SIGN}C; {style.DMN_AS_SPEED}"
-    sheet.legend(handles + _motion_handles(table), title)
+    temperature_c = settings.bearing.cage_slip.inlet_temperature_c
+    bearing_name = slip_map["bearing"].iloc[0]
+    title = f"{bearing_name}, oil at {temperature_c:g} \N{DEGREE SIGN}C; {style.DMN_AS_SPEED}"
+    sheet.legend(handles + _motion_handles(slip_map), title)
     return sheet
 
 
 def _draw_pressures(
-    panel: Panel, rows_of_oil: pd.DataFrame, limits: Sequence[float]
+    panel: Panel, rows_of_oil: pd.DataFrame, limits_gpa: Sequence[float]
 ) -> Iterator[float]:
-    """Draw where the larger contact pressure reaches each limit (GPa), with the limit beside it.
+    """Draw a line where the larger contact pressure reaches each limit.
 
     Yields:
         The limits that are reached on the map.
     """
     contacts = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
-    pressures = rows_of_oil.assign(pressure=rows_of_oil[contacts].max(axis=1))
-    field = pressures.pivot(index="load_kn", columns="speed", values="pressure")
-    pressure = np.ma.masked_invalid(field.to_numpy())
-    for limit in limits:
-        if pressure.min() < limit < pressure.max():
+    slip_map = rows_of_oil.assign(pressure=rows_of_oil[contacts].max(axis=1))
+    pressure_map = slip_map.pivot(index="load_kn", columns="speed", values="pressure")
+    pressure_gpa = np.ma.masked_invalid(pressure_map.to_numpy())
+    for limit_gpa in limits_gpa:
+        if pressure_gpa.min() < limit_gpa < pressure_gpa.max():
             panel.axis.contour(
-                field.columns,
-                field.index,
-                pressure,
-                [limit],
+                pressure_map.columns,
+                pressure_map.index,
+                pressure_gpa,
+                [limit_gpa],
                 colors=_PRESSURE_LINE["color"],
                 linestyles=_PRESSURE_LINE["linestyle"],
                 linewidths=_PRESSURE_LINE["linewidth"],
             )
-            yield limit
+            yield limit_gpa
 
 
 def in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
@@ -302,19 +313,19 @@ def in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
     return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load_kn": rows["axial_load_n"] / 1e3}
 
 
-def _draw_slip(panel: Panel, rows_of_oil: pd.DataFrame, oil: str, limit: float) -> Any:
+def _draw_slip(panel: Panel, rows_of_oil: pd.DataFrame, oil: str, slip_limit: float) -> Any:
     """Draw the cage slip over speed and load, and where it reaches the limit.
 
     Returns:
         The coloured cells, for the colour bar.
     """
     axis = panel.axis
-    fields = rows_of_oil.pivot(index="load_kn", columns="speed")
-    slip = np.ma.masked_invalid(fields["cage_slip"].to_numpy())
-    lower = np.ma.masked_invalid(fields["cage_slip_lower"].to_numpy())
-    upper = np.ma.masked_invalid(fields["cage_slip_upper"].to_numpy())
-    speed = fields["cage_slip"].columns.to_numpy()
-    load_kn = fields.index.to_numpy()
+    maps = rows_of_oil.pivot(index="load_kn", columns="speed")
+    slip = np.ma.masked_invalid(maps["cage_slip"].to_numpy())
+    lower = np.ma.masked_invalid(maps["cage_slip_lower"].to_numpy())
+    upper = np.ma.masked_invalid(maps["cage_slip_upper"].to_numpy())
+    speed = maps["cage_slip"].columns.to_numpy()
+    load_kn = maps.index.to_numpy()
     speed_edges = style.cell_edges(speed, axis.get_xscale())
     load_edges = style.cell_edges(load_kn, axis.get_yscale())
     norm = BoundaryNorm(_SLIP_LEVELS, 256)
@@ -323,7 +334,7 @@ def _draw_slip(panel: Panel, rows_of_oil: pd.DataFrame, oil: str, limit: float) 
     dashed: style.Look = {"linewidths": 0.8, "linestyles": "--"}
     for field, look in ((slip, full), (lower, dashed), (upper, dashed)):
         if field.count():
-            axis.contour(speed, load_kn, field, [limit], colors="black", **look)
+            axis.contour(speed, load_kn, field, [slip_limit], colors="black", **look)
     _draw_motions(panel, rows_of_oil, "speed", "load_kn")
     axis.grid(False)
     panel.keep(
@@ -349,33 +360,35 @@ def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
     slip while that by spin goes on growing.
     """
     oils = list(settings.oils)
-    table = results.size_effect
+    effects = results.size_effect
     sheet = Sheet(2, 2, left=0.7, sharey=True)
     panels = (
         ("ball size", "ball_diameter_mm", "Ball diameter (mm)", "pressure and surface speed"),
         ("conformity", "groove_curvature", "Groove radius over ball diameter", "load and speed"),
     )
-    for number, (varied, column, label, constant_conditions) in enumerate(panels):
-        panel = sheet.panel(number, f"{varied} at the same {constant_conditions}")
-        rows = table[table["varied"] == varied]
+    for index, (varied, column, label, constant_conditions) in enumerate(panels):
+        panel = sheet.panel(index, f"{varied} at the same {constant_conditions}")
+        effects_of_panel = effects[effects["varied"] == varied]
         for oil, variable in itertools.product(oils, _LOOK_OF_LOAD_VARIABLE):
-            line = rows[(rows["oil"] == oil) & (rows["load_variable"] == variable)]
+            series = effects_of_panel[
+                (effects_of_panel["oil"] == oil) & (effects_of_panel["load_variable"] == variable)
+            ]
             look: style.Look = {"color": style.oil_colour(oil, oils)}
             look.update(_LOOK_OF_LOAD_VARIABLE[variable])
-            panel.line(variable, line[column], 100 * line["relative_to_stress"], look, oil=oil)
+            panel.line(variable, series[column], 100 * series["relative_to_stress"], look, oil=oil)
         panel.axis.axhline(0, color="black", linewidth=0.6)
         panel.axis.set(
             xlabel=label, ylabel="Traction torque above that\nof the pressure-based law (%)"
         )
-        if table.empty:
+        if effects.empty:
             panel.say(_NO_LAW, fontsize=6)
     sheet.axes[1].yaxis.label.set_visible(False)
     grey: style.Look = {"color": style.GREY, "linewidth": 0.9}
     laws = [
-        style.line_handle(load_variable(variable), **grey, **look)
+        style.line_handle(load_variable_in_words(variable), **grey, **look)
         for variable, look in _LOOK_OF_LOAD_VARIABLE.items()
     ]
-    sheet.legend([*style.oil_patches(style.oils_in(table, settings), oils), *laws])
+    sheet.legend([*style.oil_patches(style.oils_in(effects, settings), oils), *laws])
     return sheet
 
 
@@ -409,17 +422,19 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
         sharey="row",
         width=style.DOUBLE_COLUMN_IN,
     )
-    for panel, y, oil in panels:
-        panel.axis.set_ylabel(style.CONDITION_LABELS[y], fontsize=7)
+    for panel, y_column, oil in panels:
+        panel.axis.set_ylabel(style.CONDITION_LABELS[y_column], fontsize=7)
         tests_of_oil = tests[tests["oil"] == oil]
         runs_of_oil = runs[runs["oil"] == oil]
-        cells = _draw_plan(panel, tests_of_oil, runs_of_oil, y, tests["reduction"].max())
+        cells = _draw_plan(panel, tests_of_oil, runs_of_oil, y_column, tests["reduction"].max())
     sheet.label(style.CONDITION_LABELS[_SPEED], fontsize=7)
     sheet.colour_bar(cells, "Reduction of the torque's uncertainty (%)")
-    box: style.Look = {"marker": "s", "color": "black", "markerfacecolor": "white"}
+    box_look: style.Look = {"marker": "s", "color": "black", "markerfacecolor": "white"}
     sheet.legend(
         [
-            style.symbol_handle("number: test to run next, in this order", markersize=6, **box),
+            style.symbol_handle(
+                "number: test to run next, in this order", markersize=6, **box_look
+            ),
             style.symbol_handle("measured run", "o", color=style.GREY, markerfacecolor="none"),
         ]
     )
@@ -427,44 +442,46 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _draw_plan(
-    panel: Panel, tests: pd.DataFrame, runs: pd.DataFrame, y: str, highest: float
+    panel: Panel, tests: pd.DataFrame, runs: pd.DataFrame, y_column: str, largest_reduction: float
 ) -> Any:
-    """Draw the reduction over speed and `y`, the measured runs and the chosen tests.
+    """Draw the reduction over speed and `y_column`, the measured runs and the chosen tests.
 
     Args:
         panel: The panel.
         tests: Possible tests of one oil.
         runs: Mean conditions of its runs.
-        y: Column of the ordinate.
-        highest: Largest reduction of all oils (%).
+        y_column: Column of the ordinate.
+        largest_reduction: Largest reduction of all oils (%).
 
     Returns:
         The coloured cells, for the colour bar.
     """
-    best = tests.loc[tests.groupby([_SPEED, y])["uncertainty_with_test"].idxmin()]
-    field = best.pivot(index=y, columns=_SPEED, values="reduction")
+    best_tests = tests.loc[tests.groupby([_SPEED, y_column])["uncertainty_with_test"].idxmin()]
+    reduction_map = best_tests.pivot(index=y_column, columns=_SPEED, values="reduction")
     cells = panel.axis.pcolormesh(
-        style.cell_edges(field.columns.to_numpy(dtype=float), "linear"),
-        style.cell_edges(field.index.to_numpy(dtype=float), "linear"),
-        np.ma.masked_invalid(field.to_numpy(dtype=float)),
+        style.cell_edges(reduction_map.columns.to_numpy(dtype=float), "linear"),
+        style.cell_edges(reduction_map.index.to_numpy(dtype=float), "linear"),
+        np.ma.masked_invalid(reduction_map.to_numpy(dtype=float)),
         cmap="YlGnBu",
         vmin=0,
-        vmax=max(highest, 1e-6),
+        vmax=max(largest_reduction, 1e-6),
         rasterized=True,
     )
-    oil = best["oil"].iloc[0]
-    panel.keep("cell", best[_SPEED], best[y], value=best["reduction"], oil=oil)
-    ring: style.Look = {"marker": "o", "markersize": 2.2, "markerfacecolor": "none"}
-    ring["color"] = style.GREY
-    panel.dots("measured", runs[_SPEED], runs[y], ring, oil=oil)
+    oil = best_tests["oil"].iloc[0]
+    panel.keep(
+        "cell", best_tests[_SPEED], best_tests[y_column], value=best_tests["reduction"], oil=oil
+    )
+    ring_look: style.Look = {"marker": "o", "markersize": 2.2, "markerfacecolor": "none"}
+    ring_look["color"] = style.GREY
+    panel.dots("measured", runs[_SPEED], runs[y_column], ring_look, oil=oil)
     chosen = tests[tests["test_order"] > 0].sort_values("test_order")
     number_look: style.Look = {"ha": "center", "va": "center", "fontsize": 6, "weight": "bold"}
     number_look["bbox"] = {"boxstyle": "round,pad=0.15", "facecolor": "white", "linewidth": 0.5}
-    for (speed, level), tests_of_cell in chosen.groupby([_SPEED, y]):
+    for (speed_m_s, level), tests_of_cell in chosen.groupby([_SPEED, y_column]):
         # three numbers side by side would cover the neighbouring cells
         separator = ", " if len(tests_of_cell) < 3 else "\n"
-        numbers = separator.join(tests_of_cell["test_order"].astype(str))
-        panel.axis.annotate(numbers, (speed, level), **number_look)
-    panel.keep("chosen", chosen[_SPEED], chosen[y], value=chosen["test_order"], oil=oil)
+        order_text = separator.join(tests_of_cell["test_order"].astype(str))
+        panel.axis.annotate(order_text, (speed_m_s, level), **number_look)
+    panel.keep("chosen", chosen[_SPEED], chosen[y_column], value=chosen["test_order"], oil=oil)
     panel.axis.grid(False)
     return cells

@@ -12,39 +12,39 @@ from oilfilm.base.units import IndexArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
-from oilfilm.report.names import CONDITIONS as CONDITION_NAMES
+from oilfilm.report.names import CONDITION_TEXTS
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels, with_measured
+from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels, with_measured_set_points
 from oilfilm.traction.law import CONDITIONS
 
 NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
-# More conditions than this in one panel cannot be told apart by shade and symbol.
+# Largest number of conditions in one panel that shade and symbol tell apart.
 _CONDITIONS_TOLD_APART = 6
-# Symbols of more points would hide the lines.
+# Largest number of points in one panel: symbols of more would hide the lines.
 _POINTS_TOLD_APART = 2000
-# More lines than this in one panel are one dark area, and each takes 2 kB of SVG.
+# Largest number of lines in one panel: more are one dark area, and each takes 2 kB of SVG.
 _FITS_DRAWN = 500
-# The points of more runs of one oil cover each other, and all of them would be the largest table of
-# a campaign.
+# Largest number of runs of one oil whose points are drawn. More points cover each other, and all of
+# them would be the largest table of a campaign.
 _RUNS_DRAWN = 1000
 # Multiples of this number modulo 1 are spread evenly without a period. A fixed step could choose
 # conditions of one temperature only.
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
 _MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
-_GROUPS = 15  # groups of equally many points, where no set points define levels
+_GROUP_COUNT = 15  # groups of equally many points, where no set points define levels
 _THOUSANDTHS_PER_UNIT = 1e3
 
 
 @dataclass(frozen=True)
-class Series:
+class CurveInPanel:
     """One curve of a panel: the points of some runs and the fit at their mean conditions.
 
     Attributes:
         label: For the legend.
         oil: Name of the oil.
         points: Rows of the table of points.
-        fitted_law: The fitted law.
+        fitted: The fitted law.
         colour: Colour of points and line.
         marker: Symbol of the points.
     """
@@ -52,31 +52,29 @@ class Series:
     label: str
     oil: str
     points: pd.DataFrame
-    fitted_law: FittedLaw
+    fitted: FittedLaw
     colour: Any
     marker: str
 
     def fit(self, largest_slip: float) -> tuple[Any, Any]:
-        """Slip from 0 to `largest_slip`, and fitted mu at the mean conditions of the points."""
-        condition = (
-            self.points[list(self.fitted_law.law.conditions)].mean().to_numpy(dtype=np.float64)
-        )
+        """Slips from 0 to `largest_slip`, and the law's mu at the mean conditions of the points."""
+        condition = self.points[list(self.fitted.law.conditions)].mean().to_numpy(dtype=np.float64)
         slip = np.linspace(0, largest_slip, 151)
-        return slip, self.fitted_law.traction(condition, slip)
+        return slip, self.fitted.traction(condition, slip)
 
 
-def draw_series(panel: Panel, series: Iterable[Series]) -> None:
+def draw_curves(panel: Panel, curves: Iterable[CurveInPanel]) -> None:
     """Draw the points of each curve with their errors, and the fit through them."""
-    curves_with_points = [curve for curve in series if not curve.points.empty]
+    curves_with_points = [curve for curve in curves if not curve.points.empty]
     for curve in curves_with_points:
         slip, mu, standard_error = curve.points[_MEASURED].to_numpy(dtype=float).T
         half_bar = style.SE_DRAWN * standard_error
         fit_slip, fit_mu = curve.fit(np.abs(slip).max())
-        names = {"oil": curve.oil, "label": curve.label}
+        details = {"oil": curve.oil, "label": curve.label}
         look: style.Look = {"marker": curve.marker, "color": curve.colour, "label": curve.label}
         look.update(style.BAR_LOOK)
-        panel.dots("measured", slip, mu, look, lower=mu - half_bar, upper=mu + half_bar, **names)
-        panel.line("fit", fit_slip, fit_mu, {"color": curve.colour}, **names)
+        panel.dots("measured", slip, mu, look, lower=mu - half_bar, upper=mu + half_bar, **details)
+        panel.line("fit", fit_slip, fit_mu, {"color": curve.colour}, **details)
     if not curves_with_points:
         panel.say(NO_POINT)
 
@@ -97,8 +95,8 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     oils = list(settings.oils)
     sheet, panels = oil_grid(oils, height=2.2)
     # runs without a stated speed get their measured one: they need not be repeats
-    measured = results.parts_of_runs("points", ["run_id", "accepted", *CONDITIONS])
-    runs = with_levels(with_measured(results.runs, measured), settings)
+    parts_of_points = results.parts_of_runs("points", ["run_id", "accepted", *CONDITIONS])
+    runs = with_levels(with_measured_set_points(results.runs, parts_of_points), settings)
     for panel, _, oil in panels:
         columns = ["run_id", "accepted", "load_n", *CONDITIONS, *_MEASURED]
         points = results.table("points", columns, oil=oil)
@@ -109,13 +107,13 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
         fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
         points, labels = _with_conditions(runs, points)
         colour = style.oil_colour(oil, oils)
-        few_points = len(points) <= _POINTS_TOLD_APART
-        if len(labels) <= _CONDITIONS_TOLD_APART and few_points:
-            draw_series(panel, _series(oil, fitted, points, labels, colour))
+        has_few_points = len(points) <= _POINTS_TOLD_APART
+        if len(labels) <= _CONDITIONS_TOLD_APART and has_few_points:
+            draw_curves(panel, _curves_at_conditions(oil, fitted, points, labels, colour))
         else:
             _draw_cloud(panel, oil, fitted, points, labels, colour)
         panel.axis.legend(loc="upper left", fontsize=6)
-    if sheet.parts:
+    if sheet.drawn_parts:
         # all panels have one scale; room for the legends
         bottom, top = sheet.axes[0].get_ylim()
         sheet.axes[0].set_ylim(bottom, top + 0.18 * (top - bottom))
@@ -124,7 +122,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _with_conditions(runs: pd.DataFrame, points: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
-    """Points with the number of their `run` and `condition`, and the set points of each in words.
+    """Points with the index of their `run` and `condition`; the conditions in words, by index.
 
     A condition is one combination of set points.
 
@@ -132,27 +130,27 @@ def _with_conditions(runs: pd.DataFrame, points: pd.DataFrame) -> tuple[pd.DataF
         runs: As of `with_levels`.
         points: Points of one oil, with `run_id`.
     """
-    names = list(NOMINAL_COLUMNS)
+    nominal_columns = list(NOMINAL_COLUMNS)
     units = ("GPa", "N", "m/s", "\N{DEGREE SIGN}C")
-    run, run_names = pd.factorize(points["run_id"], sort=True)
-    set_points = runs.set_index("run_id").loc[run_names, names]
-    by_condition = set_points.groupby(names, dropna=False)
+    run_index, run_names = pd.factorize(points["run_id"], sort=True)
+    set_points = runs.set_index("run_id").loc[run_names, nominal_columns]
+    runs_by_condition = set_points.groupby(nominal_columns, dropna=False)
     labels = []
-    for levels in by_condition.head(1).sort_values(names).to_numpy():
-        stated = [
+    for levels in runs_by_condition.head(1).sort_values(nominal_columns).to_numpy():
+        texts = [
             f"{level:.4g} {unit}"
             for level, unit in zip(levels, units, strict=True)
             if not np.isnan(level)
         ]
-        labels.append(", ".join(stated))
-    condition = by_condition.ngroup().to_numpy()[run]
-    numbered = points.drop(columns="run_id").assign(run=run, condition=condition)
-    return numbered.sort_values("condition", kind="stable"), labels
+        labels.append(", ".join(texts))
+    condition_index = runs_by_condition.ngroup().to_numpy()[run_index]
+    numbered_points = points.drop(columns="run_id").assign(run=run_index, condition=condition_index)
+    return numbered_points.sort_values("condition", kind="stable"), labels
 
 
-def _series(
+def _curves_at_conditions(
     oil: str, fitted: FittedLaw, points: pd.DataFrame, labels: Sequence[str], colour: str
-) -> list[Series]:
+) -> list[CurveInPanel]:
     """The curves of some conditions.
 
     Args:
@@ -163,35 +161,39 @@ def _series(
         colour: Colour of the oil.
     """
     shades = style.shades(colour, len(labels))
-    numbers = np.unique(points["condition"]).tolist()
-    tables_of_points = [rows for _, rows in points.groupby("condition")]
+    condition_indices = np.unique(points["condition"]).tolist()
+    points_by_condition = [
+        points_of_condition for _, points_of_condition in points.groupby("condition")
+    ]
     return [
-        Series(
-            labels[number],
+        CurveInPanel(
+            labels[condition_index],
             oil,
-            rows,
+            points_of_condition,
             fitted,
-            shades[number],
-            style.MARKERS[number % len(style.MARKERS)],
+            shades[condition_index],
+            style.MARKERS[condition_index % len(style.MARKERS)],
         )
-        for number, rows in zip(numbers, tables_of_points, strict=True)
+        for condition_index, points_of_condition in zip(
+            condition_indices, points_by_condition, strict=True
+        )
     ]
 
 
-def _evenly_chosen(count: int, most: int) -> IndexArray:
-    """Numbers from 0 to `count`, at most so many, in order."""
+def _evenly_chosen(count: int, largest_count: int) -> IndexArray:
+    """Indices of at most `largest_count` of `count` things, evenly spread and in order."""
     spread_order = np.argsort(np.arange(count) * _GOLDEN_RATIO % 1)
-    return np.sort(spread_order[:most])
+    return np.sort(spread_order[:largest_count])
 
 
 def _of_drawn_runs(points: pd.DataFrame) -> pd.DataFrame:
-    """The points of all runs, or of `_RUNS_DRAWN` evenly chosen ones in the order of their names.
+    """The points of all runs, or of `_RUNS_DRAWN` runs, evenly chosen in the order of their names.
 
     Args:
-        points: Points of one oil, with the number of their `run` in the order of the names.
+        points: Points of one oil, with the index of their `run` in the order of the names.
     """
-    count = int(points["run"].max()) + 1
-    return points[points["run"].isin(_evenly_chosen(count, _RUNS_DRAWN))]
+    run_count = int(points["run"].max()) + 1
+    return points[points["run"].isin(_evenly_chosen(run_count, _RUNS_DRAWN))]
 
 
 def _draw_cloud(
@@ -217,12 +219,12 @@ def _draw_cloud(
     # so many error bars would hide the points: none is drawn
     dot_look: style.Look = {"marker": ".", "color": colour, "alpha": 0.7, "markersize": 1.6}
     panel.dots("measured", slip, mu, dot_look | {"rasterized": True}, oil=oil)
-    count = f"{len(points)}"
+    count_text = f"{len(points)}"
     if len(drawn_points) < len(points):
-        count = f"{len(drawn_points)} of {len(points)}"
+        count_text = f"{len(drawn_points)} of {len(points)}"
     # the legend has a larger dot
-    panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({count})")
-    drawn = _evenly_chosen(len(labels), _FITS_DRAWN)
+    panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({count_text})")
+    drawn_indices = _evenly_chosen(len(labels), _FITS_DRAWN)
     line_look: style.Look = {"color": "black"}
     if len(labels) <= _CONDITIONS_TOLD_APART:
         # few lines are drawn over their points, many lines under all points
@@ -230,13 +232,13 @@ def _draw_cloud(
     else:
         line_look.update(linewidth=0.3, zorder=1.5)
     largest_slip = float(points["slide_roll_ratio"].abs().max())
-    drawn_conditions = points[points["condition"].isin(drawn)]
-    for condition in _series(oil, fitted, drawn_conditions, labels, colour):
-        fit_slip, fit_mu = condition.fit(largest_slip)
-        panel.line("fit", fit_slip, fit_mu, line_look, oil=oil, label=condition.label)
+    drawn_conditions = points[points["condition"].isin(drawn_indices)]
+    for curve in _curves_at_conditions(oil, fitted, drawn_conditions, labels, colour):
+        fit_slip, fit_mu = curve.fit(largest_slip)
+        panel.line("fit", fit_slip, fit_mu, line_look, oil=oil, label=curve.label)
     label = "fit"
-    if len(drawn) < len(labels):
-        label = f"fit ({len(drawn)} of {len(labels)} conditions)"
+    if len(drawn_indices) < len(labels):
+        label = f"fit ({len(drawn_indices)} of {len(labels)} conditions)"
     panel.axis.plot([], [], color="black", label=label)
 
 
@@ -256,29 +258,29 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
     """
     oils = list(settings.oils)
     runs = with_levels(results.runs, settings)
-    columns = len(CONDITION_NAMES)
+    column_count = len(CONDITION_TEXTS)
     layout: style.Look = {"height": 1.1, "down": 0.3, "sharex": "col", "sharey": "row"}
-    sheet = Sheet(len(oils) * columns, columns, **layout)
-    drawn_of_all = ""
+    sheet = Sheet(len(oils) * column_count, column_count, **layout)
+    note_on_drawn = ""
     delta_mu = f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})"
-    for row, oil in enumerate(oils):
+    for row_index, oil in enumerate(oils):
         points = _residuals(results, runs, oil)
         colour = style.oil_colour(oil, oils)
-        drawn = None if points is None else _of_drawn_runs(points)
-        if points is not None and drawn is not None and len(drawn) < len(points):
-            drawn_of_all = f" (at most {_RUNS_DRAWN} runs per oil)"
-        for column, (condition, (symbol, _, unit)) in enumerate(CONDITION_NAMES.items()):
-            panel = sheet.panel(row * columns + column)
+        drawn_points = None if points is None else _of_drawn_runs(points)
+        if points is not None and drawn_points is not None and len(drawn_points) < len(points):
+            note_on_drawn = f" (at most {_RUNS_DRAWN} runs per oil)"
+        for column_index, (condition, (symbol, _, unit)) in enumerate(CONDITION_TEXTS.items()):
+            panel = sheet.panel(row_index * column_count + column_index)
             panel.axis.set_xlabel(f"{symbol} ({unit})" if unit else f"|{symbol}|")
             panel.axis.set_ylabel(f"{oil}: {delta_mu}", fontsize=7)
-            if points is None or drawn is None:
+            if points is None or drawn_points is None:
                 panel.say("no fit")
             elif points[condition].isna().all():
                 panel.say("not known")
             else:
-                _draw_residuals(panel, points, drawn, condition, oil, colour)
+                _draw_residuals(panel, points, drawn_points, condition, oil, colour)
     sheet.label()
-    plateau = style.symbol_handle(f"plateau{drawn_of_all}", ".", color="black", markersize=3)
+    plateau = style.symbol_handle(f"plateau{note_on_drawn}", ".", color="black", markersize=3)
     label = "mean of a level, with the standard deviation of its plateaus"
     level = style.symbol_handle(label, "o", color="black", markerfacecolor="white")
     sheet.legend([plateau, level])
@@ -286,40 +288,48 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _draw_residuals(
-    panel: Panel, points: pd.DataFrame, drawn: pd.DataFrame, condition: str, oil: str, colour: str
+    panel: Panel,
+    points: pd.DataFrame,
+    drawn_points: pd.DataFrame,
+    condition: str,
+    oil: str,
+    colour: str,
 ) -> None:
     """Draw residuals against one condition, and the mean and scatter of all at each level.
 
     Args:
         panel: The panel.
         points: As of `_residuals`.
-        drawn: Those of them that are drawn.
+        drawn_points: Those of them that are drawn.
         condition: Column of the abscissa.
         oil: Name of the oil.
         colour: Its colour.
     """
     dot_look: style.Look = {"alpha": 0.25, "markersize": 1.2, "rasterized": True, "marker": "."}
     dot_look["color"] = colour
-    panel.dots("point", drawn[condition], drawn["residual"], dot_look, oil=oil)
+    panel.dots("point", drawn_points[condition], drawn_points["residual"], dot_look, oil=oil)
     panel.axis.axhline(0, color="black", linewidth=0.6)
     groups = points.groupby(_levels_of_points(points, condition), observed=True)
     means = groups.agg(x=(condition, "mean"), y=("residual", "mean"), sd=("residual", "std"))
-    level, mean, deviation = means.to_numpy().T
+    level_means, residual_means, deviations = means.to_numpy().T
     mean_look: style.Look = {"marker": "o", "color": "black"}
     mean_look.update(style.BAR_LOOK)
-    ends = {"lower": mean - deviation, "upper": mean + deviation}
-    panel.dots("mean", level, mean, mean_look, oil=oil, **ends)
+    ends = {"lower": residual_means - deviations, "upper": residual_means + deviations}
+    panel.dots("mean", level_means, residual_means, mean_look, oil=oil, **ends)
 
 
 def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.DataFrame | None:
-    """Accepted points with residual (1e-3), number and set points of the run; None without fit."""
+    """Accepted points with their residual (1e-3), and index and set points of their run.
+
+    None where the oil has no fit or no accepted point.
+    """
     coefficients = results.configured.coefficients
     coefficients_of_oil = coefficients[coefficients["oil"] == oil]
     if coefficients_of_oil.empty:
         return None
     fitted_law = FittedLaw.from_tables(coefficients_of_oil, oil)
     conditions = list(fitted_law.law.conditions)
-    columns = dict.fromkeys(["run_id", "accepted", *conditions, *CONDITION_NAMES])
+    columns = dict.fromkeys(["run_id", "accepted", *conditions, *CONDITION_TEXTS])
     points = results.table("points", [*columns, "traction_coefficient"], oil=oil)
     points = points[points["accepted"]]
     if points.empty:
@@ -332,23 +342,23 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
     # slip and traction of a rig that reverses the slip change sign together
     residual = np.where(slip < 0, -1, 1) * (points["traction_coefficient"] - fitted_mu)
     set_points = [f"nominal_{name}" for name in CONDITIONS]
-    # a number in place of the name of the run, which would take most of the memory
-    run, names = pd.factorize(points["run_id"], sort=True)
-    levels_of_run = runs.set_index("run_id").loc[names, set_points]
-    return points[list(CONDITION_NAMES)].assign(
-        run=run,
+    # an index in place of the name of the run, which would take most of the memory
+    run_index, run_ids = pd.factorize(points["run_id"], sort=True)
+    levels_of_run = runs.set_index("run_id").loc[run_ids, set_points]
+    return points[list(CONDITION_TEXTS)].assign(
+        run=run_index,
         residual=_THOUSANDTHS_PER_UNIT * residual,
         slide_roll_ratio=np.abs(slip),
-        **{name: levels_of_run[name].to_numpy()[run] for name in set_points},
+        **{name: levels_of_run[name].to_numpy()[run_index] for name in set_points},
     )
 
 
 def _levels_of_points(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
-    """The level of each point: its set point, or one of `_GROUPS` groups of equally many points."""
+    """The level of each point: its set point, or else one of `_GROUP_COUNT` groups of one size."""
     nominal = f"nominal_{condition}"
     if nominal in points and points[nominal].notna().all():
         return points[nominal]
-    return pd.qcut(points[condition], _GROUPS, duplicates="drop")
+    return pd.qcut(points[condition], _GROUP_COUNT, duplicates="drop")
 
 
 _MOST_ROWS = 12
@@ -374,17 +384,17 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     load_column = _PRESSURE if has_pressures else _LOAD
     level_phrase = "P = {:g} GPa" if has_pressures else "W = {:g} N"
     table = table.assign(runs=table["runs_accepted"] + table["runs_refused"])
-    conditions = table.groupby(["oil", _TEMPERATURE, _SPEED, load_column], as_index=False)
-    cells = conditions[["runs_accepted", "runs"]].sum()
+    groups = table.groupby(["oil", _TEMPERATURE, _SPEED, load_column], as_index=False)
+    cells = groups[["runs_accepted", "runs"]].sum()
     has_accepted = cells["runs_accepted"] > 0
     has_runs = cells["runs"] > 0
     cells["state"] = np.select([has_accepted, has_runs], ["accepted", "refused"], "missing")
-    rows_of_panels = sorted(cells[load_column].unique())
-    if not 0 < len(rows_of_panels) <= _MOST_ROWS:
+    levels = sorted(cells[load_column].unique())
+    if not 0 < len(levels) <= _MOST_ROWS:
         return _measured_coverage(results, settings)
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
-        rows=rows_of_panels,
+        rows=levels,
         title=lambda level, oil: f"{oil}, {level_phrase.format(level)}",
         height=1.1,
     )
@@ -452,9 +462,9 @@ def _draw_state(panel: Panel, state: str, cells: pd.DataFrame, oil: str) -> None
     look = _symbol(state)
     look["markersize"] = 3.6
     panel.dots(state, speed, temperature, look, oil=oil, label=labels)
-    beside: style.Look = {"xytext": (3, -2), "textcoords": "offset points", "fontsize": 6}
+    label_look: style.Look = {"xytext": (3, -2), "textcoords": "offset points", "fontsize": 6}
     for index in labels.index[labels != ""]:
-        panel.axis.annotate(labels[index], (speed[index], temperature[index]), **beside)
+        panel.axis.annotate(labels[index], (speed[index], temperature[index]), **label_look)
 
 
 def _symbol(state: str) -> style.Look:

@@ -23,7 +23,7 @@ from oilfilm.fits.problem import curve_data
 from oilfilm.physics.contact import Conditions, Contact
 from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
 from oilfilm.physics.thermal_traction import mean_film_rise
-from oilfilm.report.document import number, significant
+from oilfilm.report.document import format_by_error, number_form
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import (
     NothingToDrawError,
@@ -33,7 +33,7 @@ from oilfilm.report.figures.sheet import (
     register,
     table_page,
 )
-from oilfilm.report.names import law_name
+from oilfilm.report.names import law_title
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.torque.operating_grid import Grid, films, obstacle, traction
@@ -42,7 +42,7 @@ from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law
 
 _ROW_IN = 0.17  # height of a row of a table
 _END_LEVELS = ("pressure", "speed", "temperature")
-# Symbols of the kinds of error: on the fitted curves, and farther and farther away from them.
+# Symbol of each kind of error; each kind is farther from the fitted curves than the one before.
 _LOOK_OF_ERROR: dict[str, style.Look] = {
     "fitted curves": {"marker": "o", "markersize": 3.4},
     "curve left out": {"marker": "D", "markersize": 3.4},
@@ -61,31 +61,34 @@ def constants(results: CampaignTables, settings: Settings) -> Sheet:
     return draw_constants(table, list(settings.oils))
 
 
-def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> Sheet:
+def draw_constants(coefficients: pd.DataFrame, oils: Sequence[str], note: str = "") -> Sheet:
     """A table of constants, one group of columns per oil.
 
     Args:
-        table: Table of coefficients with the column `printed_value`, which is shown where it is
-            known.
+        coefficients: Table of coefficients with the column `printed_value`, which is shown where it
+            is known.
         oils: Oils of the campaign.
         note: What `printed_value` is, for the lines below.
     """
     # a constant that no oil has, neither fitted nor printed, is no row
-    shown = table.dropna(subset=["value", "printed_value"], how="all")
-    constants_shown = list(dict.fromkeys(shown["constant"])) or ["no constants"]
-    any_printed = bool(shown["printed_value"].notna().any())
-    notes = [_powers(LAWS[name], set(shown["constant"])) for name in table["law"].unique()]
-    if any_printed:
+    known_coefficients = coefficients.dropna(subset=["value", "printed_value"], how="all")
+    shown_constants = list(dict.fromkeys(known_coefficients["constant"])) or ["no constants"]
+    has_printed = bool(known_coefficients["printed_value"].notna().any())
+    notes = [
+        _powers_in_words(LAWS[name], set(known_coefficients["constant"]))
+        for name in coefficients["law"].unique()
+    ]
+    if has_printed:
         notes.append(note)
-    one_oil = len(oils) == 1
-    width = style.SINGLE_COLUMN_IN if one_oil else style.DOUBLE_COLUMN_IN
+    is_one_oil = len(oils) == 1
+    width = style.SINGLE_COLUMN_IN if is_one_oil else style.DOUBLE_COLUMN_IN
     # as shares of the width: the column of names, and the columns of one oil
-    names_share = 0.12 if one_oil else 0.06
+    names_share = 0.12 if is_one_oil else 0.06
     oil_share = (1 - names_share) / len(oils)
-    sheet, panel, write = table_page(width, len(constants_shown), _ROW_IN, 2 * _ROW_IN, notes)
-    write(0, "", constants_shown, fontweight="bold")
-    for number_of_oil, oil in enumerate(oils):
-        left_edge = names_share + number_of_oil * oil_share
+    sheet, panel, write = table_page(width, len(shown_constants), _ROW_IN, 2 * _ROW_IN, notes)
+    write(0, "", shown_constants, fontweight="bold")
+    for oil_index, oil in enumerate(oils):
+        left_edge = names_share + oil_index * oil_share
         colour = style.oil_colour(oil, oils)
         write(
             left_edge + 0.53 * oil_share,
@@ -95,55 +98,63 @@ def draw_constants(table: pd.DataFrame, oils: Sequence[str], note: str = "") -> 
             color=colour,
             fontweight="bold",
         )
-        rows = table[table["oil"] == oil].set_index("constant").reindex(constants_shown)
-        for right_edge, head, texts in _columns_of_oil(rows):
+        rows_of_constants = (
+            coefficients[coefficients["oil"] == oil].set_index("constant").reindex(shown_constants)
+        )
+        for right_edge, heading, texts in _columns_of_oil(rows_of_constants):
             x = left_edge + right_edge * oil_share
-            write(x, f"\n{head}", texts, {"color": style.GREY}, ha="right")
-    details = {"oil": table["oil"], "label": table["constant"]}
-    value = table["value"]
-    error = table["standard_error"]
+            write(x, f"\n{heading}", texts, {"color": style.GREY}, ha="right")
+    details = {"oil": coefficients["oil"], "label": coefficients["constant"]}
+    value = coefficients["value"]
+    error = coefficients["standard_error"]
     panel.keep("fitted", np.nan, value=value, lower=value - error, upper=value + error, **details)
-    if any_printed:
-        panel.keep("printed", np.nan, value=table["printed_value"], **details)
+    if has_printed:
+        panel.keep("printed", np.nan, value=coefficients["printed_value"], **details)
     return sheet
 
 
-def _powers(law: Law, shown: Collection[str]) -> str:
-    """The quantities whose powers make the coefficients of a law, each over its reference.
+def _powers_in_words(law: Law, shown_constants: Collection[str]) -> str:
+    """The quantities whose powers make the coefficients of a law, each over its reference, as text.
 
     Args:
         law: The law.
-        shown: Constants that are shown. A quantity without an exponent among them is left out.
+        shown_constants: Constants that are shown. A quantity without an exponent among them is left
+            out.
     """
-    varied = {constant.condition for constant in law.constants if constant.name in shown}
-    powers = []
+    varied_groups = {
+        constant.condition for constant in law.constants if constant.name in shown_constants
+    }
+    texts = []
     for group, reference in zip(law.groups, law.reference, strict=True):
-        if group not in varied:
+        if group not in varied_groups:
             continue
-        relative = f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
-        powers.append(f"exponential of {relative}" if group in law.exponential else relative)
-    return f"{law_name(law.name)}: {', '.join(powers) or 'no condition varied'}"
+        text = f"{QUANTITIES[group].symbol} over {reference:g} {QUANTITIES[group].unit}"
+        texts.append(f"exponential of {text}" if group in law.exponential else text)
+    return f"{law_title(law.name)}: {', '.join(texts) or 'no condition varied'}"
 
 
-def _columns_of_oil(rows: pd.DataFrame) -> list[tuple[float, str, list[str]]]:
-    """Right edge (share of the oil's width), head and texts of each column of one oil."""
-    errors = rows["standard_error"].fillna(rows["naive_standard_error"])
-    digits = [significant(error) for error in errors]
+def _columns_of_oil(coefficients: pd.DataFrame) -> list[tuple[float, str, list[str]]]:
+    """Right edge (share of the oil's width), heading and texts of each column of one oil."""
+    errors = coefficients["standard_error"].fillna(coefficients["naive_standard_error"])
+    number_formats = [format_by_error(error) for error in errors]
 
-    def texts(column: str, digits: Sequence[str]) -> list[str]:
+    def texts(column: str, number_formats: Sequence[str]) -> list[str]:
         """The column's values, each in its own number format."""
-        return [number(form)(value) for value, form in zip(rows[column], digits, strict=True)]
+        return [
+            number_form(number_format)(value)
+            for value, number_format in zip(coefficients[column], number_formats, strict=True)
+        ]
 
-    fitted_texts = texts("value", digits)
-    error_head = "\N{PLUS-MINUS SIGN} s.e."
-    error_texts = texts("standard_error", digits)
-    if rows["printed_value"].isna().all():
-        return [(0.5, "fitted", fitted_texts), (0.97, error_head, error_texts)]
+    fitted_texts = texts("value", number_formats)
+    error_heading = "\N{PLUS-MINUS SIGN} s.e."
+    error_texts = texts("standard_error", number_formats)
+    if coefficients["printed_value"].isna().all():
+        return [(0.5, "fitted", fitted_texts), (0.97, error_heading, error_texts)]
     # printed values keep all their printed digits
-    printed_texts = texts("printed_value", [".10g"] * len(rows))
+    printed_texts = texts("printed_value", [".10g"] * len(coefficients))
     return [
         (0.29, "fitted", fitted_texts),
-        (0.59, error_head, error_texts),
+        (0.59, error_heading, error_texts),
         (0.98, "printed", printed_texts),
     ]
 
@@ -169,16 +180,18 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     for panel, _, oil in panels:
         pairs = correlations[correlations["oil"] == oil]
         names = list(dict.fromkeys([*pairs["constant"], *pairs["other"]]))
-        field = pairs.pivot(index="other", columns="constant", values="correlation")
+        correlation_map = pairs.pivot(index="other", columns="constant", values="correlation")
         # from orange by white to purple, distinct for every kind of colour vision
-        squares = field.reindex(index=names, columns=names).to_numpy(dtype=float)
-        image = panel.axis.imshow(squares, cmap="PuOr", vmin=-1, vmax=1)
+        correlation_matrix = correlation_map.reindex(index=names, columns=names).to_numpy(
+            dtype=float
+        )
+        image = panel.axis.imshow(correlation_matrix, cmap="PuOr", vmin=-1, vmax=1)
         panel.axis.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
         panel.axis.set_yticks(range(len(names)), names, fontsize=6)
         panel.axis.grid(False)
         panel.axis.tick_params(length=0)
-        label = pairs["constant"] + ", " + pairs["other"]
-        panel.keep("correlation", np.nan, oil=oil, label=label, value=pairs["correlation"])
+        labels = pairs["constant"] + ", " + pairs["other"]
+        panel.keep("correlation", np.nan, oil=oil, label=labels, value=pairs["correlation"])
     sheet.colour_bar(image, "Correlation")
     return sheet
 
@@ -201,12 +214,12 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     panel = sheet.panel(title=None)
     # laws have a distance of one; all oils of a law stay within 0.8
     distance_of_oils = min(0.24, 0.8 / len(oils))
-    for fit in tables.rows(compared):
-        oils_from_middle = oils.index(fit["oil"]) - (len(oils) - 1) / 2
-        y = laws.index(fit["law"]) + oils_from_middle * distance_of_oils
-        _draw_errors(panel, fit, y, oils)
+    for fit_row in tables.rows(compared):
+        oils_from_middle = oils.index(fit_row["oil"]) - (len(oils) - 1) / 2
+        y = laws.index(fit_row["law"]) + oils_from_middle * distance_of_oils
+        _draw_errors(panel, fit_row, y, oils)
     axis = panel.axis
-    axis.set_yticks(range(len(laws)), map(law_name, laws))
+    axis.set_yticks(range(len(laws)), map(law_title, laws))
     axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
     axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     # decimals as each level needs them: 0.2 %, 100 %
@@ -221,64 +234,64 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def mu_at_zero_slip(
-    results: CampaignTables, oil: str, law_key: str, settings: Settings
+    results: CampaignTables, oil: str, law_name: str, settings: Settings
 ) -> pd.DataFrame:
     """mu of a law at zero slip for each curve (`run_id`, `y`), in order of rising temperature.
 
     Args:
         results: Tables `points` and `coefficients`.
         oil: Name of the oil.
-        law_key: Name of the law.
+        law_name: Name of the law.
         settings: Settings of the campaign.
     """
-    fits = results.coefficients
-    is_of_fit = (fits["oil"] == oil) & (fits["law"] == law_key)
-    if fits.loc[is_of_fit, "value"].isna().all():
+    coefficients = results.coefficients
+    is_of_fit = (coefficients["oil"] == oil) & (coefficients["law"] == law_name)
+    if coefficients.loc[is_of_fit, "value"].isna().all():
         return pd.DataFrame({"run_id": [], "y": []})
-    law = laws_of(oil, settings)[law_key]
+    law = laws_of(oil, settings)[law_name]
     data = curve_data(results.table("points", CURVE_POINTS, oil=oil), law.conditions)
-    fitted = FittedLaw.from_tables(fits, oil, law=law)
-    y = fitted.predict(data.conditions, np.zeros(len(data.runs))).traction_coefficient
+    fitted = FittedLaw.from_tables(coefficients, oil, law=law)
+    mu = fitted.predict(data.conditions, np.zeros(len(data.runs))).traction_coefficient
     order = np.argsort(data.conditions[:, -1], kind="stable")
-    return pd.DataFrame({"run_id": data.runs, "y": y}).iloc[order]
+    return pd.DataFrame({"run_id": data.runs, "y": mu}).iloc[order]
 
 
-def _draw_errors(panel: Panel, fit: Mapping[str, Any], y: float, oils: Sequence[str]) -> None:
+def _draw_errors(panel: Panel, fit_row: Mapping[str, Any], y: float, oils: Sequence[str]) -> None:
     """Draw each kind of error of one fit, on a line from the smallest to the largest.
 
     Args:
         panel: The panel.
-        fit: Row of the table of fit quality.
+        fit_row: Row of the table of fit quality.
         y: Ordinate of the fit.
         oils: Oils of the campaign.
     """
-    oil = fit["oil"]
-    left_out = fit["left_out_rmse"] * fit["relative_rms"] / fit["rmse"]
+    oil = fit_row["oil"]
+    left_out = fit_row["left_out_rmse"] * fit_row["relative_rms"] / fit_row["rmse"]
     errors_of_kind = {
-        "fitted curves": np.array([fit["relative_rms"]]),
+        "fitted curves": np.array([fit_row["relative_rms"]]),
         "curve left out": np.array([left_out]),
         "end level left out": np.array(
-            [fit[f"{level}_end_out_relative_rms"] for level in _END_LEVELS]
+            [fit_row[f"{level}_end_out_relative_rms"] for level in _END_LEVELS]
         ),
     }
     all_errors = np.concatenate(list(errors_of_kind.values()))
     colour = style.oil_colour(oil, oils)
-    line = [np.nanmin(all_errors), np.nanmax(all_errors)]
-    panel.axis.plot(line, [y, y], color=colour, linewidth=0.6)
-    label = fit["law"] if fit["certified"] else f"{fit['law']}, not certified"
+    ends_of_line = [np.nanmin(all_errors), np.nanmax(all_errors)]
+    panel.axis.plot(ends_of_line, [y, y], color=colour, linewidth=0.6)
+    label = fit_row["law"] if fit_row["certified"] else f"{fit_row['law']}, not certified"
     for kind, errors in errors_of_kind.items():
         known_errors = errors[~np.isnan(errors)]
         look: style.Look = {"color": colour, "markerfacecolor": "white"}
-        if fit["certified"]:
+        if fit_row["certified"]:
             look["markerfacecolor"] = colour
         look.update(_LOOK_OF_ERROR[kind])
         panel.dots(kind, known_errors, np.full(len(known_errors), y), look, oil=oil, label=label)
 
 
-def symbol_of(fit: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
+def symbol_of(fit_row: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
     """Symbol of an oil, open where the fit is not certified."""
-    look = style.oil_look(fit["oil"], oils)
-    look["markerfacecolor"] = look["color"] if fit["certified"] else "white"
+    look = style.oil_look(fit_row["oil"], oils)
+    look["markerfacecolor"] = look["color"] if fit_row["certified"] else "white"
     look["linestyle"] = ""
     return look
 
@@ -291,13 +304,13 @@ _TESTED_FRAME: style.Look = {
     "linewidth": 1.0,
     "path_effects": [withStroke(linewidth=2.2, foreground="black")],
 }
-# The farthest test that `without_heat` uses: this share of the lowest tested speed, and the largest
+# `without_heat` extrapolates down to this share of the lowest tested speed, and up to the largest
 # tested slip over this share.
 _EXTRAPOLATED = 0.7
-# mu/S of a film without heat does not rise with S. It may rise by this share: the correction takes
-# its heat from readings, which scatter.
+# mu/S of a film without heat does not rise with S. A rise by this share is scatter: the correction
+# takes its heat from readings.
 _SCATTER_OF_SLOPE = 0.02
-# Iterations until a colder inlet and the heat of its film agree.
+# Number of iterations, after which a colder inlet and the heat of its film agree.
 _ITERATIONS = 30
 # The central film goes with speed to the power 0.67 (Hamrock and Dowson): its inverse.
 _SPEED_PER_FILM = 1 / 0.67
@@ -321,13 +334,13 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     is not full. Frame: tested conditions.
     """
     map_settings = settings.figures.friction_map
-    laws = _laws(results)
-    pressures = map_settings.max_hertz_pressure_gpa
-    temperature = map_settings.inlet_temperature_c
+    fit_by_oil = _fit_by_oil(results)
+    pressures_gpa = map_settings.max_hertz_pressure_gpa
+    temperature_c = map_settings.inlet_temperature_c
     sheet, panels = oil_grid(
-        list(laws),
+        list(fit_by_oil),
         "No oil has a fitted law of pressure, speed and temperature.",
-        list(enumerate(pressures)),
+        list(enumerate(pressures_gpa)),
         lambda row, oil: f"{oil}, {row[1]:g} GPa",
         height=1.55,
         right=0.75,
@@ -339,42 +352,44 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     speed = np.geomspace(slowest, fastest, _GRID_POINTS)
     slip = np.geomspace(smallest_slip, largest_slip, _GRID_POINTS)
     speed_mesh, slip_mesh = np.meshgrid(speed, slip)
-    grid = Grid(np.array(pressures), speed, np.array([temperature]), slip)
-    mu_of_oil = {oil: traction(law, grid) for oil, law in laws.items()}
+    grid = Grid(np.array(pressures_gpa), speed, np.array([temperature_c]), slip)
+    mu_of_oil = {oil: traction(fit, grid) for oil, fit in fit_by_oil.items()}
     lambda_of_oil = {}
     for oil, film in films(settings).items():
         _, lambda_of_oil[oil] = film.over(grid)
     lambda_limit = settings.gates.lambda_limit
-    highest = max(float(np.nanmax(mu)) for mu in mu_of_oil.values())
-    mu_levels = _levels_up_to(highest)
+    largest_mu = max(float(np.nanmax(mu)) for mu in mu_of_oil.values())
+    mu_levels = _levels_up_to(largest_mu)
     colours: style.Look = {"norm": LogNorm(mu_levels[0], mu_levels[-1]), "extend": "min"}
     level_lines: style.Look = {"colors": "white", "linewidths": 0.4}
-    handles: dict[str, Any] = {}
-    for panel, (number_of_pressure, pressure), oil in panels:
+    handle_by_label: dict[str, Any] = {}
+    for panel, (pressure_index, pressure_gpa), oil in panels:
         panel.axis.set(xscale="log", yscale="log")
-        mu = mu_of_oil[oil][number_of_pressure, :, 0].T
+        mu = mu_of_oil[oil][pressure_index, :, 0].T
         lambda_ratio = np.full_like(mu, np.nan)
         if oil in lambda_of_oil:
-            lambda_ratio = lambda_of_oil[oil][number_of_pressure, :, 0].T
+            lambda_ratio = lambda_of_oil[oil][pressure_index, :, 0].T
         image = panel.axis.contourf(speed, slip, mu, mu_levels, **colours)
         lines_of_levels = panel.axis.contour(speed, slip, mu, mu_levels, **level_lines)
         panel.axis.clabel(lines_of_levels, fmt="%g", fontsize=5)
-        stress_limit = laws[oil].coefficients.limiting_stress_ratio
-        for label, field, level, dashes, width in (
+        stress_limit = fit_by_oil[oil].coefficients.limiting_stress_ratio
+        for label, values, level, dashes, width in (
             ("limiting shear stress", mu, stress_limit, ":", 1.6),
             (f"{style.LAMBDA} = {lambda_limit:g}", lambda_ratio, lambda_limit, "--", 0.9),
         ):
             contour = panel.axis.contour(
-                speed, slip, field, [level], colors="black", linestyles=dashes, linewidths=width
+                speed, slip, values, [level], colors="black", linestyles=dashes, linewidths=width
             )
             if any(len(path) for path in contour.get_paths()):
-                handles[label] = style.line_handle(
+                handle_by_label[label] = style.line_handle(
                     label, color="black", linestyle=dashes, linewidth=width
                 )
-        _draw_tested_frame(panel, laws[oil], pressure, temperature)
+        _draw_tested_frame(panel, fit_by_oil[oil], pressure_gpa, temperature_c)
         panel.axis.grid(False)
-        for series, field in (("mu", mu), ("lambda", lambda_ratio)):
-            panel.keep(series, speed_mesh.ravel(), slip_mesh.ravel(), oil=oil, value=field.ravel())
+        for series_name, values in (("mu", mu), ("lambda", lambda_ratio)):
+            panel.keep(
+                series_name, speed_mesh.ravel(), slip_mesh.ravel(), oil=oil, value=values.ravel()
+            )
     style.log_ticks(sheet.axes[0].xaxis, _SPEED_TICKS)
     style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
@@ -383,27 +398,27 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     bar.yaxis.set_major_formatter("{x:g}")
     bar.minorticks_off()
     frame_handle = Rectangle((0, 0), 1, 1, label="tested", **_TESTED_FRAME)
-    title = style.level_phrases({"inlet_temperature_c": temperature})
-    sheet.legend([*handles.values(), frame_handle], title)
+    title = style.level_phrases({"inlet_temperature_c": temperature_c})
+    sheet.legend([*handle_by_label.values(), frame_handle], title)
     return sheet
 
 
-def _laws(results: CampaignTables) -> dict[str, FittedLaw]:
+def _fit_by_oil(results: CampaignTables) -> dict[str, FittedLaw]:
     """The configured law of each oil that has one of pressure, speed and temperature."""
-    fits = results.configured
-    laws = {}
-    for oil in fits.coefficients["oil"].unique():
-        law = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
-        if not obstacle(law):
-            laws[str(oil)] = law
-    return laws
+    configured = results.configured
+    fit_by_oil = {}
+    for oil in configured.coefficients["oil"].unique():
+        fit = FittedLaw.from_tables(configured.coefficients, oil, quality=configured.fit_quality)
+        if not obstacle(fit):
+            fit_by_oil[str(oil)] = fit
+    return fit_by_oil
 
 
 def _draw_tested_frame(
-    panel: Panel, law: FittedLaw, pressure_gpa: float, temperature_c: float
+    panel: Panel, fit: FittedLaw, pressure_gpa: float, temperature_c: float
 ) -> None:
     """Draw a frame round the tested speeds and slips, if pressure and temperature were tested."""
-    pressures, speeds, temperatures, slips = law.widened_box
+    pressures, speeds, temperatures, slips = fit.widened_box
     pressure_tested = pressures[0] * 0.99 <= pressure_gpa <= pressures[1] * 1.01
     temperature_tested = temperatures[0] - 1 <= temperature_c <= temperatures[1] + 1
     if pressure_tested and temperature_tested:
@@ -417,10 +432,10 @@ def _draw_tested_frame(
 def _levels_up_to(highest: float) -> FloatArray:
     """Levels of mu in steps of 1, 2, 3 and 5 that cover two decades up to the highest value."""
     decades = 10.0 ** np.arange(-6, 1)
-    steps = np.outer(decades, (1, 2, 3, 5)).ravel()
-    first = np.searchsorted(steps, highest / 100)
-    last = np.searchsorted(steps, highest)
-    return steps[first : last + 1]
+    levels = np.outer(decades, (1, 2, 3, 5)).ravel()
+    first_index = np.searchsorted(levels, highest / 100)
+    last_index = np.searchsorted(levels, highest)
+    return levels[first_index : last_index + 1]
 
 
 @register(family="data", tables=("points", "runs"), settings=("figures", "gates", "oils"))
@@ -512,7 +527,7 @@ def _with_set_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
 
 
 def _colours_of(pressures: Sequence[float]) -> dict[float, Any]:
-    """A colour of viridis for each pressure; the darkest is the highest."""
+    """A colour of viridis for each pressure; the highest pressure has the darkest one."""
     # the yellow end is too light on white
     shades = np.linspace(0.85, 0.0, len(pressures))
     return dict(zip(pressures, colormaps["viridis"](shades), strict=True))
@@ -546,15 +561,15 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     grows by more than the oil's viscosity does (Barus), or faster than in proportion to the slip.
     """
     figure_settings = settings.figures.isothermal
-    laws = _laws(results)
+    fit_by_oil = _fit_by_oil(results)
     contacts = [rig.contact() for rig in settings.rigs.values()]
     known_contacts = [contact for contact in contacts if contact is not None]
-    nothing_known = "The heat of no contact is known:\ngive rig, oil and a fitted law."
+    reason = "The heat of no contact is known:\ngive rig, oil and a fitted law."
     if not known_contacts:
-        raise NothingToDrawError(nothing_known)
+        raise NothingToDrawError(reason)
     contact = known_contacts[0]
-    oils = [oil for oil in settings.oils if oil in laws and settings.properties_of(oil)]
-    sheet, panels = oil_grid(oils, nothing_known, height=1.9)
+    oils = [oil for oil in settings.oils if oil in fit_by_oil and settings.properties_of(oil)]
+    sheet, panels = oil_grid(oils, reason, height=1.9)
     marker_of_pressure: dict[float, str] = {}
     for panel, _, oil in panels:
         colour = style.oil_colour(oil, list(settings.oils))
@@ -573,7 +588,7 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
             slip = curve["slide_roll_ratio"].abs()
             measured = curve["traction_coefficient"].abs()
             panel.dots("measured", slip, measured, open_symbol, **details)
-            corrected = without_heat(curve, laws[oil], contact, settings)
+            corrected = without_heat(curve, fit_by_oil[oil], contact, settings)
             isothermal_mu = corrected["traction_coefficient"].abs()
             rise_k = corrected["rise_k"]
             panel.dots("isothermal", slip, isothermal_mu, filled, value=rise_k, **details)
@@ -601,14 +616,14 @@ def _points_at_conditions(results: CampaignTables, oil: str, figure_settings: An
     points_of_oil = points[points["accepted"]]
     means = points_of_oil.groupby("run_id")[list(CONDITIONS)].transform("mean")
     relative_speed = means["entrainment_speed_m_s"] / figure_settings.entrainment_speed_m_s - 1
-    warmer_by = means["inlet_temperature_c"] - figure_settings.inlet_temperature_c
+    temperature_difference_c = means["inlet_temperature_c"] - figure_settings.inlet_temperature_c
     same_speed = relative_speed.abs() < figure_settings.same_within
-    same_temperature = warmer_by.abs() < figure_settings.same_temperature_c
+    same_temperature = temperature_difference_c.abs() < figure_settings.same_temperature_c
     return points_of_oil[same_speed & same_temperature]
 
 
 def without_heat(
-    curve: pd.DataFrame, law: FittedLaw, contact: Contact, settings: Settings
+    curve: pd.DataFrame, fit: FittedLaw, contact: Contact, settings: Settings
 ) -> pd.DataFrame:
     """mu of points with a film as cold as their inlet, and the heating of that film (`rise_k`).
 
@@ -625,7 +640,7 @@ def without_heat(
 
     Args:
         curve: Rows of the table of points, of one oil.
-        law: The fitted law of pressure, speed and temperature.
+        fit: The fitted law of pressure, speed and temperature.
         contact: Geometry and stiffness of the rig's contact.
         settings: Settings of the campaign.
     """
@@ -637,7 +652,7 @@ def without_heat(
     temperature = curve["inlet_temperature_c"].to_numpy(dtype=float)
     slip = curve["slide_roll_ratio"].to_numpy(dtype=float)
     mu = curve["traction_coefficient"].to_numpy(dtype=float)
-    _, speeds, temperatures, slips = law.widened_box
+    _, speeds, temperatures, slips = fit.widened_box
     coldest = temperatures[0]
     slowest = _EXTRAPOLATED * speeds[0]
     largest_slip = slips[1] / _EXTRAPOLATED
@@ -653,7 +668,7 @@ def without_heat(
     def mu_by_law(speed: FloatArray, inlet_c: FloatArray, slip: FloatArray) -> FloatArray:
         """mu of the fitted law at other speeds, inlet temperatures and slips."""
         conditions = np.column_stack([pressure, speed, inlet_c])
-        return law.predict(conditions, slip).traction_coefficient
+        return fit.predict(conditions, slip).traction_coefficient
 
     measured_film_m = film_thickness(*film_state(speed, temperature), slip, "central")
     law_mu = mu_by_law(speed, temperature, slip)
@@ -693,7 +708,7 @@ def without_heat(
     is_possible = np.abs(cold_mu) <= viscosity_ratio * np.abs(mu)
     # the law in place of the readings, whose scatter at low slip says nothing of the correction
     with np.errstate(divide="ignore", invalid="ignore"):
-        is_possible &= ~_beyond_rising_slope(slip, law_mu * cold_mu / mu)
+        is_possible &= ~_is_beyond_rising_slope(slip, law_mu * cold_mu / mu)
     # inlet and heat do not agree where the heating of the film grows without end
     is_steady = rise_k - previous_rise_k <= 0.01 * rise_k
     is_known = is_steady & (temperature - rise_k >= coldest) & (cold_speed > slowest)
@@ -704,14 +719,14 @@ def without_heat(
     )
 
 
-def _beyond_rising_slope(slip: FloatArray, mu: FloatArray) -> BoolArray:
-    """The points of a curve from the slip on at which mu/S rises, shape (points,)."""
-    in_order = np.argsort(np.abs(slip), kind="stable")
-    slides = slip[in_order] != 0
+def _is_beyond_rising_slope(slip: FloatArray, mu: FloatArray) -> BoolArray:
+    """Whether each point of a curve is at or beyond the slip at which mu/S begins to rise."""
+    order = np.argsort(np.abs(slip), kind="stable")
+    is_sliding = slip[order] != 0
     slope = np.full(len(slip), np.inf)
-    slope[slides] = np.abs(mu[in_order][slides] / slip[in_order][slides])
+    slope[is_sliding] = np.abs(mu[order][is_sliding] / slip[order][is_sliding])
     smallest_before = np.fmin.accumulate(np.r_[np.inf, slope])[:-1]
-    rises = slope > (1 + _SCATTER_OF_SLOPE) * smallest_before
-    beyond = np.empty(len(slip), dtype=bool)
-    beyond[in_order] = np.logical_or.accumulate(rises)
-    return beyond
+    is_rising = slope > (1 + _SCATTER_OF_SLOPE) * smallest_before
+    is_beyond = np.empty(len(slip), dtype=bool)
+    is_beyond[order] = np.logical_or.accumulate(is_rising)
+    return is_beyond

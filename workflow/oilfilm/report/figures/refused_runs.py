@@ -46,14 +46,14 @@ _FAILING: style.Look = {
 
 @dataclass(frozen=True)
 class JudgedLogs:
-    """Results of curation for the logs of one kind of rig.
+    """The results of curation of the logs of one kind of rig.
 
     Attributes:
         kind: The kind of rig.
         runs: Table of runs.
         points: Table of plateaus.
         quarantine: Table of refusals.
-        samples_of_run: Gives the samples of a run by its name.
+        samples_of_run: Function that gives the samples of a run, by its name.
     """
 
     kind: type[RigKind]
@@ -69,7 +69,7 @@ def judged_torque_logs(
     settings: Settings,
     run_sheet: RunSheet = NO_SHEET,
 ) -> JudgedLogs:
-    """Refused torque logs, read again: no table has their samples.
+    """Refused torque logs, read and curated again, because no table has their samples.
 
     Args:
         logs: Name and content of each log.
@@ -90,7 +90,7 @@ def draw_pages(
     """Draw the pages of refused runs in a folder.
 
     Args:
-        logs_by_kind: Logs of each kind of rig.
+        logs_by_kind: The judged logs of each kind of rig.
         settings: Settings of the campaign.
         pages_max: Largest number of pages.
         folder: For the pages.
@@ -98,10 +98,12 @@ def draw_pages(
     Returns:
         Table `refused_pages`.
     """
-    listings = []
+    entries_by_kind = []
     pages_left = pages_max
     for judged in logs_by_kind:
-        entries = listing(judged.runs, judged.points, judged.quarantine, pages_left, judged.kind)
+        entries = list_refusals(
+            judged.runs, judged.points, judged.quarantine, pages_left, judged.kind
+        )
         with_page = entries[entries["page"] != ""]
         for entry in tables.rows(with_page):
             run_id = entry["run_id"]
@@ -111,11 +113,11 @@ def draw_pages(
             page = draw_page(entry, run, samples, plateaus, settings, judged.kind)
             save(page, folder / entry["page"])
         pages_left -= len(with_page)
-        listings.append(entries)
-    return pd.concat(listings, ignore_index=True)
+        entries_by_kind.append(entries)
+    return pd.concat(entries_by_kind, ignore_index=True)
 
 
-def listing(
+def list_refusals(
     runs: pd.DataFrame,
     points: pd.DataFrame,
     quarantine: pd.DataFrame,
@@ -124,8 +126,8 @@ def listing(
 ) -> pd.DataFrame:
     """Every refused run and every log without a run, with the name of its page if it gets one.
 
-    Where there are more runs than pages, the gates get pages in turn. So many runs that are refused
-    for one reason do not hide another reason.
+    Where there are more runs than pages, the gates get pages in turn. Then many runs that are
+    refused for one reason do not hide another reason.
 
     Args:
         runs: Table of runs.
@@ -137,19 +139,19 @@ def listing(
     Returns:
         Table `refused_pages`.
     """
-    refused = _refusals_of_runs_and_logs(runs, quarantine)
+    refusals = _refusals_of_runs_and_logs(runs, quarantine)
     run_by_id = runs.set_index("run_id")
-    sample_counts = refused["run_id"].map(run_by_id["samples"]).fillna(0)
+    sample_counts = refusals["run_id"].map(run_by_id["samples"]).fillna(0)
     # number of earlier refusals by the same rule
-    turn_of_refusal = refused[sample_counts > 0].groupby("rule").cumcount()
+    turn_of_refusal = refusals[sample_counts > 0].groupby("rule").cumcount()
     with_page = set(turn_of_refusal.sort_values(kind="stable").index[:pages_max])
     marks = []
-    for row in refused.index:
-        if row not in with_page:
+    for index in refusals.index:
+        if index not in with_page:
             marks.append({"place": "", "first_row": 0, "last_row": 0, "page": ""})
             continue
-        run_id = refused["run_id"][row]
-        reason = refused["reason"][row]
+        run_id = refusals["run_id"][index]
+        reason = refusals["reason"][index]
         same_refusal = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(reason)
         marked_by, first_row, last_row = _rows_to_mark(
             quarantine[same_refusal], points[points["run_id"] == run_id]
@@ -158,10 +160,10 @@ def listing(
         marks.append(
             {"place": marked_by, "first_row": first_row, "last_row": last_row, "page": page}
         )
-    oils = refused["run_id"].map(run_by_id["oil"].get).fillna("")
-    entries = refused[["run_id", "file", "rule", "reason", "advice"]].assign(oil=oils)
+    oil_names = refusals["run_id"].map(run_by_id["oil"].get).fillna("")
+    entries = refusals[["run_id", "file", "rule", "reason", "advice"]].assign(oil=oil_names)
     columns = ["place", "first_row", "last_row", "page"]
-    entries = entries.join(pd.DataFrame(marks, refused.index, columns))
+    entries = entries.join(pd.DataFrame(marks, refusals.index, columns))
     return tables.conform(entries, "refused_pages", "refused runs")
 
 
@@ -177,11 +179,11 @@ def _refusals_of_runs_and_logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> 
     concerns_part_of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
     refuses_log = has_no_run & ~concerns_part_of_file
     is_remark = quarantine["rule"].isin(REMARKS)
-    refused = quarantine[(refuses_run | refuses_log) & ~is_remark]
-    return refused.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
+    refusals = quarantine[(refuses_run | refuses_log) & ~is_remark]
+    return refusals.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
 
 
-def page_name(run_id: str, rig: str) -> str:
+def page_name(run_id: str, rig_kind_name: str) -> str:
     """A file name that is safe on every system and different for each run of each kind of rig.
 
     Example:
@@ -189,7 +191,9 @@ def page_name(run_id: str, rig: str) -> str:
         'a-b-csv-8d1b61480e6c67c8.png'
     """
     slug = re.sub(r"[^a-z0-9]+", "-", run_id.lower()).strip("-")[:40]
-    digest = hashlib.sha256(f"{rig}:{run_id}".encode("utf-8", "surrogatepass")).hexdigest()[:16]
+    digest = hashlib.sha256(
+        f"{rig_kind_name}:{run_id}".encode("utf-8", "surrogatepass")
+    ).hexdigest()[:16]
     return f"{slug or 'run'}-{digest}.png"
 
 
@@ -204,7 +208,7 @@ def draw_page(
     """One page: the reason in words, then the signals against time with the rows marked.
 
     Args:
-        entry: The run's row of the listing.
+        entry: The run's row of the table `refused_pages`.
         run: Its row of the table of runs.
         samples: Its samples.
         points: Its plateaus.
@@ -217,7 +221,7 @@ def draw_page(
     if not has_times:
         signals = replace(signals, time_s=signals.row.astype(float))
     abscissa = signals.time_s
-    head = _head(entry, run)
+    head = _heading_lines(entry, run)
     panel_count = len(kind.shown_signals)
     # sizes in inches
     sheet = Sheet(
@@ -229,16 +233,16 @@ def draw_page(
         top=0.1 + 0.13 * len(head),
         sharex=True,
     )
-    fails = _fail_own_gates(points)
-    refused_times = _times(signals, entry["first_row"], entry["last_row"])
-    for number, (name, label) in enumerate(kind.shown_signals.items()):
-        panel = sheet.panel(number, title=None)
+    fails_own_gates = _fails_own_gates(points)
+    refused_times = _time_range(signals, entry["first_row"], entry["last_row"])
+    for index, (name, label) in enumerate(kind.shown_signals.items()):
+        panel = sheet.panel(index, title=None)
         panel.axis.set_ylabel(label, fontsize=7)
         panel.axis.yaxis.set_label_coords(-0.095, 0.5)
         panel.axis.grid(axis="x", visible=False)
         _draw_signal(panel, abscissa, signals[name])
-        _shade_plateaus(panel, signals, points[~fails], _PASSING)
-        _shade_plateaus(panel, signals, points[fails], _FAILING)
+        _shade_plateaus(panel, signals, points[~fails_own_gates], _PASSING)
+        _shade_plateaus(panel, signals, points[fails_own_gates], _FAILING)
         for time in refused_times:
             panel.axis.axvline(time, color=style.STATE_COLOURS["refused"], linewidth=1.0)
     margin = 0.01 * (abscissa.max() - abscissa.min()) or 1.0
@@ -275,38 +279,38 @@ def _shade_plateaus(
     panel: Panel, signals: Signals, plateaus: pd.DataFrame, look: style.Look
 ) -> None:
     """Shade the times of plateaus behind a signal."""
-    bars = []
+    spans = []
     for first_row, last_row in zip(plateaus["first_row"], plateaus["last_row"], strict=True):
-        start, stop = _times(signals, first_row, last_row)
-        bars.append((start, stop - start))
+        start, stop = _time_range(signals, first_row, last_row)
+        spans.append((start, stop - start))
     # from the bottom to the top of the panel
     transform = panel.axis.get_xaxis_transform()
-    panel.axis.broken_barh(bars, (0, 1), transform=transform, zorder=0.5, **look)
+    panel.axis.broken_barh(spans, (0, 1), transform=transform, zorder=0.5, **look)
 
 
 def _rows_to_mark(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:
-    """What gives the rows to mark, as the column `place` has it, the first and the last row.
+    """What the marked rows are, in the words of the column `place`; the first and the last of them.
 
     They are the rows of the refusals, else those of failing plateaus, else the whole run (0, 0).
     """
     with_rows = refusals[refusals["first_row"] > 0]
-    failing_plateaus = points[_fail_own_gates(points)]
+    failing_plateaus = points[_fails_own_gates(points)]
     for marked_by, rows in (("rows", with_rows), ("plateaus", failing_plateaus)):
         if len(rows):
             return marked_by, int(rows["first_row"].min()), int(rows["last_row"].max())
     return "whole run", 0, 0
 
 
-def _fail_own_gates(points: pd.DataFrame) -> "pd.Series[bool]":
-    """Plateaus that fail a gate of plateaus, not only because their whole run was refused."""
-    return failed_gates.failed_any(points, (gate.name for gate in PLATEAU_GATES))
+def _fails_own_gates(points: pd.DataFrame) -> "pd.Series[bool]":
+    """Whether each plateau fails a gate of its own, and not only because its run was refused."""
+    return failed_gates.failed_any_of(points, (gate.name for gate in PLATEAU_GATES))
 
 
-def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
-    """Lines of the head, in plain characters."""
-    file = "" if entry["file"] == entry["run_id"] else f"file {entry['file']}, "
+def _heading_lines(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
+    """Lines of the heading of a page, in characters that the font has."""
+    file_text = "" if entry["file"] == entry["run_id"] else f"file {entry['file']}, "
     description = (
-        f"{file}oil {run['oil']}, rig {run['rig']}, set points: {describe_condition(run)}; "
+        f"{file_text}oil {run['oil']}, rig {run['rig']}, set points: {describe_condition(run)}; "
         f"{run['samples']} rows"
     )
     # a long text is cut after its largest number of lines; the listing has all of it
@@ -319,20 +323,20 @@ def _head(entry: Mapping[str, Any], run: Mapping[str, Any]) -> list[str]:
     lines: list[str] = []
     for text, lines_max in lines_max_of_text:
         wrapper = textwrap.TextWrapper(_LETTERS_PER_LINE, max_lines=lines_max, placeholder=" ...")
-        lines += wrapper.wrap(style.plain(text))
+        lines += wrapper.wrap(style.plain_text(text))
     return lines
 
 
-def _times(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
+def _time_range(signals: Signals, first_row: int, last_row: int) -> tuple[float, float]:
     """First and last time (s) of a range of rows.
 
     From 0 to 0 means all rows. Where no row of the range was read, the nearest one is taken.
     """
-    inside = (signals.row >= first_row) & (signals.row <= last_row)
+    is_inside = (signals.row >= first_row) & (signals.row <= last_row)
     if last_row == 0:
-        inside[:] = True
-    if not inside.any():
-        nearest = np.abs(signals.row - first_row).argmin()
-        inside[nearest] = True
-    times = signals.time_s[inside]
+        is_inside[:] = True
+    if not is_inside.any():
+        nearest_index = np.abs(signals.row - first_row).argmin()
+        is_inside[nearest_index] = True
+    times = signals.time_s[is_inside]
     return float(times.min()), float(times.max())

@@ -34,11 +34,11 @@ from oilfilm import tables
 from oilfilm.base.atomic_write import atomic_file
 from oilfilm.base.figure_catalogue import figures
 from oilfilm.base.units import IndexArray
-from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look, plain
+from oilfilm.report.figures.style import DOUBLE_COLUMN_IN, GREY, SINGLE_COLUMN_IN, Look, plain_text
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-# Room around and between panels, as `Sheet` describes it.
+# Room around and between panels (in), as `Sheet` describes it.
 _ROOM_IN = {"left": 0.62, "right": 0.1, "top": 0.22, "bottom": 0.4, "across": 0.15, "down": 0.27}
 _MARK_IN = 0.14  # height of the line with the mark of simulated data
 _LEGEND_LINE_IN = 0.155  # height of a line of a legend
@@ -50,25 +50,28 @@ _CLIP_PATH = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.
 
 
 class Panel:
-    """A panel; what it draws is kept as rows of the table `drawn`."""
+    """A panel of a figure; what it draws is kept as rows of the table `drawn`."""
 
-    def __init__(self, axis: Axes, letter: str, parts: list[dict[str, Any]]) -> None:
+    def __init__(self, axis: Axes, letter: str, drawn_parts: list[dict[str, Any]]) -> None:
         """Take the axes.
 
         Args:
             axis: Axes of the panel.
             letter: Letter of the panel; may be empty.
-            parts: Receives what the panel draws: columns of the table `drawn`, part by part.
+            drawn_parts: Receives a part of the table `drawn` for each call of `keep`: arrays by
+                column.
         """
         self.axis = axis
         self.letter = letter
-        self.parts = parts
+        self.drawn_parts = drawn_parts
 
-    def keep(self, series: Any, x: Any, y: Any = np.nan, **details: Any) -> None:
-        """Keep marks without drawing them: arrays of one length, or one value for all marks.
+    def keep(self, series_name: Any, x: Any, y: Any = np.nan, **details: Any) -> None:
+        """Keep lines or symbols as rows of the table `drawn`, without drawing them.
+
+        Each argument is an array over the points, or one value for all of them.
 
         Args:
-            series: Name of the line or symbol, or the row of the panel.
+            series_name: Name of the line or of the symbols, as `measured`.
             x: Abscissa.
             y: Ordinate.
             details: `oil`; `label`, which is drawn beside the mark or distinguishes it; `value`,
@@ -77,7 +80,7 @@ class Panel:
         """
         columns = {
             "panel": self.letter,
-            "series": series,
+            "series": series_name,
             "oil": "",
             "label": "",
             "x": x,
@@ -88,18 +91,18 @@ class Panel:
         }
         columns.update(details)
         arrays = [np.atleast_1d(np.asarray(values)) for values in columns.values()]
-        rows = np.broadcast_arrays(*arrays)
-        self.parts.append(dict(zip(tables.columns("drawn"), rows, strict=True)))
+        drawn_arrays = np.broadcast_arrays(*arrays)
+        self.drawn_parts.append(dict(zip(tables.columns("drawn"), drawn_arrays, strict=True)))
 
-    def line(self, series: Any, x: Any, y: Any, look: Look, **details: Any) -> None:
+    def line(self, series_name: Any, x: Any, y: Any, look: Look, **details: Any) -> None:
         """Draw and keep a line, with a band from `lower` to `upper` where these are given."""
         self.axis.plot(x, y, **look)
         if "lower" in details:
             band: Look = {"color": look.get("color"), "alpha": 0.25, "linewidth": 0}
             self.axis.fill_between(x, details["lower"], details["upper"], **band)
-        self.keep(series, x, y, **details)
+        self.keep(series_name, x, y, **details)
 
-    def dots(self, series: Any, x: Any, y: Any, look: Look, **details: Any) -> None:
+    def dots(self, series_name: Any, x: Any, y: Any, look: Look, **details: Any) -> None:
         """Draw and keep symbols, with bars from `lower` to `upper` where these are given."""
         look = {"linestyle": "", **look}
         if "lower" in details:
@@ -107,7 +110,7 @@ class Panel:
             self.axis.errorbar(x, y, yerr=ends, **look)
         else:
             self.axis.plot(x, y, **look)
-        self.keep(series, x, y, **details)
+        self.keep(series_name, x, y, **details)
 
     def say(self, sentence: str, **look: Any) -> None:
         """Write in the middle of the panel why it is empty."""
@@ -122,14 +125,14 @@ class Sheet:
         figure: Matplotlib's figure.
         axes: Axes of the panels.
         heights: Height of the panels of each row, in inches.
-        parts: Columns of the table `drawn` for each call of `Panel.keep`; empty where nothing has
-            been drawn.
+        drawn_parts: A part of the table `drawn` for each call of `Panel.keep`: arrays by column.
+            Empty where nothing has been drawn.
     """
 
     def __init__(
         self,
-        count: int = 1,
-        columns: int = 1,
+        panel_count: int = 1,
+        column_count: int = 1,
         *,
         width: float | None = None,
         height: float | Sequence[float] = 2.0,
@@ -138,56 +141,57 @@ class Sheet:
         """Place the panels.
 
         Args:
-            count: Number of panels.
-            columns: Panels side by side.
-            width: Of the figure; by default one column of the page for one panel, else two.
-            height: Of a panel, or of the panels of each row.
+            panel_count: Number of panels.
+            column_count: Number of panels side by side.
+            width: Width of the figure (in). By default it is one column of a page where panels are
+                not side by side, else two.
+            height: Height of a panel (in), or that of the panels of each row.
             layout: `left` for the ordinate, `right` beside the last column, `top` for the titles,
                 `bottom` for the abscissa, gaps `across` columns and `down` rows; and keywords of
                 `Figure.subplots`.
         """
         self._room = {side: layout.pop(side, usual) for side, usual in _ROOM_IN.items()}
-        rows = math.ceil(count / columns)
-        self.heights = [height] * rows if isinstance(height, float | int) else list(height)
-        self._width = width or (DOUBLE_COLUMN_IN if columns > 1 else SINGLE_COLUMN_IN)
-        self._columns = columns
+        row_count = math.ceil(panel_count / column_count)
+        self.heights = [height] * row_count if isinstance(height, float | int) else list(height)
+        self._width = width or (DOUBLE_COLUMN_IN if column_count > 1 else SINGLE_COLUMN_IN)
+        self._column_count = column_count
         self._legend_in = 0.0
         self._bar: Axes | None = None
         # not by pyplot, which would keep every figure open
         self.figure = Figure()
         FigureCanvasAgg(self.figure)  # measures texts without a trial drawing
         grid = self.figure.subplots(
-            rows, columns, squeeze=False, height_ratios=self.heights, **layout
+            row_count, column_count, squeeze=False, height_ratios=self.heights, **layout
         )
         axes = list(grid.flat)
-        for axis in axes[count:]:
+        for axis in axes[panel_count:]:
             axis.remove()
-        self.axes = axes[:count]
-        for axis in axes[max(count - columns, 0) : count]:
+        self.axes = axes[:panel_count]
+        for axis in axes[max(panel_count - column_count, 0) : panel_count]:
             axis.tick_params(labelbottom=True)
-        self.parts: list[dict[str, Any]] = []
+        self.drawn_parts: list[dict[str, Any]] = []
 
     def drawn(self) -> pd.DataFrame:
-        """The table `drawn`: what the panels have drawn so far."""
-        if not self.parts:
+        """The table `drawn`, of what the panels have drawn so far."""
+        if not self.drawn_parts:
             return tables.empty("drawn")
-        columns = {}
-        for name in self.parts[0]:
-            columns[name] = np.concatenate(
-                [columns_of_call[name] for columns_of_call in self.parts]
+        column_of_name = {}
+        for name in self.drawn_parts[0]:
+            column_of_name[name] = np.concatenate(
+                [columns_of_call[name] for columns_of_call in self.drawn_parts]
             )
-        return tables.conform(pd.DataFrame(columns), "drawn", "a figure")
+        return tables.conform(pd.DataFrame(column_of_name), "drawn", "a figure")
 
-    def panel(self, number: int = 0, title: str | None = "", **look: Any) -> Panel:
+    def panel(self, index: int = 0, title: str | None = "", **look: Any) -> Panel:
         """A panel, with its letter before its title; without a title it has no letter."""
-        axis = self.axes[number]
+        axis = self.axes[index]
         letter = ""
         if title is not None:
-            letter = string.ascii_letters[number]
+            letter = string.ascii_letters[index]
             look.setdefault("parse_math", False)
-            axis.set_title(f"({letter}) {plain(title)}".rstrip(), **look)
+            axis.set_title(f"({letter}) {plain_text(title)}".rstrip(), **look)
         axis.set_label(letter)
-        return Panel(axis, letter, self.parts)
+        return Panel(axis, letter, self.drawn_parts)
 
     def label(self, x: str = "", y: str = "", **look: Any) -> None:
         """Name the axes, if not named yet.
@@ -199,38 +203,38 @@ class Sheet:
             y: Name of the ordinate; unchanged if empty.
             look: Of the names.
         """
-        for number, axis in enumerate(self.axes):
+        for index, axis in enumerate(self.axes):
             if x:
                 axis.set_xlabel(x)
             if y:
                 axis.set_ylabel(y)
-            is_lowest = number + self._columns >= len(self.axes)
-            is_leftmost = number % self._columns == 0
+            is_lowest = index + self._column_count >= len(self.axes)
+            is_leftmost = index % self._column_count == 0
             axis.xaxis.label.set(**look)
             axis.xaxis.label.set_visible(is_lowest)
             axis.yaxis.label.set(**look)
             axis.yaxis.label.set_visible(is_leftmost)
 
-    def legend(self, handles: Sequence[Any], title: str = "", columns: int = 0) -> None:
+    def legend(self, handles: Sequence[Any], title: str = "", column_count: int = 0) -> None:
         """Explain colours, symbols and lines below the panels, where the legend covers no data.
 
         Args:
             handles: Entries of matplotlib's legend.
             title: Above the entries.
-            columns: Number of columns; if 0, as many as fit into the width.
+            column_count: Number of columns; if 0, as many as fit into the width.
         """
-        labels = [str(handle.get_label()).split("\n") for handle in handles] or [[""]]
-        lines_of_label = np.array([len(lines) for lines in labels])
-        letters_of_label = np.array([max(len(line) for line in lines) for lines in labels])
-        if not columns:
-            columns = _legend_columns(letters_of_label, self._width)
-        lines_of_column = [column.sum() for column in np.array_split(lines_of_label, columns)]
+        lines_of_labels = [str(handle.get_label()).split("\n") for handle in handles] or [[""]]
+        line_counts = np.array([len(lines) for lines in lines_of_labels])
+        letter_counts = np.array([max(len(line) for line in lines) for lines in lines_of_labels])
+        if not column_count:
+            column_count = _legend_columns(letter_counts, self._width)
+        lines_of_column = [column.sum() for column in np.array_split(line_counts, column_count)]
         lines_of_title = title.count("\n") + 1 if title else 0
         self._legend_in = _LEGEND_LINE_IN * (max(lines_of_column) + lines_of_title) + 0.06
         self.figure.legend(
             handles=handles,
             loc="lower left",
-            ncols=columns,
+            ncols=column_count,
             title=title or None,
             alignment="left",
             borderpad=0.2,
@@ -257,23 +261,25 @@ class Sheet:
         width = self._width
         across = room["across"]
         down = room["down"]
-        rows = len(self.heights)
-        columns = self._columns
+        row_count = len(self.heights)
+        column_count = self._column_count
         above = room["top"]
         if mark:
             above += _MARK_IN
         below = room["bottom"] + self._legend_in
-        panels_in = sum(self.heights) + down * (rows - 1)
+        panels_in = sum(self.heights) + down * (row_count - 1)
         height = above + panels_in + below
         self.figure.set_size_inches(width, height)
-        panel_in = (width - room["left"] - room["right"] - across * (columns - 1)) / columns
+        panel_in = (
+            width - room["left"] - room["right"] - across * (column_count - 1)
+        ) / column_count
         self.figure.subplots_adjust(
             left=room["left"] / width,
             right=1 - room["right"] / width,
             bottom=below / height,
             top=1 - above / height,
             wspace=across / panel_in,
-            hspace=down * rows / sum(self.heights),
+            hspace=down * row_count / sum(self.heights),
         )
         if self._bar is not None:
             bar_left = 1 - (room["right"] - 0.1) / width
@@ -282,26 +288,28 @@ class Sheet:
             bar_height = 0.8 * panels_in / height
             self._bar.set_position((bar_left, bar_bottom, bar_width, bar_height))
         if mark:
-            corner: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
-            self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color=GREY, **corner)
+            mark_look: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
+            self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color=GREY, **mark_look)
         return self.figure
 
 
-def _legend_columns(letters_of_label: IndexArray, width_in: float) -> int:
+def _legend_columns(letter_counts: IndexArray, width_in: float) -> int:
     """The largest number of columns of a legend that fits into a width; at least 1.
 
     Args:
-        letters_of_label: Length of each label.
+        letter_counts: Length of each label.
         width_in: Width of the figure.
     """
-    fitting = 1
-    for columns in range(1, len(letters_of_label) + 1):
+    fitting_count = 1
+    for column_count in range(1, len(letter_counts) + 1):
         # matplotlib fills one column after another; the first ones have one entry more
-        longest_labels = [column.max() for column in np.array_split(letters_of_label, columns)]
-        column_widths = [_LEGEND_SYMBOL_IN + _LEGEND_LETTER_IN * label for label in longest_labels]
+        longest_labels = [column.max() for column in np.array_split(letter_counts, column_count)]
+        column_widths = [
+            _LEGEND_SYMBOL_IN + _LEGEND_LETTER_IN * letter_count for letter_count in longest_labels
+        ]
         if sum(column_widths) < width_in:
-            fitting = columns
-    return fitting
+            fitting_count = column_count
+    return fitting_count
 
 
 class NothingToDrawError(Exception):
@@ -320,8 +328,8 @@ def oil_grid(
     Args:
         oils: Oils that are shown.
         message_without_oils: The message where there is no oil.
-        rows: Level or quantity of each row of panels.
-        title: Of a panel, from its row and oil.
+        rows: What each row of panels shows: a level, or the name of a quantity.
+        title: Function that gives the title of a panel from its row and oil.
         layout: As `Sheet`. All panels have the same axes unless `sharex` or `sharey` changes that.
 
     Returns:
@@ -333,13 +341,13 @@ def oil_grid(
     if not oils:
         raise NothingToDrawError(message_without_oils)
     cells = list(itertools.product(rows, oils))
-    columns = len(oils) if len(rows) > 1 else min(len(oils), 3)
+    column_count = len(oils) if len(rows) > 1 else min(len(oils), 3)
     layout.setdefault("sharex", True)
     layout.setdefault("sharey", True)
-    sheet = Sheet(len(cells), columns, **layout)
+    sheet = Sheet(len(cells), column_count, **layout)
     panels = []
-    for number, (row, oil) in enumerate(cells):
-        panels.append((sheet.panel(number, title(row, oil)), row, oil))
+    for index, (row, oil) in enumerate(cells):
+        panels.append((sheet.panel(index, title(row, oil)), row, oil))
     return sheet, panels
 
 
@@ -353,31 +361,31 @@ def page(width: float, height: float, *, bottom: float, top: float) -> tuple[She
     return sheet, panel
 
 
-def sentences(lines: str) -> Sheet:
-    """A figure of text, which explains why there is nothing to draw."""
-    sheet, panel = page(SINGLE_COLUMN_IN, 0.14 * (lines.count("\n") + 1), bottom=0, top=1)
+def text_figure(text: str) -> Sheet:
+    """A figure of text alone, which explains why there is nothing to draw."""
+    sheet, panel = page(SINGLE_COLUMN_IN, 0.14 * (text.count("\n") + 1), bottom=0, top=1)
     look: Look = {"va": "top", "fontsize": 7, "linespacing": 1.3, "parse_math": False}
-    panel.axis.text(0, 1, lines, **look)
+    panel.axis.text(0, 1, text, **look)
     return sheet
 
 
 def table_page(
-    width: float, count: int, row_in: Any, head_in: float, notes: Sequence[str]
+    width: float, row_count: int, row_in: Any, head_in: float, notes: Sequence[str]
 ) -> tuple[Sheet, Panel, Callable[..., None]]:
     """A figure that is a table, with lines above and below its head and its rows.
 
     Args:
-        width: Of the figure.
-        count: Number of rows.
-        row_in: Height of a row, or of each.
-        head_in: Height of the head.
-        notes: Below the table; they are wrapped.
+        width: Width of the figure (in).
+        row_count: Number of rows.
+        row_in: Height of the rows (in): one number, or one per row.
+        head_in: Height of the head (in).
+        notes: Texts below the table; they are wrapped.
 
     Returns:
         Figure, panel, and a function that writes a column. Its arguments: position from 0 to 1 of
         the width, head, texts of the rows, keywords of the head alone, keywords of all texts.
     """
-    heights = np.broadcast_to(row_in, count)
+    heights = np.broadcast_to(row_in, row_count)
     letters_per_line = round(width / _NOTE_LETTER_IN)
     note_lines = [line for note in notes for line in textwrap.wrap(note, letters_per_line)]
     table_in = head_in + heights.sum()
@@ -456,16 +464,16 @@ def _with_stable_clip_paths(svg: str) -> str:
     return re.sub(r"\bp[0-9a-f]{10}\b", stable, svg)
 
 
-# From the campaign's tables and settings, and reference files by name, to the figure.
-Draw = Callable[..., Sheet]
+# A function that draws a figure from tables and settings, and reference files by name.
+DrawFunction = Callable[..., Sheet]
 SIMULATED = "SIMULATED"
 
 
-def register(**declared: Any) -> Callable[[Draw], Draw]:
+def register(**declaration: Any) -> Callable[[DrawFunction], DrawFunction]:
     """Declare the figure that a function draws.
 
     Args:
-        declared: Attributes of `FigureDeclaration`; `oilfilm.base.figure_catalogue` reads them
+        declaration: Attributes of `FigureDeclaration`; `oilfilm.base.figure_catalogue` reads them
             from the source.
     """
     return lambda draw: draw
@@ -474,7 +482,7 @@ def register(**declared: Any) -> Callable[[Draw], Draw]:
 def draw_figure(
     name: str, results: CampaignTables, settings: Settings, references: Mapping[str, Any]
 ) -> tuple[Figure, pd.DataFrame]:
-    """A figure, with a mark if its data are simulated, and the table of what it draws.
+    """Draw a figure, with a mark if its data are simulated.
 
     Args:
         name: Name of the figure.
@@ -482,17 +490,22 @@ def draw_figure(
         settings: Settings that it depends on.
         references: Content of reference files by name.
 
+    Returns:
+        The figure, and the table of what it shows.
+
     Raises:
         KeyError: There is no such figure.
     """
-    declared = figures()[name]
-    draw: Draw = getattr(import_module(declared.module), declared.name.replace("-", "_"))
-    own_references = {reference: references[reference] for reference in declared.references}
+    declaration = figures()[name]
+    draw: DrawFunction = getattr(
+        import_module(declaration.module), declaration.name.replace("-", "_")
+    )
+    own_references = {reference: references[reference] for reference in declaration.references}
     try:
         sheet = draw(results, settings, **own_references)
     except NothingToDrawError as reason:
-        sheet = sentences(str(reason))
-    is_simulated = declared.shows_data and settings.campaign.data == "simulated"
+        sheet = text_figure(str(reason))
+    is_simulated = declaration.shows_data and settings.campaign.data == "simulated"
     figure = sheet.finish(SIMULATED if is_simulated else "")
     return figure, sheet.drawn()
 
@@ -504,7 +517,7 @@ def draw_figures(
     references: Mapping[str, Any],
     provenance: Mapping[str, Any],
 ) -> None:
-    """Draw figures and write exactly what each shows as a table.
+    """Draw figures, and write what each shows as a table.
 
     Args:
         files: PNG, SVG and table of each figure; the PNG's name is that of the figure.
@@ -516,14 +529,14 @@ def draw_figures(
     for png, svg, drawn_file in files:
         figure, drawn = draw_figure(Path(png).stem, results, settings, references)
         # the table has x and y of all panels: the names of the axes have the units
-        panels = {}
+        panel_texts = {}
         for axes in figure.axes:
             letter = str(axes.get_label())
             if letter != _COLOUR_BAR:
-                panels[letter] = {
+                panel_texts[letter] = {
                     "title": axes.get_title("left"),
                     "x": axes.get_xlabel(),
                     "y": axes.get_ylabel(),
                 }
-        tables.write(drawn, "drawn", Path(drawn_file), {**provenance, "panels": panels})
+        tables.write(drawn, "drawn", Path(drawn_file), {**provenance, "panels": panel_texts})
         save(figure, Path(png), Path(svg))

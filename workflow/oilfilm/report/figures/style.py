@@ -25,7 +25,8 @@ from oilfilm.settings.resolved import Settings
 SINGLE_COLUMN_IN = 84 / 25.4
 DOUBLE_COLUMN_IN = 174 / 25.4
 
-Look = dict[str, Any]  # keywords of a function of matplotlib
+# Keyword arguments of a drawing function of matplotlib, as colour and marker.
+Look = dict[str, Any]
 oil_colour = names.oil_colour
 MARKERS = ("o", "s", "^", "D", "v", "P")
 # One line style per meaning: the basis of a law, or the source of its constants.
@@ -46,18 +47,18 @@ THOUSANDTHS = "10\N{SUPERSCRIPT MINUS}\N{SUPERSCRIPT THREE}"
 # Name of each condition on an axis, and one level of it in a title.
 CONDITION_LABELS = {
     name: f"{label} {symbol} ({unit})".removesuffix(" ()")
-    for name, (symbol, label, unit) in names.CONDITIONS.items()
+    for name, (symbol, label, unit) in names.CONDITION_TEXTS.items()
 }
 LEVEL_PHRASES = {
     name: f"{symbol} = {{:g}} {unit}".rstrip()
-    for name, (symbol, _, unit) in names.CONDITIONS.items()
+    for name, (symbol, _, unit) in names.CONDITION_TEXTS.items()
 }
 TRACTION_LABEL = f"Traction coefficient {MU}"
 SPEED_LABEL = "Speed of the inner ring (1000 rpm)"
 DMN_LABEL = "dmN (million mm rpm)"
 DMN_AS_SPEED = f"dmN of 1 million mm rpm is U = {entrainment_speed_m_s(1e6):.0f} m/s"
 AXIAL_LOAD_LABEL = "Axial load (kN)"
-SE_DRAWN = 1.96  # standard errors to each side of an error bar: 95 % intervals
+SE_DRAWN = 1.96  # half length of an error bar, in standard errors: 95 % intervals
 # Colour and symbol of a verdict, so that print in grey shows it, too.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
 STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
@@ -82,7 +83,7 @@ def oil_patches(shown: Iterable[str], oils: Sequence[str]) -> list[Any]:
 
 
 def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
-    """`count` shades of one colour, from the colour itself darkened to a light tint of it."""
+    """`count` shades of one colour, from dark to light."""
     red, green, blue = to_rgb(colour)
     colours = []
     for number in range(count):
@@ -95,7 +96,7 @@ def shades(colour: str, count: int) -> list[tuple[float, float, float]]:
 
 
 def tint(colour: str, share: float) -> tuple[float, float, float]:
-    """White with a share of a colour in it."""
+    """A mixture of a colour and white; `share` is that of the colour."""
     red, green, blue = to_rgb(colour)
     return 1 - share * (1 - red), 1 - share * (1 - green), 1 - share * (1 - blue)
 
@@ -116,7 +117,7 @@ def symbol_handle(label: str, marker: str, **look: Any) -> Line2D:
 
 
 def lost_handles(oils: Iterable[str], reason: str = "") -> list[Patch]:
-    """Entries of a legend for oils that are not drawn, with the reason; empty ones without it."""
+    """Entries of a legend for oils that are not drawn, with the reason; blank without a reason."""
     label = f"{{}}: {reason}" if reason else " "
     return [Patch(fill=False, linewidth=0, label=label.format(oil)) for oil in oils]
 
@@ -148,7 +149,7 @@ def cell_edges(centres: FloatArray, scale: str = "linear") -> FloatArray:
     return np.exp(edges) if scale == "log" else edges
 
 
-def plain(text: str) -> str:
+def plain_text(text: str) -> str:
     """Text of a log for a figure: characters that the font lacks become their codes.
 
     Draw it with `parse_math=False`: otherwise `$` begins a formula.

@@ -32,13 +32,13 @@ from oilfilm.report.document import (
     Section,
     ShownTable,
     facts,
-    number,
+    format_by_error,
+    number_form,
     show_table,
-    significant,
 )
-from oilfilm.report.enough import shortfalls, unread_logs
+from oilfilm.report.enough import names_of_unread_logs, shortfalls
 from oilfilm.report.explorer import Axis, as_json, explored_fits, load_at_1_gpa, sliders
-from oilfilm.report.names import CONDITIONS, gate_name, law_name
+from oilfilm.report.names import CONDITION_TEXTS, gate_in_words, law_title
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
@@ -54,13 +54,13 @@ from oilfilm.torque.torque_control import (
 from oilfilm.traction import LAWS
 
 # These constants choose words and what is counted. Verdicts are in the tables.
-# A curve whose mean ratio to the fit is nearer to 1 than this has another shape.
-_SAME_GAIN = 0.03
-# The table of fits has the uncertainty below which this share of the points is.
+# An odd curve whose mean ratio to the fit differs from 1 by less than this has another shape.
+_GAIN_OF_OTHER_SHAPE = 0.03
+# Share of the points whose uncertainty is below the one in the table of fits.
 _SHARE_OF_POINTS = 0.95
-# Share of the largest mu: a relative uncertainty of a smaller mu means nothing.
+# Smallest mu whose relative uncertainty means something, as a share of the largest mu.
 _SMALLEST_RELATIVE_MU = 0.01
-# Share of variance below which a cause is not listed.
+# Smallest share of variance at which a cause is listed.
 _SMALLEST_SHARE = 0.005
 # Why a comparison with Wang-Deng shows nothing where the law `deng2026` made the points.
 _TIE = (
@@ -70,22 +70,24 @@ _TIE = (
 )
 
 
-def fits(results: CampaignTables) -> Section:
+def fits_section(results: CampaignTables) -> Section:
     """Misfit, certificate and uncertainty of each fit, noise and lack of fit."""
     quality = results.configured.fit_quality
     lack_of_fit = results.lack_of_fit
-    verdicts = {str(row["oil"]): row for row in tables.rows(results.soundness)}
-    sentences = facts(
+    verdict_by_oil = {str(row["oil"]): row for row in tables.rows(results.soundness)}
+    facts_on_fits = facts(
         "report/sections/fits.jinja",
         fitted=tables.rows(quality[quality["rmse"].notna()]),
-        warnings={oil: soundness_warnings(row) for oil, row in verdicts.items()},
-        surface_sentences={oil: _surface_facts(results, oil, row) for oil, row in verdicts.items()},
+        warnings={oil: soundness_warnings(row) for oil, row in verdict_by_oil.items()},
+        surface_sentences={
+            oil: _surface_sentences(results, oil, row) for oil, row in verdict_by_oil.items()
+        },
         lost=[
             {"oil": row["oil"], "certificate": certificate(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
         ],
         odd_curves=_odd_curves(results.configured.curve_residuals),
-        same_gain=_SAME_GAIN,
+        same_gain=_GAIN_OF_OTHER_SHAPE,
         misfits=tables.rows(lack_of_fit),
         unrepeated=tables.rows(lack_of_fit[lack_of_fit["verdict"] == "no repeats"]),
     )
@@ -93,11 +95,11 @@ def fits(results: CampaignTables) -> Section:
         show_table(quality.join(relative_uncertainty(results), on="oil"), "fit_quality"),
         show_table(lack_of_fit, "lack_of_fit"),
     ]
-    return Section("fits", "Fits", sentences, shown_tables)
+    return Section("fits", "Fits", facts_on_fits, shown_tables)
 
 
-def _surface_facts(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
-    """What the surface of an oil says, and what its interval does not know."""
+def _surface_sentences(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
+    """Sentences on what the surface of an oil says, and on what its interval leaves out."""
     sentences = surface_sentences(results, oil, verdict)
     spin_text = spin_sentence(results.runs, oil)
     return [*sentences, spin_text] if sentences and spin_text else sentences
@@ -115,14 +117,14 @@ def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
         "report/sections/curves.jinja",
         fitted=fitted,
         odd_curves=_odd_curves(residuals),
-        same_gain=_SAME_GAIN,
+        same_gain=_GAIN_OF_OTHER_SHAPE,
     )
 
 
 def _odd_curves(residuals: pd.DataFrame) -> dict[str, list[dict[str, Any]]]:
     """Rows of the curves that pull a fit away, by oil; the strongest ones first."""
-    odd = residuals[residuals["odd"]].sort_values("robust_weight", kind="stable")
-    return {str(oil): tables.rows(rows) for oil, rows in odd.groupby("oil")}
+    odd_curves = residuals[residuals["odd"]].sort_values("robust_weight", kind="stable")
+    return {str(oil): tables.rows(rows) for oil, rows in odd_curves.groupby("oil")}
 
 
 def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
@@ -132,106 +134,113 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
     where the fit has no interval. Points near pure rolling are left out, because their mu is nearly
     zero.
     """
-    rows = {}
+    quantiles_by_oil = {}
     for oil in results.configured.fit_quality["oil"]:
         fit = FittedLaw.from_results(results, oil)
         columns = ["accepted", *fit.law.conditions, "slide_roll_ratio"]
-        points = results.table("points", columns, oil=oil)
-        points = points[points["accepted"]]
-        conditions = points[list(fit.law.conditions)].to_numpy(float)
-        slip = points["slide_roll_ratio"].to_numpy(float)
+        accepted_points = results.table("points", columns, oil=oil)
+        accepted_points = accepted_points[accepted_points["accepted"]]
+        conditions = accepted_points[list(fit.law.conditions)].to_numpy(float)
+        slip = accepted_points["slide_roll_ratio"].to_numpy(float)
         mu_sizes, widths = [], []
         for prediction in fit.predictions(conditions, slip):
             mu_sizes.append(np.abs(prediction.traction_coefficient))
             widths.append(prediction.obs_ci_upper - prediction.obs_ci_lower)
         mu_size, width = np.concatenate(mu_sizes), np.concatenate(widths)
         is_large_enough = mu_size > _SMALLEST_RELATIVE_MU * mu_size.max(initial=0.0)
-        relative = pd.Series(width[is_large_enough] / 2 / mu_size[is_large_enough])
-        rows[oil] = (relative.median(), relative.quantile(_SHARE_OF_POINTS))
-    index = pd.Index(rows, dtype=str)
-    return pd.DataFrame(list(rows.values()), index, columns=["median", "largest"])
+        relative_half_width = pd.Series(width[is_large_enough] / 2 / mu_size[is_large_enough])
+        quantiles_by_oil[oil] = (
+            relative_half_width.median(),
+            relative_half_width.quantile(_SHARE_OF_POINTS),
+        )
+    index = pd.Index(quantiles_by_oil, dtype=str)
+    return pd.DataFrame(list(quantiles_by_oil.values()), index, columns=["median", "largest"])
 
 
-_COMPARISON_WORDS = {"best": "best of those compared", "tie": "ties with others"}
+_COMPARISON_IN_WORDS = {"best": "best of those compared", "tie": "ties with others"}
 
 
-class _Predicted(NamedTuple):
-    """mu at one operating point, and its interval in words."""
+class _PredictedMu(NamedTuple):
+    """mu at one operating point, and its interval as text."""
 
     mu: float
     interval: str
 
 
-def answer(results: CampaignTables, settings: Settings) -> Section:
+def answer_section(results: CampaignTables, settings: Settings) -> Section:
     """One row per oil: mu at one operating point with its interval, the law, runs, soundness."""
     load_n_at_1_gpa = load_at_1_gpa(settings)
-    fit_of_oil = explored_fits(results, load_n_at_1_gpa)
-    axes = sliders(fit_of_oil, results, settings)
+    fit_by_oil = explored_fits(results, load_n_at_1_gpa)
+    axes = sliders(fit_by_oil, results, settings)
     operating_point = [np.nan if axis.idle else axis.start for axis in axes]
-    predictions = {}
-    for oil in list(fit_of_oil):
+    predicted_by_oil = {}
+    for oil in list(fit_by_oil):
         # a fit keeps its surface: it goes before the next one
-        fit = fit_of_oil.pop(oil)
-        predictions[oil] = _predicted(fit, operating_point, load_n_at_1_gpa)
-    comparisons = {row["oil"]: _comparison(row) for row in tables.rows(results.law_verdicts)}
-    soundness = {row["oil"]: _soundness(row) for row in tables.rows(results.soundness)}
+        fit = fit_by_oil.pop(oil)
+        predicted_by_oil[oil] = _predicted_mu(fit, operating_point, load_n_at_1_gpa)
+    comparison_by_oil = {
+        row["oil"]: _comparison_in_words(row) for row in tables.rows(results.law_verdicts)
+    }
+    soundness_by_oil = {
+        row["oil"]: _soundness_in_words(row) for row in tables.rows(results.soundness)
+    }
     is_accepted = results.runs["verdict"] == "accepted"
-    runs = {
+    accepted_text_by_oil = {
         oil: f"{accepted_of_oil.sum()} of {len(accepted_of_oil)}"
         for oil, accepted_of_oil in is_accepted.groupby(results.runs["oil"])
     }
     oils = results.configured.fit_quality["oil"]
-    not_predicted = _Predicted(np.nan, "not known")
+    unknown_mu = _PredictedMu(np.nan, "not known")
     answers = results.configured.fit_quality.assign(
-        mu=[predictions.get(oil, not_predicted).mu for oil in oils],
-        interval=[predictions.get(oil, not_predicted).interval for oil in oils],
-        beside=[comparisons.get(oil, "not compared") for oil in oils],
-        fit=[soundness.get(oil, "not sound") for oil in oils],
-        runs=[runs.get(oil, "none") for oil in oils],
+        mu=[predicted_by_oil.get(oil, unknown_mu).mu for oil in oils],
+        interval=[predicted_by_oil.get(oil, unknown_mu).interval for oil in oils],
+        beside=[comparison_by_oil.get(oil, "not compared") for oil in oils],
+        fit=[soundness_by_oil.get(oil, "not sound") for oil in oils],
+        runs=[accepted_text_by_oil.get(oil, "none") for oil in oils],
     )
     table = show_table(answers, "answers", f"At {_point_in_words(axes)}")
     return Section("answer", "Answer", tables=[table])
 
 
 def _point_in_words(axes: Sequence[Axis]) -> str:
-    """The first values of sliders, as `P 1.25 GPa, U 25 m/s`; without idle ones."""
+    """The start of each slider that is not idle, as `P 1.25 GPa, U 25 m/s`."""
     texts = []
     for axis in axes:
         if not axis.idle:
-            symbol, _, unit = CONDITIONS[axis.name]
+            symbol, _, unit = CONDITION_TEXTS[axis.name]
             texts.append(f"{symbol} {axis.start:.{axis.digits}f} {unit}".rstrip())
     return ", ".join(texts)
 
 
-def _predicted(
-    fit: FittedLaw, operating_point: Sequence[float], load_at_1_gpa: float | None
-) -> _Predicted:
+def _predicted_mu(
+    fit: FittedLaw, operating_point: Sequence[float], load_n_at_1_gpa: float | None
+) -> _PredictedMu:
     """mu of a fit with its interval.
 
     Args:
         fit: The fit.
         operating_point: P, U, T and S.
-        load_at_1_gpa: Load (N) of the rig's contact at 1 GPa.
+        load_n_at_1_gpa: Load (N) of the rig's contact at 1 GPa.
     """
     conditions = np.array([operating_point[:3]])
     slip = np.array(operating_point[3:])
-    if load_at_1_gpa is not None and "load_n" in fit.law.conditions:
-        conditions[0, 0] = load_at_1_gpa * operating_point[0] ** 3
+    if load_n_at_1_gpa is not None and "load_n" in fit.law.conditions:
+        conditions[0, 0] = load_n_at_1_gpa * operating_point[0] ** 3
     prediction = fit.predict(conditions, slip)
     lower = prediction.obs_ci_lower[0]
     upper = prediction.obs_ci_upper[0]
-    interval = "not known"
+    interval_text = "not known"
     if not np.isnan(lower) and not np.isnan(upper):
         level = fit.interval_level(CONFIDENCE)
-        interval = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
+        interval_text = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
     if prediction.outside[0]:
-        interval += ", not tested there"
+        interval_text += ", not tested there"
     if prediction.over_limit[0]:
-        interval += ", above the limiting shear stress"
-    return _Predicted(prediction.traction_coefficient[0], interval)
+        interval_text += ", above the limiting shear stress"
+    return _PredictedMu(prediction.traction_coefficient[0], interval_text)
 
 
-def _soundness(row: Mapping[str, Any]) -> str:
+def _soundness_in_words(row: Mapping[str, Any]) -> str:
     """Whether a fit is sound; if not, which verdicts are against it. Trouble has the sentences."""
     if row["sound"]:
         return "sound"
@@ -245,59 +254,59 @@ def _soundness(row: Mapping[str, Any]) -> str:
     return f"not sound ({'; '.join(defects)})"
 
 
-def _comparison(row: Mapping[str, Any]) -> str:
+def _comparison_in_words(row: Mapping[str, Any]) -> str:
     """The configured law compared with the others, in words."""
     verdict = row["verdict"]
     if verdict == "another law is better":
-        return f"worse than {law_name(row['better_law'])}"
-    return _COMPARISON_WORDS.get(verdict, f"not decided: {verdict}")
+        return f"worse than {law_title(row['better_law'])}"
+    return _COMPARISON_IN_WORDS.get(verdict, f"not decided: {verdict}")
 
 
-def constants(results: CampaignTables) -> Section:
+def constants_section(results: CampaignTables) -> Section:
     """One table per oil, and a sentence for each constant that the data do not determine."""
     coefficients = results.configured.coefficients
     quality = results.configured.fit_quality.set_index("oil")
-    fits = []
+    rows_of_template = []
     shown_tables: list[ShownTable] = []
-    for oil, rows in coefficients.groupby("oil", sort=False):
-        shown_tables.append(_constants_table(rows, f"constants{len(shown_tables)}"))
-        if rows["value"].notna().any():
+    for oil, coefficients_of_oil in coefficients.groupby("oil", sort=False):
+        shown_tables.append(_constants_table(coefficients_of_oil, f"constants{len(shown_tables)}"))
+        if coefficients_of_oil["value"].notna().any():
             fixed_conditions = fixed_from_text(quality["fixed_conditions"][oil])
-            fits.append(
+            rows_of_template.append(
                 {
                     "oil": str(oil),
                     "curves": quality["n_curves"][oil],
-                    "constants": tables.rows(rows),
+                    "constants": tables.rows(coefficients_of_oil),
                     "fixed": [fixed.sentence() for fixed in fixed_conditions],
                 }
             )
-    sentences = facts("report/sections/constants.jinja", fits=fits)
-    return Section("constants", "Constants", sentences, shown_tables)
+    facts_on_constants = facts("report/sections/constants.jinja", fits=rows_of_template)
+    return Section("constants", "Constants", facts_on_constants, shown_tables)
 
 
-def _constants_table(rows: pd.DataFrame, name: str) -> ShownTable:
+def _constants_table(coefficients: pd.DataFrame, name: str) -> ShownTable:
     """Constants of one oil with their errors; a value has the digits that its error allows."""
-    numbers = ["value", "standard_error", "systematic_standard_error", "lower", "upper"]
-    texts = rows.astype(object)
-    for index, row in rows.iterrows():
+    numeric_columns = ["value", "standard_error", "systematic_standard_error", "lower", "upper"]
+    texts = coefficients.astype(object)
+    for index, row in coefficients.iterrows():
         error = row["standard_error"]
         if np.isnan(error):
             error = row["naive_standard_error"]
-        form = number(significant(error))
-        texts.loc[index, numbers] = [form(row[column]) for column in numbers]
+        form = number_form(format_by_error(error))
+        texts.loc[index, numeric_columns] = [form(row[column]) for column in numeric_columns]
     interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
-    texts["lower"] = texts["lower"].where(rows["lower"].isna(), interval)
-    return show_table(texts, "constants", rows["oil"].iloc[0], name)
+    texts["lower"] = texts["lower"].where(coefficients["lower"].isna(), interval)
+    return show_table(texts, "constants", coefficients["oil"].iloc[0], name)
 
 
-def laws(results: CampaignTables, settings: Settings) -> Section:
+def laws_section(results: CampaignTables, settings: Settings) -> Section:
     """The best law of each oil, what to do, and the errors of all laws side by side."""
     # the comparison of laws on simulated data of such a truth always needs this sentence
     tie = f"Wang-Deng here: {_TIE}" if settings.campaign.truth_is_law else ""
-    sentences = law_facts(results.law_verdicts, results.fit_quality, tie)
-    verdicts = show_table(results.law_verdicts, "law_verdicts")
-    errors = show_table(results.fit_quality, "comparison")
-    return Section("laws", "Laws", sentences, [verdicts, errors])
+    facts_on_laws = law_facts(results.law_verdicts, results.fit_quality, tie)
+    verdict_table = show_table(results.law_verdicts, "law_verdicts")
+    error_table = show_table(results.fit_quality, "comparison")
+    return Section("laws", "Laws", facts_on_laws, [verdict_table, error_table])
 
 
 def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> list[Fact]:
@@ -308,7 +317,7 @@ def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> l
     Args:
         verdicts: Table `law_verdicts`.
         quality: Table `fit_quality`, with every law.
-        tie: A sentence on the laws of this campaign; none if empty.
+        tie: A sentence on laws that are the same by construction; none if empty.
     """
     comparisons: list[dict[str, Any]] = []
     oils_of_comparison: list[list[str]] = []
@@ -318,13 +327,13 @@ def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> l
             comparisons.append(comparison)
             oils_of_comparison.append([])
         oils_of_comparison[comparisons.index(comparison)].append(row["oil"])
-    rows = [
+    rows_of_template = [
         comparison | {"oils": oils}
         for comparison, oils in zip(comparisons, oils_of_comparison, strict=True)
     ]
     return facts(
         "report/sections/laws.jinja",
-        rows=rows,
+        rows=rows_of_template,
         tie=tie,
         fewest_curves=FEWEST_CURVES,
         can_be_set=list(LAWS),
@@ -338,79 +347,85 @@ def _law_comparison(row: Mapping[str, Any], quality: pd.DataFrame) -> dict[str, 
         row: Row of the table `law_verdicts`.
         quality: Rows of the table `fit_quality` of the oil.
     """
-    fits = {fit["law"]: fit for fit in tables.rows(quality)}
+    fit_by_law = {fit["law"]: fit for fit in tables.rows(quality)}
     better_law = row["better_law"]
     bic_ties = row["bic_ties"] or ()
-    ties = [law for law in row["left_out_ties"] or () if law in bic_ties]
+    tied_laws = [law for law in row["left_out_ties"] or () if law in bic_ties]
     return {
         "verdict": row["verdict"],
         "law": row["law"],
         "better_law": better_law,
-        "same": [law_name(law) for law in row["same_laws"] or ()],
-        "same_as_better": [law_name(law) for law in row["same_as_better_law"] or ()],
-        "shared": sorted(law_name(law) for law in ties if law != row["law"]),
-        "fewest": min(ties, key=lambda law: fits[law]["n_constants"], default=""),
-        "usable": _best_usable_law(row["law"], fits),
-        "unconfirmed": better_law in fits and not fits[better_law]["certified"],
+        "same": [law_title(law) for law in row["same_laws"] or ()],
+        "same_as_better": [law_title(law) for law in row["same_as_better_law"] or ()],
+        "shared": sorted(law_title(law) for law in tied_laws if law != row["law"]),
+        "fewest": min(tied_laws, key=lambda law: fit_by_law[law]["n_constants"], default=""),
+        "usable": _best_usable_law(row["law"], fit_by_law),
+        "unconfirmed": better_law in fit_by_law and not fit_by_law[better_law]["certified"],
     }
 
 
-def _best_usable_law(configured_law: str, fits: Mapping[str, Mapping[str, Any]]) -> str:
-    """The law of least error at curves left out that `fit.law` takes; empty for the configured one.
+def _best_usable_law(configured_law: str, fit_by_law: Mapping[str, Mapping[str, Any]]) -> str:
+    """The law of least error at curves left out, of those that `fit.law` takes.
+
+    Empty if it is the configured law.
 
     Args:
         configured_law: The configured law.
-        fits: Row of the table `fit_quality` of each law.
+        fit_by_law: Row of the table `fit_quality` of each law.
     """
-    errors = {name: fit["left_out_rmse"] for name, fit in fits.items() if name in LAWS}
-    known = {name: error for name, error in errors.items() if np.isfinite(error)}
-    best = min(known, key=lambda name: known[name], default=configured_law)
-    return "" if best == configured_law else best
+    error_by_law = {name: fit["left_out_rmse"] for name, fit in fit_by_law.items() if name in LAWS}
+    known_error_by_law = {name: error for name, error in error_by_law.items() if np.isfinite(error)}
+    best_law = min(
+        known_error_by_law, key=lambda name: known_error_by_law[name], default=configured_law
+    )
+    return "" if best_law == configured_law else best_law
 
 
 _STATES = ("accepted", "refused", "missing")
 
 
-def data(results: CampaignTables, settings: Settings) -> Section:
+def data_section(results: CampaignTables, settings: Settings) -> Section:
     """Accepted runs and points, coverage of the test matrix, and whether the film was judged."""
-    points = Counter[str]()
-    unjudged = Counter[str]()
+    point_counts = Counter[str]()
+    unjudged_count_by_oil = Counter[str]()
     for part in results.parts("points", ["oil", "accepted", "film_judgement"]):
-        points.update(all=len(part), accepted=int(part["accepted"].sum()))
+        point_counts.update(all=len(part), accepted=int(part["accepted"].sum()))
         is_unjudged = part["accepted"] & (part["film_judgement"] == "cannot be judged")
-        unjudged.update(part.loc[is_unjudged, "oil"])
+        unjudged_count_by_oil.update(part.loc[is_unjudged, "oil"])
     has_matrix = results.coverage["planned"].any()
     conditions = planned_states(results.coverage) if has_matrix else results.coverage
-    sentences = facts(
+    facts_on_data = facts(
         "report/sections/data.jinja",
         results=results,
-        points=points,
+        points=point_counts,
         settings=settings,
-        unread=len(unread_logs(results)),
+        unread=len(names_of_unread_logs(results)),
         shortfalls=shortfalls(results, settings.campaign),
         has_matrix=has_matrix,
         conditions=conditions["state"].value_counts().reindex(_STATES, fill_value=0),
-        unjudged=unjudged,
+        unjudged=unjudged_count_by_oil,
         stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
     )
-    return Section("data", "Data", sentences, [run_list(results, settings.report.rows_max)])
+    return Section("data", "Data", facts_on_data, [run_list(results, settings.report.rows_max)])
 
 
-def refused(results: CampaignTables, settings: Settings) -> Section:
-    """Everything that was refused, the first case of each gate in words."""
+def refused_section(results: CampaignTables, settings: Settings) -> Section:
+    """What was refused: counts by gate, and the first case of each gate in words."""
     runs = results.runs
     counts = results.gate_counts
     counts = counts[~counts["gate"].isin(REMARKS)]
-    sentences = facts(
+    facts_on_refusals = facts(
         "report/sections/refused.jinja",
-        verdicts=_by_gate_name(runs[runs["verdict"] == "refused"]["rule"].value_counts()),
-        unread=_by_gate_name(_rules_of_unread_logs(results).value_counts()),
+        verdicts=_count_by_gate(runs[runs["verdict"] == "refused"]["rule"].value_counts()),
+        unread=_count_by_gate(_rules_of_unread_logs(results).value_counts()),
         points=(~results.table("points", ["accepted"])["accepted"]).sum(),
         cases=first_cases(results.quarantine),
         other_gates=counts[~counts["gate"].isin(results.quarantine["rule"])].to_dict("records"),
     )
     refusals = refusal_table(results.quarantine, "quarantine", settings.report.rows_max)
-    return Section("refused", "Refused", sentences, [show_table(counts, "gate_counts"), refusals])
+    return Section(
+        "refused", "Refused", facts_on_refusals, [show_table(counts, "gate_counts"), refusals]
+    )
 
 
 def refusal_table(
@@ -431,72 +446,72 @@ def refusal_table(
 def first_cases(quarantine: pd.DataFrame) -> list[dict[str, object]]:
     """The first case of each gate with the number of cases; most cases first."""
     quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
-    cases_of_rule = quarantine["rule"].value_counts()
-    first = quarantine.drop_duplicates("rule").set_index("rule").loc[cases_of_rule.index]
-    names = np.where(first["run_id"] != "", first["run_id"], first["file"])
-    gates = first.index.map(gate_name)
-    cases = first.assign(gate=gates, name=names, count=cases_of_rule)
+    count_by_rule = quarantine["rule"].value_counts()
+    first_rows = quarantine.drop_duplicates("rule").set_index("rule").loc[count_by_rule.index]
+    names = np.where(first_rows["run_id"] != "", first_rows["run_id"], first_rows["file"])
+    gates_in_words = first_rows.index.map(gate_in_words)
+    cases = first_rows.assign(gate=gates_in_words, name=names, count=count_by_rule)
     return tables.rows(cases.reset_index())
 
 
 def _rules_of_unread_logs(results: CampaignTables) -> "pd.Series[str]":
     """The rule that refused each log of which no run could be read."""
-    is_unread = results.quarantine["file"].isin(unread_logs(results))
+    is_unread = results.quarantine["file"].isin(names_of_unread_logs(results))
     return results.quarantine[is_unread].drop_duplicates("file")["rule"]
 
 
-def _by_gate_name(counts: "pd.Series[int]") -> dict[str, int]:
+def _count_by_gate(counts: "pd.Series[int]") -> dict[str, int]:
     """Counts by the names of gates in words."""
-    return {gate_name(str(gate)): int(count) for gate, count in counts.items()}
+    return {gate_in_words(str(gate)): int(count) for gate, count in counts.items()}
 
 
-def bearing(results: CampaignTables, settings: Settings) -> Section:
+def bearing_section(results: CampaignTables, settings: Settings) -> Section:
     """Torque logs, errors of the torque, share of traction, heat; empty without torque logs."""
     runs = results.torque_runs
-    refused = results.torque_quarantine
+    refusals = results.torque_quarantine
     torque = results.torque
-    if runs.empty and refused.empty:
+    if runs.empty and refusals.empty:
         return Section("bearing", "Bearing")
     # `LOG` or `LOG:RUN`
     kept_logs = {run_id.rpartition(":")[0] or run_id for run_id in runs["run_id"]}
     # a refused run has no row in the table of runs
-    read_logs = kept_logs | set(refused.loc[refused["stage"] == "curate", "file"])
-    all_logs = read_logs | set(refused.loc[~refused["rule"].isin(REMARKS), "file"])
+    read_logs = kept_logs | set(refusals.loc[refusals["stage"] == "curate", "file"])
+    all_logs = read_logs | set(refusals.loc[~refusals["rule"].isin(REMARKS), "file"])
     without_torque = runs[runs["accepted"] & ~runs["oil"].isin(torque["oil"])]
     converged = torque[torque["converged"]]
     with_one_motion = without_bistable(converged)
-    plateau = ["run_id", "first_row"]
-    sentences = facts(
+    plateau_key = ["run_id", "first_row"]
+    facts_on_bearing = facts(
         "report/sections/bearing.jinja",
         kept=len(kept_logs),
         read=len(read_logs),
         logs=len(all_logs),
         plateaus=runs,
         limits_gpa=settings.bearing.pressure_limits_gpa,
-        refused_plateaus=_by_gate_name(failed_gates.counts(runs)),
-        cases=first_cases(refused),
+        refused_plateaus=_count_by_gate(failed_gates.refusal_counts(runs)),
+        cases=first_cases(refusals),
         not_calculated=without_torque["oil"].value_counts().to_dict(),
         torque=torque,
         sound=converged,
-        plateaus_calculated=len(converged.drop_duplicates(plateau)),
-        bistable=len(converged[is_bistable(converged)].drop_duplicates(plateau)),
+        plateaus_calculated=len(converged.drop_duplicates(plateau_key)),
+        bistable=len(converged[is_bistable(converged)].drop_duplicates(plateau_key)),
         undecided=undecided_plateaus(converged),
         bistable_points=bistable_points(converged),
-        why_lost=_why_lost(torque[~torque["converged"]]),
+        why_lost=_reasons_lost(torque[~torque["converged"]]),
         has_uncertainty=converged.empty or (with_one_motion["verdict"] != "not known").any(),
-        control=_control(results.torque_control),
+        control=_truths_by_verdict(results.torque_control),
         by_stress=converged[converged["load_variable"] == "stress"],
         inversion=results.torque_inversion["verdict"].tolist(),
         next_measurements=_next_measurements(results.variance_shares),
-        **_heat(results.heat_balance),
+        **_heat_variables(results.heat_balance),
     )
     caption = "Refused torque logs, runs and plateaus"
     rows_max = settings.report.rows_max
-    refusals = refusal_table(refused, "torque_quarantine", rows_max, caption)
+    refusals_table = refusal_table(refusals, "torque_quarantine", rows_max, caption)
     answers = show_table(_answers_in_words(results.bearing_answers), "bearing_answers")
     shares = show_table(_shares_in_words(results.variance_shares), "variance_shares")
-    shown_tables = [answers, shares, _error_table(with_one_motion), refusals]
-    return Section("bearing", "Bearing", sentences, shown_tables)
+    shown_tables = [answers, shares, _error_table(with_one_motion), refusals_table]
+    return Section("bearing", "Bearing", facts_on_bearing, shown_tables)
 
 
 def _answers_in_words(answers: pd.DataFrame) -> pd.DataFrame:
@@ -505,31 +520,35 @@ def _answers_in_words(answers: pd.DataFrame) -> pd.DataFrame:
     Args:
         answers: Table of bearing answers.
     """
-    texts = {}
-    for text, column, factor in (
+    texts_by_column = {}
+    for text_column, column, factor in (
         ("torque", "torque_n_m", 1.0),
         ("power", "power_w", 1.0),
         ("slip", "cage_slip", 100.0),
     ):
-        ends = (factor * answers[[column, f"{column}_lower", f"{column}_upper"]]).to_numpy()
-        texts[text] = [with_interval(*row) for row in ends]
+        values_and_ends = (
+            factor * answers[[column, f"{column}_lower", f"{column}_upper"]]
+        ).to_numpy()
+        texts_by_column[text_column] = [with_interval(*row) for row in values_and_ends]
     point = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
-    best = answers.loc[answers["oil"] == answers["best_oil"], [*point, "best_share"]]
-    share = answers[point].merge(best, on=point, how="left")["best_share"].to_numpy()
-    texts["best"] = [
+    share_of_best_oil = answers.loc[answers["oil"] == answers["best_oil"], [*point, "best_share"]]
+    best_shares = (
+        answers[point].merge(share_of_best_oil, on=point, how="left")["best_share"].to_numpy()
+    )
+    texts_by_column["best"] = [
         f"{oil or 'none has a full film'} ({best_share:.0%})"
         if np.isfinite(best_share)
         else oil or "none"
-        for oil, best_share in zip(answers["best_oil"], share, strict=True)
+        for oil, best_share in zip(answers["best_oil"], best_shares, strict=True)
     ]
-    return answers.assign(**texts)
+    return answers.assign(**texts_by_column)
 
 
 def _median_shares(shares: pd.DataFrame) -> pd.DataFrame:
-    """Median of each cause over oils and points, with its range; the largest of torque first."""
-    numbers = ["range_low", "range_high", "standard_uncertainty"]
+    """Medians of the shares and ranges of each cause, over oils and points; largest share first."""
+    range_columns = ["range_low", "range_high", "standard_uncertainty"]
     medians = shares.groupby("variance_cause", sort=False)[
-        ["torque_share", "slip_share", *numbers]
+        ["torque_share", "slip_share", *range_columns]
     ].median()
     return medians.sort_values("torque_share", ascending=False, kind="stable").reset_index()
 
@@ -541,26 +560,26 @@ def _shares_in_words(shares: pd.DataFrame) -> pd.DataFrame:
         shares: Table of variance shares.
     """
     medians = _median_shares(shares)
-    largest = medians[["torque_share", "slip_share"]].max(axis=1)
-    shown = medians[largest >= _SMALLEST_SHARE]
-    return shown.assign(
-        meaning=[CAUSES[cause].meaning for cause in shown["variance_cause"]],
-        drawn_from=[range_text(row) for _, row in shown.iterrows()],
+    larger_share = medians[["torque_share", "slip_share"]].max(axis=1)
+    shown_causes = medians[larger_share >= _SMALLEST_SHARE]
+    return shown_causes.assign(
+        meaning=[CAUSES[cause].meaning for cause in shown_causes["variance_cause"]],
+        drawn_from=[range_text(row) for _, row in shown_causes.iterrows()],
     )
 
 
 def _next_measurements(shares: pd.DataFrame) -> list[dict[str, Any]]:
     """What to measure so that torque and cage slip become more certain, the largest cause first."""
     measurements = []
-    for column, name in (("torque_share", "friction torque"), ("slip_share", "cage slip")):
+    for column, answer_name in (("torque_share", "friction torque"), ("slip_share", "cage slip")):
         causes = what_to_measure(shares, column) if len(shares) else []
         if causes:
             measures = [measure for _, measure in causes]
-            measurements.append({"answer": name, "measures": measures})
+            measurements.append({"answer": answer_name, "measures": measures})
     return measurements
 
 
-def _why_lost(torque: pd.DataFrame) -> list[str]:
+def _reasons_lost(torque: pd.DataFrame) -> list[str]:
     """Why friction equilibria were not found, a sentence per reason.
 
     Args:
@@ -584,16 +603,16 @@ def _why_lost(torque: pd.DataFrame) -> list[str]:
     return sentences
 
 
-def _control(control: pd.DataFrame) -> list[dict[str, Any]]:
-    """Oils and misfit of the simulated truths of both rigs, by verdict."""
+def _truths_by_verdict(control: pd.DataFrame) -> list[dict[str, Any]]:
+    """For each verdict on the simulated truths of the two rigs: their misfit, and its oils."""
     return [
         {"verdict": verdict, "misfit": rows["law_misfit"].max(), "oils": rows["oil"].tolist()}
         for verdict, rows in control.groupby("verdict", sort=False)
     ]
 
 
-def _heat(balance: pd.DataFrame) -> dict[str, Any]:
-    """Effect of friction heat on the map of cage slip: temperatures, torque, best oils."""
+def _heat_variables(balance: pd.DataFrame) -> dict[str, Any]:
+    """Variables of the template: effect of friction heat on temperatures, torque and best oils."""
     # rows with a run are those of torque logs
     map_rows = balance[balance["run_id"] == ""]
     balanced = map_rows[map_rows["balanced"].fillna(False)]
@@ -658,16 +677,16 @@ def run_list(results: CampaignTables, rows_max: int) -> ShownTable:
         for part in results.parts_of_runs("points", ["run_id", "accepted"])
     )
     counts = points_of_run.reindex(runs["run_id"], fill_value=0).astype(int)
-    passed = [f"{accepted} of {points}" for accepted, points in counts.to_numpy()]
-    rows = runs.assign(passed=passed, why=runs["rule"]).dropna(axis="columns", how="all")
+    passed_texts = [f"{accepted} of {points}" for accepted, points in counts.to_numpy()]
+    rows = runs.assign(passed=passed_texts, why=runs["rule"]).dropna(axis="columns", how="all")
     table = show_table(rows, "run-list", rows_max=rows_max)
     with_page = results.refused_pages[results.refused_pages["page"] != ""]
     # a torque run may have the same name: its page comes later
-    pages = with_page.drop_duplicates("run_id").set_index("run_id")["page"]
+    page_by_run = with_page.drop_duplicates("run_id").set_index("run_id")["page"]
     links = []
     for run_id in runs["run_id"][:rows_max]:
-        if run_id in pages.index:
-            links.append(f"#refused-{pages[run_id].removesuffix('.png')}")
+        if run_id in page_by_run.index:
+            links.append(f"#refused-{page_by_run[run_id].removesuffix('.png')}")
         else:
             links.append(f"#run?name={quote(run_id)}")
     return replace(table, links=links)
@@ -684,43 +703,45 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
         results: Table `points`.
         points_max: Largest number of points that are drawn; they are evenly chosen.
     """
-    accepted = sum(int(part["accepted"].sum()) for part in results.parts("points", ["accepted"]))
-    every_nth = max(math.ceil(accepted / points_max), 1)
+    accepted_count = sum(
+        int(part["accepted"].sum()) for part in results.parts("points", ["accepted"])
+    )
+    step = max(math.ceil(accepted_count / points_max), 1)
     drawn_parts = []
-    points_before = 0
+    count_before = 0
     for part in results.parts("points", CURVE_POINTS):
         accepted_points = part[part["accepted"]]
-        drawn_parts.append(accepted_points.iloc[-points_before % every_nth :: every_nth])
-        points_before += len(accepted_points)
-    drawn = pd.concat(drawn_parts, ignore_index=True)
-    run_number, run_names = pd.factorize(drawn["run_id"])
-    half_width = normal_quantile(CONFIDENCE) * drawn["traction_coefficient_se"]
+        drawn_parts.append(accepted_points.iloc[-count_before % step :: step])
+        count_before += len(accepted_points)
+    drawn_rows = pd.concat(drawn_parts, ignore_index=True)
+    run_index, run_names = pd.factorize(drawn_rows["run_id"])
+    half_width = normal_quantile(CONFIDENCE) * drawn_rows["traction_coefficient_se"]
     return {
         "names": run_names.tolist(),
-        "run": run_number.tolist(),
-        "oil": drawn["oil"].tolist(),
-        "axes": [as_json(drawn[name], _DIGITS) for name in AXES],
-        "mu": as_json(drawn["traction_coefficient"], _DIGITS),
+        "run": run_index.tolist(),
+        "oil": drawn_rows["oil"].tolist(),
+        "axes": [as_json(drawn_rows[name], _DIGITS) for name in AXES],
+        "mu": as_json(drawn_rows["traction_coefficient"], _DIGITS),
         "half": as_json(half_width.fillna(0), _ERROR_DIGITS),
-        "left_out": accepted - len(drawn),
+        "left_out": accepted_count - len(drawn_rows),
     }
 
 
-def sections(results: CampaignTables, settings: Settings) -> list[Section]:
-    """All sections that have any content; those of the campaign's studies are the last.
+def campaign_sections(results: CampaignTables, settings: Settings) -> list[Section]:
+    """All sections of a campaign that have any content; those of its studies come last.
 
     Args:
         results: The finished tables.
         settings: All settings of the campaign.
     """
     all_sections = [
-        answer(results, settings),
-        data(results, settings),
-        refused(results, settings),
-        fits(results),
-        constants(results),
-        laws(results, settings),
-        bearing(results, settings),
+        answer_section(results, settings),
+        data_section(results, settings),
+        refused_section(results, settings),
+        fits_section(results),
+        constants_section(results),
+        laws_section(results, settings),
+        bearing_section(results, settings),
     ]
     for study in studies.load(settings.campaign.studies):
         all_sections += study.sections(results, settings)
