@@ -52,7 +52,7 @@ from oilfilm.surface.surface import Surface, fit_surface
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from lawless_truths import DENG_CONSTANTS, INDEPENDENT_TRUTHS, TRUTHS, LawlessTruth
+from lawless_truths import DENG_CONSTANTS, INDEPENDENT_TRUTHS, TRUTHS, LawlessTruth, rounded
 from surface_campaigns import (
     PRESSURES,
     SPEEDS,
@@ -128,6 +128,10 @@ GAPS = (
     ((0.01, 0.05, 0.25), 0.12),
     ((0.01, 0.05, 0.25), 0.025),
     ((0.01, 0.05, 0.25), 0.005),
+    ((0.005, 0.012, 0.06, 0.26), 0.13),
+    ((0.01, 0.03, 0.09, 0.27), 0.015),
+    ((0.01, 0.03, 0.09, 0.27), 0.05),
+    ((0.01, 0.03, 0.09, 0.27), 0.16),
     ((0.02, 0.2), 0.05),
     ((0.02, 0.2), 0.1),
     ((0.1, 0.14, 0.18, 0.22, 0.26, 0.3), 0.06),
@@ -291,7 +295,7 @@ def gaps(seeds: int) -> None:
     """Print how often answers between tested slips hold, or are marked."""
     rows = []
     for tested, asked in GAPS:
-        for name, truth in TRUTHS.items():
+        for name, truth in (TRUTHS | {"rounded": rounded}).items():
             for seed in range(seeds):
                 random = generator(23, "gaps", name, str(tested), str(asked), str(seed))
                 points = simulated(truth, CUBE, random, slips=np.array(tested))

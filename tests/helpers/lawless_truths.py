@@ -188,6 +188,18 @@ def free_volume(pressure, speed, temperature, slip):
     return stress / (667 * pressure)
 
 
+def rounded(pressure, speed, temperature, slip):
+    """A rise with a rounded corner, and a fall by heat whose maximum is narrow in ln S.
+
+    Two slips beside the maximum do not show it: three slips hide it.
+    """
+    limit = 0.061 * (pressure / 1.2) ** 0.45 * np.exp(-(temperature - 60) / 210)
+    limit = limit * (speed / 10) ** -0.06
+    strain = 120 * slip * (pressure / 1.2) ** 0.9 * np.exp(-(temperature - 60) / 48)
+    strain = strain * (speed / 10) ** -0.5
+    return limit * strain / (1 + strain**1.7) ** (1 / 1.7) / (1 + 0.55 * (slip * speed / 2) ** 0.9)
+
+
 TRUTHS: dict[str, LawlessTruth] = {
     truth.__name__: truth
     for truth in (

@@ -33,16 +33,19 @@ def test_widest_gap_is_that_of_a_curve():
 @pytest.mark.parametrize(
     ("slips", "slip", "expected"),
     [
-        ((0.01, 0.05, 0.25), 0.12, Support.SUPPORTED),
+        ((0.01, 0.03, 0.09, 0.27), 0.16, Support.SUPPORTED),
+        # more than a factor of 1.8 from both: a maximum of mu may be there
+        ((0.01, 0.05, 0.25), 0.12, Support.FAR_FROM_TESTED_SLIPS),
+        ((0.012, 0.06, 0.26), 0.13, Support.FAR_FROM_TESTED_SLIPS),
         ((0.1, 0.15, 0.2, 0.3), 0.01, Support.FAR_FROM_TESTED_SLIPS),
         # farther than a quarter of the widest gap below the lowest slip
-        ((0.01, 0.05, 0.25), 0.005, Support.FAR_FROM_TESTED_SLIPS),
-        ((0.01, 0.05, 0.25), 0.008, Support.SUPPORTED),
-        ((0.01, 0.05, 0.25), 0.9, Support.FAR_FROM_TESTED_SLIPS),
-        ((0.02, 0.2), 0.05, Support.FEW_SLIPS),
+        ((0.01, 0.03, 0.09, 0.27), 0.007, Support.FAR_FROM_TESTED_SLIPS),
+        ((0.01, 0.03, 0.09, 0.27), 0.008, Support.SUPPORTED),
+        ((0.01, 0.03, 0.09, 0.27), 0.9, Support.FAR_FROM_TESTED_SLIPS),
+        ((0.02, 0.06), 0.035, Support.FEW_SLIPS),
         ((0.02, 0.2), 0.2, Support.SUPPORTED),
         # 2 % of a slip is the scatter of a set point
-        ((0.02, 0.0202, 0.2), 0.05, Support.FEW_SLIPS),
+        ((0.02, 0.0202, 0.06), 0.035, Support.FEW_SLIPS),
     ],
 )
 def test_slips_far_from_tested_ones_have_no_support(slips, slip, expected):
@@ -55,7 +58,7 @@ def test_a_surface_that_is_not_known_within_fifteen_percent_has_no_support():
 
 
 def test_a_constant_at_its_bound_counts_where_it_moves_mu():
-    slips = (0.01, 0.05, 0.25)
+    slips = (0.01, 0.03, 0.09, 0.27)
     assert code(slips, 0.05, of_constants=np.array([[0.001, 0.06]])) == Support.CONSTANT_AT_BOUND
     assert code(slips, 0.05, of_constants=np.array([[0.001, 0.04]])) == Support.SUPPORTED
 
@@ -64,20 +67,25 @@ def test_a_constant_at_its_bound_counts_where_it_moves_mu():
     ("limits", "slip", "spread", "of_constants"),
     [
         (SurfaceLimits(largest_spread=0.009), 0.05, 0.01, NOTHING_AT_BOUND),
-        (SurfaceLimits(fewest_slips=4), 0.12, 0.01, NOTHING_AT_BOUND),
-        # 0.12 is 0.46 of the gap above 0.05
-        (SurfaceLimits(reach_in_gaps=0.4), 0.12, 0.01, NOTHING_AT_BOUND),
+        (SurfaceLimits(fewest_slips=5), 0.15, 0.01, NOTHING_AT_BOUND),
+        # 0.15 is 0.46 of the gap above 0.09, and 1.67 times as large
+        (SurfaceLimits(reach_in_gaps=0.4), 0.15, 0.01, NOTHING_AT_BOUND),
+        (SurfaceLimits(reach_in_slip=1.5), 0.15, 0.01, NOTHING_AT_BOUND),
         (SurfaceLimits(largest_spread_of_bound=0.01), 0.05, 0.01, np.array([[0.02]])),
     ],
 )
 def test_a_stricter_limit_takes_the_support_from_an_answer(limits, slip, spread, of_constants):
-    slips = (0.01, 0.05, 0.25)
+    slips = (0.01, 0.03, 0.09, 0.27)
     assert code(slips, slip, spread, of_constants) == Support.SUPPORTED
     assert code(slips, slip, spread, of_constants, limits) != Support.SUPPORTED
 
 
 @pytest.mark.parametrize(
-    "impossible", [{"level": 95}, {"largest_spread": 0}, {"fewest_slips": -1}, {"reach_in_gaps": 0}]
+    "impossible",
+    [
+        *({"level": 95}, {"largest_spread": 0}, {"fewest_slips": -1}),
+        *({"reach_in_gaps": 0}, {"reach_in_slip": 1}),
+    ],
 )
 def test_a_limit_that_means_nothing_is_refused_by_its_name(impossible):
     with pytest.raises(ValueError, match=next(iter(impossible))):

@@ -55,12 +55,20 @@ def bearing_study(project: Path) -> None:
         "uncertainty": {"draws": 40},
         "cage_slip": {
             "pitch_speed_mm_rpm": [1e6, 4e6],
-            "axial_load_n": [500, 2000, 20000],
+            "axial_load_n": [500, 20000],
             "further_temperature_c": [140],
         },
-        "size_effect": {"ball_size_factors": [0.5, 1.0], "groove_curvatures": [0.51, 0.54]},
+        "size_effect": {"ball_size_factors": [0.5, 1.0], "groove_curvatures": [0.51]},
     }
-    campaign["settings"] = {**QUICK, "bearing": bearing}
+    plan = {
+        "tests": 2,
+        "levels": {
+            "max_hertz_pressure_gpa": [1.0, 1.5, 2.0],
+            "entrainment_speed_m_s": [20, 40],
+            "inlet_temperature_c": [70, 120],
+        },
+    }
+    campaign["settings"] = {**QUICK, "bearing": bearing, "plan": plan}
     write_campaign(project, "kernels", campaign)
 
 

@@ -46,8 +46,8 @@ COLUMN_OF_EFFECT = {
 # Limits in the table of surfaces, by the names of their columns.
 LIMITS = (
     "level",
-    *("largest_spread", "fewest_slips", "reach_in_gaps", "reach_in_ranges"),
-    "largest_spread_of_bound",
+    *("largest_spread", "fewest_slips", "reach_in_gaps", "reach_in_slip"),
+    *("reach_in_ranges", "largest_spread_of_bound"),
 )
 # Share of the readings that may be below zero by chance.
 _RARE = 0.005

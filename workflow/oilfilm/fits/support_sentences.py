@@ -10,7 +10,7 @@ _SENTENCES: dict[str, Callable[[SurfaceLimits], str]] = {
         f"{limits.largest_spread:.0%} (surface.largest_spread)"
     ),
     "far_from_tested_slips": lambda limits: (
-        "the nearest tested slip is too far away (surface.reach_in_gaps)"
+        "the nearest tested slip is too far away (surface.reach_in_gaps, surface.reach_in_slip)"
     ),
     "far_from_tested_conditions": lambda limits: (
         f"a condition is farther beyond the tested ones than {limits.reach_in_ranges:g} of their "

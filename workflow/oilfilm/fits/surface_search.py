@@ -157,6 +157,7 @@ def searched_surface(
         largest_spread=settings.largest_spread,
         fewest_slips=settings.fewest_slips,
         reach_in_gaps=settings.reach_in_gaps,
+        reach_in_slip=settings.reach_in_slip,
         reach_in_ranges=settings.reach_in_ranges,
         largest_spread_of_bound=settings.largest_spread_of_bound,
     )

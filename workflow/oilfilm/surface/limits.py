@@ -3,7 +3,7 @@
 Decides: the level of an interval; when there is no support.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 
 @dataclass(frozen=True)
@@ -17,6 +17,8 @@ class SurfaceLimits:
         fewest_slips: Fewest slips of a curve that show the shape between them.
         reach_in_gaps: Largest distance from a tested slip that has support, over the widest gap
             between tested slips.
+        reach_in_slip: Largest factor between a slip and a tested one that has support. A curve
+            may rise, turn and fall in a wider gap, whatever the law says there.
         reach_in_ranges: Largest distance from the tested conditions that has support, over the
             tested range of a condition.
         largest_spread_of_bound: Largest standard deviation in ln mu by a constant at its bound that
@@ -27,16 +29,15 @@ class SurfaceLimits:
     largest_spread: float = 0.15
     fewest_slips: int = 3
     reach_in_gaps: float = 0.5
+    reach_in_slip: float = 1.8
     reach_in_ranges: float = 0.5
     largest_spread_of_bound: float = 0.05
 
     def __post_init__(self) -> None:
         if not 0 < self.level < 1:
             raise ValueError(f"level is {self.level:g}; expected a share between 0 and 1")
-        for name in (
-            *("largest_spread", "fewest_slips", "reach_in_gaps", "reach_in_ranges"),
-            "largest_spread_of_bound",
-        ):
-            limit = getattr(self, name)
-            if not limit > 0:
-                raise ValueError(f"{name} is {limit:g}; expected a number above 0")
+        for field in fields(self):
+            limit = getattr(self, field.name)
+            smallest = 1 if field.name == "reach_in_slip" else 0
+            if not limit > smallest:
+                raise ValueError(f"{field.name} is {limit:g}; expected a number above {smallest}")

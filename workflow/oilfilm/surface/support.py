@@ -50,7 +50,7 @@ class SlipCoverage:
         widest = [gap.max(initial=0.0) for gap in gaps]
         return cls(np.unique(scaled), float(np.median(widest)), float(np.median(counts)))
 
-    def is_far(self, slip: FloatArray, reach_in_gaps: float) -> BoolArray:
+    def is_far(self, slip: FloatArray, limits: SurfaceLimits) -> BoolArray:
         """Whether each slip is too far from the tested ones, shape (points,).
 
         Beyond the first and the last tested slip only one neighbour holds the surface, so that
@@ -58,11 +58,13 @@ class SlipCoverage:
 
         Args:
             slip: Slide-roll ratio of each point, shape (points,).
-            reach_in_gaps: Reach of a tested slip, over the widest gap.
+            limits: The reach of a tested slip.
         """
         scaled = scaled_slip(slip)
         beyond = (scaled < self.scaled[0]) | (scaled > self.scaled[-1])
-        largest_distance = reach_in_gaps * self.widest_gap * np.where(beyond, 0.5, 1.0)
+        share_of_gap = limits.reach_in_gaps * np.where(beyond, 0.5, 1.0)
+        # scaled slips are logarithms, but for the lowest ones
+        largest_distance = np.minimum(share_of_gap * self.widest_gap, np.log(limits.reach_in_slip))
         return self.distance(slip) > largest_distance + SAME_SLIP
 
     def distance(self, slip: FloatArray) -> FloatArray:
@@ -99,7 +101,7 @@ def support_codes(
     reasons: list[tuple[Support, BoolArray]] = [
         (Support.CONSTANT_AT_BOUND, at_bound),
         (Support.SPREAD_TOO_LARGE, spread > limits.largest_spread),
-        (Support.FAR_FROM_TESTED_SLIPS, slips.is_far(slip, limits.reach_in_gaps)),
+        (Support.FAR_FROM_TESTED_SLIPS, slips.is_far(slip, limits)),
         (Support.FEW_SLIPS, too_few & is_between),
         (Support.FAR_FROM_TESTED_CONDITIONS, ranges_beyond > limits.reach_in_ranges),
         (Support.CONDITION_NOT_VARIED, np.isinf(ranges_beyond)),
