@@ -16,6 +16,8 @@ from oilfilm.traction.law import Law, Observations
 CONSTANT_SD = 0.3
 # Part of the range of a constant within which it counts as at its bound.
 _AT_BOUND = 1e-6
+# Points whose design is in memory at once: it is many times as large as their mu.
+_POINTS_AT_ONCE = 1 << 16
 
 
 def _unchanged(conditions: FloatArray) -> FloatArray:
@@ -46,7 +48,11 @@ class FreeLaw:
             conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
             slip: Slide-roll ratio, above 0, shape (points,).
         """
-        mu = self.law.traction(self.constants, self._observations(conditions, slip))
+        mu = np.empty(len(slip))
+        for first in range(0, len(slip), _POINTS_AT_ONCE):
+            block = slice(first, first + _POINTS_AT_ONCE)
+            observations = self._observations(conditions[block], slip[block])
+            mu[block] = self.law.traction(self.constants, observations)
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.log(mu)
 
