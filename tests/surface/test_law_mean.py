@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from allocations import peak_bytes
 from lawless_truths import DENG_CONSTANTS, TRUTHS
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.traction import PAPER_LAW
@@ -42,3 +43,17 @@ def test_an_exponent_of_six_is_at_its_bound():
 def test_a_law_on_other_conditions_gets_them_from_pressure_speed_and_temperature():
     doubled = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool), lambda at: 2 * at)
     assert doubled.log_mu(AT, SLIP) == pytest.approx(law().log_mu(2 * AT, SLIP))
+
+
+def test_mu_of_many_points_needs_little_more_memory_than_mu() -> None:
+    """A million points took 230 MiB when the design of all was in memory."""
+    count = 300_000
+    conditions = np.tile([1.2, 30.0, 60.0], (count, 1))
+    slip = np.linspace(0.001, 0.3, count)
+    with peak_bytes() as peak:
+        mu = np.exp(law().log_mu(conditions, slip))
+    # mu, its logarithm, and the design of a block
+    assert peak() < 8 * (3 * count + 40 * 2**16)
+    ends = [0, 65_535, 65_536, count - 1]
+    expected = TRUTHS["own"](*conditions[ends].T, slip[ends])
+    assert mu[ends] == pytest.approx(expected, rel=1e-12)
