@@ -11,12 +11,12 @@ from oilfilm.base import digests
 SCRIPTS = ROOT / "workflow/scripts"
 
 
-def modules_behind(script: str) -> set[str]:
-    return {path.stem for path in digests.modules_behind(SCRIPTS / script)}
+def files_behind(script: str) -> set[str]:
+    return {path.stem for path in digests.files_behind(SCRIPTS / script)}
 
 
 def test_digest_follows_imports_to_the_formulas() -> None:
-    assert {"film", "contact", "run_gates", "failed_gates"} <= modules_behind("points.py")
+    assert {"film", "contact", "run_gates", "failed_gates"} <= files_behind("points.py")
 
 
 @pytest.mark.parametrize(
@@ -33,7 +33,7 @@ def test_digest_follows_imports_to_the_formulas() -> None:
 def test_import_is_found_wherever_it_is(tmp_path: Path, text: str, behind: set[str]) -> None:
     script = tmp_path / "script.py"
     script.write_text(text, encoding="utf-8")
-    found = {path.stem for path in digests.modules_behind(script)}
+    found = {path.stem for path in digests.files_behind(script)}
     assert (found & {"film", "tanh"}) == behind
 
 

@@ -138,13 +138,13 @@ def reference_file(name):
 
 def references_of_studies(purpose):
     """Reference files that the campaign's studies need for the report or the exports."""
-    return list(map(reference_file, studies.references(CAMPAIGN.studies, purpose)))
+    return list(map(reference_file, studies.reference_names(CAMPAIGN.studies, purpose)))
 
 
 # A release must not name packages that its results were not made with.
 PACKAGES = file_digest(HOME / home.RUN_LOCK)[:8]
 # Modules of the campaign's studies, which no module imports by name.
-STUDIES = studies.modules(CAMPAIGN.studies)
+STUDIES = studies.study_files(CAMPAIGN.studies)
 # Declarations of columns and tables, for the rules that print their meaning.
 TABLE_WORDS = sorted((PACKAGE / "tables").glob("*.*"))
 for study_name in CAMPAIGN.studies:

@@ -679,7 +679,7 @@ def _columns(runs: Sequence[JsonObject]) -> Iterator[str]:
                 "-" if pd.isna(value) else f"{value:.5g}" for value in over_runs[bound]
             ]
         rows = over_runs.astype(str).to_numpy().tolist()
-        yield from text_table([_COLUMN_HEADS, *rows], right=4, indent="  ")
+        yield from text_table([_COLUMN_HEADS, *rows], right_aligned_count=4, indent="  ")
     unused = dict.fromkeys(chain.from_iterable(run["unused_columns"] for run in runs))
     if unused:
         yield from _wrapped(f"Not read: {', '.join(map(printable, unused))}", "  ")
@@ -695,7 +695,7 @@ def _conditions(log: JsonObject) -> Iterator[str]:
         set_points = [run["set_points"].get(name) for run in runs]
         rows.append([name, _range(measured), _set_point_cell(set_points)])
     yield ""
-    yield from text_table(rows, right=2, indent="  ")
+    yield from text_table(rows, right_aligned_count=2, indent="  ")
 
 
 def _set_point_cell(set_points: Sequence[JsonObject | None]) -> str:

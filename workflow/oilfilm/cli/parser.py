@@ -25,7 +25,7 @@ CONDITION_OPTIONS = {
     "--temperature": ("inlet_temperature_c", "oil temperature at the inlet", "70degC"),
 }
 # Options and a command for constants from print are those of a study.
-_HAS_PUBLISHED_LAWS = bool(studies.modules(studies.available()))
+_HAS_PUBLISHED_LAWS = bool(studies.study_files(studies.available()))
 DUTY_EXAMPLE = "10000N,12000rpm,100degC"
 
 
