@@ -31,7 +31,7 @@ from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.fits.surface_sentences import surface_sentences
 from oilfilm.settings.config import FitSettings
-from oilfilm.settings.messages import check
+from oilfilm.settings.messages import validated
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.rig import Calibration
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -462,10 +462,10 @@ def fit_points(
         warnings.warn(notes[0], stacklevel=3)
     fit_keys = {**config.fit.model_dump(), **settings, "law": law}
     # a message begins with the name of the function, where it usually names a file
-    fit_settings = check(fit_keys, FitSettings, location_of=lambda _: "oilfilm.fit")
+    fit_settings = validated(fit_keys, FitSettings, location_of=lambda _: "oilfilm.fit")
     table = _points_table(points)
     if calibration is not None:
-        uncertainties = check(dict(calibration), Calibration, lambda _: "calibration")
+        uncertainties = validated(dict(calibration), Calibration, lambda _: "calibration")
         table = _with_systematic_errors(table, uncertainties)
     results = fit_oil(table, _UNNAMED_OIL, fit_settings, config.seed).replace(points=table)
     results = with_surface(results, _UNNAMED_OIL, config)

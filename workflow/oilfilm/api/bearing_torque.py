@@ -19,7 +19,7 @@ from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.bearing.resistance import HEATS
-from oilfilm.settings.resolve import campaign_names, named_file, resolve
+from oilfilm.settings.resolve import campaign_names, named_content, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import (
@@ -274,7 +274,7 @@ def bearing_torque(
             "give one value, or as many of each."
         ) from None
     settings_folder = config_folder(None if config is None else Path(config))
-    bearing_file = named_file(settings_folder, "bearing", bearing, "the bearing")
+    bearing_file = named_content(settings_folder, "bearing", bearing, "the bearing")
     if isinstance(results, ArrayFit):
         source = _of_fit(results, oil, rig, settings_folder)
     else:
@@ -358,7 +358,7 @@ def _of_fit(fit: ArrayFit, oil: str, rig: str, settings_folder: Path) -> _Source
             raise OilfilmError(
                 f"{kind}: found nothing; a fit does not say it. Name a file of config/{kind}s."
             )
-        files[kind] = named_file(settings_folder, kind, name, f"`{kind}`").model_dump(
+        files[kind] = named_content(settings_folder, kind, name, f"`{kind}`").model_dump(
             mode="json", exclude_unset=True
         )
     # imported late: the report comes with it, which campaigns do not need

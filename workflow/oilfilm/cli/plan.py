@@ -14,7 +14,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.cli.arguments import campaign_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.fits.measured_curves import uncertainties, uncertainty
-from oilfilm.settings.resolve import named_file, resolve
+from oilfilm.settings.resolve import named_content, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import CAUSES, Budget
@@ -169,7 +169,7 @@ def _chosen_oils(options: argparse.Namespace, oils: list[str], lack: str) -> lis
 def _requested_plan(options: argparse.Namespace, settings: Settings, config: Path) -> Request:
     """What the plan shall contain, by the options, else by the settings."""
     name = options.bearing
-    geometry = named_file(config, "bearing", name, "--bearing").bearing(name) if name else None
+    geometry = named_content(config, "bearing", name, "--bearing").bearing(name) if name else None
     request = request_from_settings(settings, geometry)
     if options.duty:
         request = replace(request, duty=np.array([_duty_point(text) for text in options.duty]))
