@@ -15,7 +15,7 @@ from bad_logs import csv, good
 from campaigns import LABORATORY, ROOT, laboratory_campaign, write_campaign
 from command_line import printed_objects
 from damages import SOUND
-from oilfilm.api.log_check import CONSEQUENCES, WIDTH, verdict_lines
+from oilfilm.api.log_check import CONSEQUENCES_BY_CAUSE, TEXT_WIDTH, verdict_lines
 from oilfilm.cli import main
 from oilfilm.curation.gate import RULES
 from oilfilm.logs.first_seen import FirstSeen
@@ -149,7 +149,7 @@ def test_page_shows_what_is_printed(
     monkeypatch.chdir(tmp_path)
     assert main([*command.split(), *CONFIG]) == 1
     assert capsys.readouterr().out.replace(os.sep, "/") == shown
-    assert all(len(line) <= WIDTH for line in shown.splitlines())
+    assert all(len(line) <= TEXT_WIDTH for line in shown.splitlines())
 
 
 def _in_project(folder: Path, name: str, log: str) -> Path:
@@ -254,12 +254,12 @@ def refusal(rule: str, row: int) -> dict[str, Any]:
 
 
 def test_every_cause_and_consequence_is_a_rule() -> None:
-    consequences = frozenset().union(*CONSEQUENCES.values())
+    consequences = frozenset().union(*CONSEQUENCES_BY_CAUSE.values())
     known = {*RULES["gates"], *RULES["warnings"], *RULES["others"], *RULES["mistakes"]}
     known |= {*RULES["traction"], *RULES["torque"]}
     # rules of readers, which no table lists
     readers = {"unreadable_row", "slip_unit"}
-    assert consequences | CONSEQUENCES.keys() <= known | readers
+    assert consequences | CONSEQUENCES_BY_CAUSE.keys() <= known | readers
 
 
 def test_small_log_takes_no_memory_for_the_largest_one(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from oilfilm.api.log_check import check_files, verdict_lines
+from oilfilm.api.log_check import reports_on_logs, verdict_lines
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import conversion
@@ -79,7 +79,7 @@ class Checked:
 
     Attributes:
         mistake: The mistake in the settings; empty where logs were judged.
-        logs: The reports on the logs, as `check_files` gives them.
+        logs: The reports on the logs, as `reports_on_logs` gives them.
         rigs: Names of the rigs.
     """
 
@@ -126,7 +126,7 @@ def check_project(folder: Path, campaign: str) -> Checked:
         settings = resolve(folder / "config", {})
         paths = [raw / campaign / name for name in raw_files(raw / campaign)]
         logs = {str(path): partial(read_bytes, path) for path in paths}
-        return Checked("", check_files(logs, settings, raw), list(settings.rigs))
+        return Checked("", reports_on_logs(logs, settings, raw), list(settings.rigs))
     except OilfilmError as mistake:
         return Checked(str(mistake))
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from oilfilm.api.folders import config_folder, project_folder
-from oilfilm.api.log_check import judged_logs, kinds_of_folders, verdict_lines
+from oilfilm.api.log_check import reports_on_logs_of_kind, rig_kind_by_folder, verdict_lines
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.logs.ingest import read_bytes
@@ -79,7 +79,7 @@ class Watcher:
         self._settings = settings
         self._raw = raw
         self._settle_s = settle_s
-        self.folders = {raw / name: kind for name, kind in kinds_of_folders(settings).items()}
+        self.folders = {raw / name: kind for name, kind in rig_kind_by_folder(settings).items()}
         # the last stamp of each file, and when it was first seen, in s of the monotonic clock
         self._seen: dict[Path, tuple[Stamp, float]] = {}
         # what each judged log was judged from
@@ -125,7 +125,7 @@ class Watcher:
 
     def _verdict(self, path: Path, kind: type[RigKind], sheet: RunSheet) -> str:
         logs = [(str(path), read_bytes(path))]
-        (log,) = judged_logs(logs, self._settings, kind, sheet)
+        (log,) = reports_on_logs_of_kind(logs, self._settings, kind, sheet)
         return "\n".join(verdict_lines(log))
 
     def _once(self, path: Path, line: str) -> Iterator[str]:
