@@ -42,7 +42,7 @@ class Project:
 
     @property
     def campaign_file(self) -> Path:
-        return self.folder / f"config/campaigns/{self.made.campaign}.yaml"
+        return self.folder / f"config/campaigns/{self.made.campaign_name}.yaml"
 
     @property
     def campaign(self) -> dict[str, Any]:
@@ -50,7 +50,7 @@ class Project:
 
     @property
     def raw(self) -> Path:
-        return self.folder / "data/raw" / self.made.campaign
+        return self.folder / "data/raw" / self.made.campaign_name
 
     @property
     def sheet(self) -> list[str]:
@@ -59,16 +59,16 @@ class Project:
     @property
     def asked(self) -> dict[str, str]:
         """The lines to fill in, by their key."""
-        return {line.partition(":")[0].strip(): line for _, _, line in self.made.to_fill_in}
+        return {line.partition(":")[0].strip(): line for _, _, line in self.made.lines_to_fill_in}
 
     def fill_in(self, **values: float) -> int:
         """Write values into the lines to fill in, as an editor would; how many were changed."""
-        for file, number, line in self.made.to_fill_in:
+        for file, number, line in self.made.lines_to_fill_in:
             path, key = self.folder / file, line.partition(":")[0].strip()
             lines = path.read_text(encoding="utf-8").splitlines()
             lines[number - 1] = FILM if key == "film_unjudged" else f"{key}: {values[key]}"
             path.write_text("\n".join([*lines, ""]), encoding="utf-8")
-        return len(self.made.to_fill_in)
+        return len(self.made.lines_to_fill_in)
 
     def points(self) -> pd.DataFrame:
         """The accepted points of all logs by the settings as they are."""
@@ -110,7 +110,7 @@ def accepted(
     tracks = {"ball": MACHINE.ball_track, "disc": MACHINE.disc_track}
     assert made.fill_in(**{f"{body}_track_radius_m": r for body, r in tracks.items()}) <= 3
     monkeypatch.chdir(made.folder)
-    raw = Path("data/raw", made.made.campaign)
+    raw = Path("data/raw", made.made.campaign_name)
     checked = printed_objects(capsys, "check", *sorted(raw.rglob("M*.csv")))
     assert [log["verdict"] for log in checked] == ["accepted"] * 3
     return checked
@@ -237,8 +237,8 @@ def test_other_files_are_not_copied(tmp_path: Path, capsys: pytest.CaptureFixtur
 def test_what_is_left_empty_is_named_with_file_line_and_key(tmp_path: Path) -> None:
     made = project(tmp_path)
     config = made.folder / "config"
-    assert len(made.made.to_fill_in) == 3
-    for file, number, line in made.made.to_fill_in:
+    assert len(made.made.lines_to_fill_in) == 3
+    for file, number, line in made.made.lines_to_fill_in:
         key = line.partition(":")[0]
         with pytest.raises(
             OilfilmError, match=rf"{file}, line {number}, `{key}`: found nothing; fill in"
@@ -275,7 +275,7 @@ def test_shipped_oil_and_rig_are_referred_to(tmp_path: Path) -> None:
     made = project_of(tmp_path / "q", [ETM / f"step{number:03}.csv.gz" for number in (3, 4)])
     assert made.campaign["rigs"] == ["pcs-etm"]
     assert made.campaign["repeated_conditions"] == "accept"
-    assert "config/rigs/pcs-etm.yaml" not in made.made.texts
+    assert "config/rigs/pcs-etm.yaml" not in made.made.text_by_path
     campaign = project(tmp_path, bench_and_runs("Öl 4102")[1]).campaign
     assert (campaign["oils"], campaign["oil_aliases"]) == (["4102"], {"4102": ["Öl 4102"]})
 

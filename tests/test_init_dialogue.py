@@ -167,7 +167,7 @@ def test_nothing_is_asked_without_a_terminal_or_a_wish(
 
 def test_radii_are_asked_for_whatever_the_language_of_the_ball(tmp_path: Path) -> None:
     made = make_project(tmp_path / "june", [foreign_log(tmp_path)])
-    keys = [line.key for line in open_lines(tmp_path / "june", list(made.texts))]
+    keys = [line.key for line in open_lines(tmp_path / "june", list(made.text_by_path))]
     assert set(TRACKS) <= set(keys)
 
 
@@ -243,7 +243,9 @@ def test_meaning_that_a_name_leaves_open_is_confirmed_never_taken(tmp_path: Path
     text = text.replace("load [N]", "Hertz pressure [GPa]")
     (tmp_path / "log.csv").write_text(text, "utf-8")
     made = make_project(tmp_path / "p", [tmp_path / "log.csv"])
-    (line,) = [line for line in open_lines(tmp_path / "p", list(made.texts)) if line.key == "load"]
+    (line,) = [
+        line for line in open_lines(tmp_path / "p", list(made.text_by_path)) if line.key == "load"
+    ]
     assert "maximum or the mean" in line.reason
 
 
