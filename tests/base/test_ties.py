@@ -41,10 +41,10 @@ def test_differences_of_large_numbers_are_compared_with_the_rounding_of_these_nu
 
 
 def test_nan_is_neither_above_nor_below_and_infinity_is_above_all() -> None:
-    nothing = np.nan
-    for one, other in ((nothing, 1.0), (1.0, nothing), (nothing, nothing)):
-        assert not exceeds(one, other)
-        assert not reaches(one, other)
+    unknown = np.nan
+    for value, limit in ((unknown, 1.0), (1.0, unknown), (unknown, unknown)):
+        assert not exceeds(value, limit)
+        assert not reaches(value, limit)
     assert exceeds(np.inf, 1e300)
     assert not exceeds(np.inf, np.inf)
     assert reaches(np.inf, np.inf)

@@ -20,7 +20,7 @@ FILES = (
 )
 # Values that no key has, or that other keys have.
 VALUES = [None, True, 0, -1, 1.5, 2**70, 1e308, "", "x", "\x1b[31m", "..", [], {}, [None], {"x": 1}]
-Steps = tuple[Any, ...]
+KeyPath = tuple[Any, ...]
 
 
 @pytest.fixture(scope="module")
@@ -30,37 +30,37 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def steps_below(value: Any) -> list[Steps]:
-    """The steps to everything in a group or list."""
+def key_paths_below(value: Any) -> list[KeyPath]:
+    """The key paths of everything in a group or list."""
     if not isinstance(value, dict | list):
         return []
-    found: list[Steps] = []
-    for step in value if isinstance(value, dict) else range(len(value)):
-        found.append((step,))
-        found += [(step, *below) for below in steps_below(value[step])]
-    return found
+    key_paths: list[KeyPath] = []
+    for key in value if isinstance(value, dict) else range(len(value)):
+        key_paths.append((key,))
+        key_paths += [(key, *path_below) for path_below in key_paths_below(value[key])]
+    return key_paths
 
 
 def alter(values: Any, rng: np.random.Generator) -> None:
     """Remove something, wrap it, repeat it, or put another value in its place."""
-    found = steps_below(values)
-    *groups, last = found[int(rng.integers(len(found)))]
-    for step in groups:
-        values = values[step]
-    kind = int(rng.integers(6))
-    if kind == 0:
-        del values[last]
-    elif kind == 1:
-        values[last] = {"x": values[last]}
-    elif kind == 2:
-        values[last] = [values[last], values[last]]
+    key_paths = key_paths_below(values)
+    *group_keys, last_key = key_paths[int(rng.integers(len(key_paths)))]
+    for key in group_keys:
+        values = values[key]
+    alteration = int(rng.integers(6))
+    if alteration == 0:
+        del values[last_key]
+    elif alteration == 1:
+        values[last_key] = {"x": values[last_key]}
+    elif alteration == 2:
+        values[last_key] = [values[last_key], values[last_key]]
     else:
-        values[last] = VALUES[int(rng.integers(len(VALUES)))]
+        values[last_key] = VALUES[int(rng.integers(len(VALUES)))]
 
 
 def alter_and_resolve(folder: Path, alterations: range) -> int:
     """Alter one file after the other; how many ended in a sentence."""
-    refused = 0
+    refused_count = 0
     for seed in alterations:
         rng = np.random.default_rng(seed)
         path = folder / FILES[int(rng.integers(len(FILES)))]
@@ -71,10 +71,10 @@ def alter_and_resolve(folder: Path, alterations: range) -> int:
         try:
             resolve(folder, {"campaign": "laboratory"})
         except OilfilmError as error:
-            refused += 1
+            refused_count += 1
             assert str(error).replace("\n", "").isprintable()
         path.write_text(text, encoding="utf-8")
-    return refused
+    return refused_count
 
 
 def test_altered_settings_are_settings_or_end_in_a_sentence(folder: Path) -> None:

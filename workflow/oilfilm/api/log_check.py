@@ -105,9 +105,9 @@ class CheckedLogs:
         A log in which no run was found has one row without a run.
         """
         rows = []
-        for log in self.logs:
-            runs = log["runs"] or [{"verdict": log["verdict"]}]
-            rows += [{"file": log["file"]} | run for run in runs]
+        for log_report in self.logs:
+            run_reports = log_report["runs"] or [{"verdict": log_report["verdict"]}]
+            rows += [{"file": log_report["file"]} | run_report for run_report in run_reports]
         return pd.DataFrame(rows).reindex(columns=_FRAME_COLUMNS)
 
     def summary(self) -> str:
@@ -477,7 +477,7 @@ def _has_what_gate_needs(
 
 
 # ---------------------------------------------------------------- text
-# Below, `log_report` is a report on a log as `reports_on_logs` returns it, and `runs` are those on
+# Below, `log_report` is a report on a log as `reports_on_logs` returns it, `run_report` one on
 # its runs.
 
 
@@ -520,21 +520,24 @@ def verdict_lines(log_report: JsonObject, shared_notes: Container[str] = ()) -> 
         log_report: The report on the log.
         shared_notes: Notes on reading that are said once for all logs, and not here.
     """
-    runs = log_report["runs"]
+    run_reports = log_report["runs"]
     path = printable(log_report["file"])
     lines_by_run = _problem_lines_by_run(log_report, shared_notes)
-    if not runs:
+    if not run_reports:
         yield f"{path}: {log_report['verdict'].upper()}"
-    if len(runs) > _MAX_LISTED_RUNS:
-        verdicts = _counts_in_words(run["verdict"] for run in runs)
-        yield f"{path}: {len(runs)} runs: {verdicts}; --json shows all"
-        runs = [run for run in runs if lines_by_run[run["run_id"]]]
-    refused_first = sorted(runs, key=lambda run: run["verdict"] != "refused")
-    for run in refused_first[:_MAX_LISTED_RUNS]:
-        plateau_counts = f"{run['accepted_plateaus']} of {run['plateaus']} plateaus"
-        verdict = run["verdict"].upper()
-        yield f"{printable(run['run_id'])}: {verdict}, {plateau_counts}, {run['rows']} rows"
-        yield from lines_by_run[run["run_id"]]
+    if len(run_reports) > _MAX_LISTED_RUNS:
+        verdicts = _counts_in_words(run_report["verdict"] for run_report in run_reports)
+        yield f"{path}: {len(run_reports)} runs: {verdicts}; --json shows all"
+        run_reports = [
+            run_report for run_report in run_reports if lines_by_run[run_report["run_id"]]
+        ]
+    refused_first = sorted(run_reports, key=lambda run_report: run_report["verdict"] != "refused")
+    for run_report in refused_first[:_MAX_LISTED_RUNS]:
+        plateau_counts = f"{run_report['accepted_plateaus']} of {run_report['plateaus']} plateaus"
+        verdict = run_report["verdict"].upper()
+        run_id = run_report["run_id"]
+        yield f"{printable(run_id)}: {verdict}, {plateau_counts}, {run_report['rows']} rows"
+        yield from lines_by_run[run_id]
     yield from lines_by_run[_FILE_KEY]
 
 
@@ -563,17 +566,17 @@ def _problem_lines_by_run(
         shared_notes: Notes on reading that are said elsewhere.
     """
     problems_by_run: dict[str, list[_Problem]] = {_FILE_KEY: []}
-    for run in log_report["runs"]:
-        problems_by_run[run["run_id"]] = []
+    for run_report in log_report["runs"]:
+        problems_by_run[run_report["run_id"]] = []
     for run_id, refusals in _refusals_by_rule(log_report, shared_notes):
         problems_of_run = problems_by_run.get(run_id, problems_by_run[_FILE_KEY])
         problems_of_run.append(_problem_of_rule(refusals))
-    for run in log_report["runs"]:
-        problems_of_run = problems_by_run[run["run_id"]]
+    for run_report in log_report["runs"]:
+        problems_of_run = problems_by_run[run_report["run_id"]]
         named_rules = {problem.rule for problem in problems_of_run}
-        if run["warning"]:
-            problems_of_run.append(_Problem("", f"WARNING: {run['warning']}"))
-        for failure in run["failed_gates"]:
+        if run_report["warning"]:
+            problems_of_run.append(_Problem("", f"WARNING: {run_report['warning']}"))
+        for failure in run_report["failed_gates"]:
             if failure["gate"] not in named_rules:
                 noun = "plateau" if failure["plateaus"] == 1 else "plateaus"
                 text = (
@@ -685,22 +688,26 @@ def _reading_lines(log_report: JsonObject) -> Iterator[str]:
         f"{', '.join(format_facts)}"
     )
     yield from _wrapped_lines(f"{read_as}, {log_report['rows']} rows{refused_note}", "  ")
-    runs = log_report["runs"]
-    if not runs:
+    run_reports = log_report["runs"]
+    if not run_reports:
         return
     rig_or_bearing = "rig" if log_report["rig_kind"] == "traction" else "bearing"
-    oils = sorted({f"{run['oil']} ({run['oil_source']})" for run in runs})
-    rigs = sorted({f"{run['rig']} ({run['rig_source']})" for run in runs})
+    oils = sorted(
+        {f"{run_report['oil']} ({run_report['oil_source']})" for run_report in run_reports}
+    )
+    rigs = sorted(
+        {f"{run_report['rig']} ({run_report['rig_source']})" for run_report in run_reports}
+    )
     yield f"  Oil {', '.join(oils)}; {rig_or_bearing} {', '.join(rigs)}"
     yield ""
-    yield from _column_lines(runs)
+    yield from _column_lines(run_reports)
     yield from _condition_lines(log_report)
-    yield from _lines_on_unapplied_gates(runs)
+    yield from _lines_on_unapplied_gates(run_reports)
 
 
-def _column_lines(runs: Sequence[JsonObject]) -> Iterator[str]:
+def _column_lines(run_reports: Sequence[JsonObject]) -> Iterator[str]:
     """Each column of a log with its range over all runs."""
-    columns = pd.DataFrame(chain.from_iterable(run["columns"] for run in runs))
+    columns = pd.DataFrame(chain.from_iterable(run_report["columns"] for run_report in run_reports))
     if len(columns):
         identity = ["name", "logged_unit", "quantity", "unit"]
         columns_over_runs = columns.groupby(identity, sort=False, as_index=False).agg(
@@ -712,20 +719,23 @@ def _column_lines(runs: Sequence[JsonObject]) -> Iterator[str]:
             ]
         rows = columns_over_runs.astype(str).to_numpy().tolist()
         yield from text_table([_COLUMN_HEADS, *rows], right_aligned_count=4, indent="  ")
-    unused_names = dict.fromkeys(chain.from_iterable(run["unused_columns"] for run in runs))
+    all_unused = chain.from_iterable(run_report["unused_columns"] for run_report in run_reports)
+    unused_names = dict.fromkeys(all_unused)
     if unused_names:
         yield from _wrapped_lines(f"Not read: {', '.join(map(printable, unused_names))}", "  ")
 
 
 def _condition_lines(log_report: JsonObject) -> Iterator[str]:
     """Operating conditions and traction over all runs of a log."""
-    runs = log_report["runs"]
-    title = "Plateaus" if len(runs) == 1 else f"Plateaus of {len(runs)} runs"
+    run_reports = log_report["runs"]
+    title = "Plateaus" if len(run_reports) == 1 else f"Plateaus of {len(run_reports)} runs"
     rows = [[title, "Measured", "Set point"]]
-    for column in runs[0]["measured"]:
-        measured = list(chain.from_iterable(run["measured"][column].values() for run in runs))
-        set_points = [run["set_points"].get(column) for run in runs]
-        rows.append([column, _range_text(measured), _set_point_cell(set_points)])
+    for column in run_reports[0]["measured"]:
+        measured_bounds: list[float] = []
+        for run_report in run_reports:
+            measured_bounds += run_report["measured"][column].values()
+        set_points = [run_report["set_points"].get(column) for run_report in run_reports]
+        rows.append([column, _range_text(measured_bounds), _set_point_cell(set_points)])
     yield ""
     yield from text_table(rows, right_aligned_count=2, indent="  ")
 
@@ -751,9 +761,12 @@ def _range_text(values: Sequence[float]) -> str:
     return lowest if lowest == highest else f"{lowest}..{highest}"
 
 
-def _lines_on_unapplied_gates(runs: Sequence[JsonObject]) -> Iterator[str]:
+def _lines_on_unapplied_gates(run_reports: Sequence[JsonObject]) -> Iterator[str]:
     """The gates that could not be applied to some or all runs, by what they lack."""
-    unapplied_gates = pd.DataFrame(chain.from_iterable(run["gates_not_applied"] for run in runs))
+    all_unapplied = chain.from_iterable(
+        run_report["gates_not_applied"] for run_report in run_reports
+    )
+    unapplied_gates = pd.DataFrame(all_unapplied)
     if len(unapplied_gates):
         yield ""
         yield "  Gates that could not be applied"

@@ -158,10 +158,10 @@ def _temperatures_of_use(settings: Settings) -> Iterator[float]:
         yield from campaign.torque.matrix.oil_temperature_c
 
 
-def _written_keys(model: type[Group], source: Group) -> dict[str, Any]:
+def _written_keys(model: type[Group], group: Group) -> dict[str, Any]:
     """The keys of a model that were written, from a group that may have others."""
-    key_names = source.model_fields_set & model.model_fields.keys()
-    return {key_name: getattr(source, key_name) for key_name in key_names}
+    key_names = group.model_fields_set & model.model_fields.keys()
+    return {key_name: getattr(group, key_name) for key_name in key_names}
 
 
 def read_config(folder: Path) -> Config:
