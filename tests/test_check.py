@@ -15,7 +15,7 @@ from bad_logs import csv, good
 from campaigns import LABORATORY, ROOT, laboratory_campaign, write_campaign
 from command_line import printed_objects
 from damages import SOUND
-from oilfilm.api.log_check import CONSEQUENCES, WIDTH, verdict_lines
+from oilfilm.api.log_check import CONSEQUENCES_BY_CAUSE, TEXT_WIDTH, verdict_lines
 from oilfilm.cli import main
 from oilfilm.curation.gate import RULES
 from oilfilm.logs.first_seen import FirstSeen
@@ -35,7 +35,7 @@ def test_columns_and_set_points_are_shown(
 ) -> None:
     """A log in kgf, degF and 1/min with German names, in Windows-1252; a cell is missing."""
     planted, campaign = good(), laboratory_campaign()
-    logged = {
+    name_and_values = {
         "time": ("Zeit [s]", planted["time"]),
         "load": ("Prüfkraft [kgf]", planted["load"] / N_PER_KGF),
         "traction_force": ("Reibkraft [N]", planted["traction_force"]),
@@ -43,15 +43,23 @@ def test_columns_and_set_points_are_shown(
         "disc_speed": ("Scheibe [1/min]", planted["disc_speed"]),
         "inlet_temperature": ("Zulauf [degF]", planted["inlet_temperature"] * 9 / 5 + 32),
     }
-    names = {quantity: name for quantity, (name, _) in logged.items()}
-    cells = np.char.mod("%.6f", np.stack([values for _, values in logged.values()], axis=1))
+    name_by_quantity = {quantity: name for quantity, (name, _) in name_and_values.items()}
+    cells = np.char.mod(
+        "%.6f", np.stack([values for _, values in name_and_values.values()], axis=1)
+    )
     cells = np.char.replace(cells, ".", ",")
     cells[100, 1] = ""
-    lines = ["# oil: 4102", "# max_hertz_pressure_gpa: 1,25", ";".join([*names.values(), "Notiz"])]
+    lines = [
+        "# oil: 4102",
+        "# max_hertz_pressure_gpa: 1,25",
+        ";".join([*name_by_quantity.values(), "Notiz"]),
+    ]
     text = "\r\n".join([*lines, *(";".join([*row, "x"]) for row in cells), ""])
     (tmp_path / "lauf.csv").write_bytes(text.encode("cp1252"))
     shutil.copytree(ROOT / "config", tmp_path / "config")
-    columns = {quantity: {"name": name.partition(" ")[0]} for quantity, name in names.items()}
+    columns = {
+        quantity: {"name": name.partition(" ")[0]} for quantity, name in name_by_quantity.items()
+    }
     campaign |= {"columns": columns, "set_points": {"inlet_temperature_c": 70.0}}
     write_campaign(tmp_path, "deutsch", campaign)
     options = "--config", tmp_path / "config", "--campaign", "deutsch"
@@ -61,26 +69,32 @@ def test_columns_and_set_points_are_shown(
     assert (log["delimiter"], log["decimal_mark"]) == ("semicolon", "comma")
     assert (log["rows"], log["refused_rows"]) == (len(cells), 1)
     (run,) = log["runs"]
-    shown = {column["quantity"]: column for column in run["columns"]}
-    load, load_n = shown["load"], np.delete(planted["load"], 100)
+    column_by_quantity = {column["quantity"]: column for column in run["columns"]}
+    load, load_n = column_by_quantity["load"], np.delete(planted["load"], 100)
     assert (load["name"], load["logged_unit"], load["unit"]) == ("Prüfkraft [kgf]", "kgf", "N")
     assert (load["count"], load["missing"]) == (len(load_n), 1)
     assert load["minimum"] == pytest.approx(load_n.min(), abs=1e-4)
     assert load["maximum"] == pytest.approx(load_n.max(), abs=1e-4)
-    assert (shown["inlet_temperature"]["unit"], shown["ball_speed"]["unit"]) == ("degC", "rpm")
+    assert (
+        column_by_quantity["inlet_temperature"]["unit"],
+        column_by_quantity["ball_speed"]["unit"],
+    ) == ("degC", "rpm")
     assert run["unused_columns"] == ["Notiz"]
 
     assert (run["oil_source"], run["rig_source"]) == ("header", "campaign")
-    points = run["set_points"]
-    assert points["max_hertz_pressure_gpa"] == {"value": 1.25, "source": "header"}
-    assert points["inlet_temperature_c"] == {"value": 70.0, "source": "campaign"}
-    assert points["entrainment_speed_m_s"] is None
+    set_points = run["set_points"]
+    assert set_points["max_hertz_pressure_gpa"] == {"value": 1.25, "source": "header"}
+    assert set_points["inlet_temperature_c"] == {"value": 70.0, "source": "campaign"}
+    assert set_points["entrainment_speed_m_s"] is None
     # Hertz, steel ball of 10 mm on steel: 1.25 GPa (docs/physics.md gives the rig's 82 N)
-    assert points["load_n"]["source"] == "by Hertz"
-    lacking = {each["gate"]: each["reason"] for each in run["gates_not_applied"]}
-    assert "entrainment speed" in lacking["speed_off_nominal"]
-    assert "set_points: slide_roll_ratio" in lacking["slip_off_set_point"]
-    assert not {"load_off_nominal", "temperature_off_nominal"} & set(lacking)
+    assert set_points["load_n"]["source"] == "by Hertz"
+    reason_by_gate = {
+        unapplied_gate["gate"]: unapplied_gate["reason"]
+        for unapplied_gate in run["gates_not_applied"]
+    }
+    assert "entrainment speed" in reason_by_gate["speed_off_nominal"]
+    assert "set_points: slide_roll_ratio" in reason_by_gate["slip_off_set_point"]
+    assert not {"load_off_nominal", "temperature_off_nominal"} & set(reason_by_gate)
 
 
 def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -123,19 +137,19 @@ def test_folder_says_the_campaign_of_logs(
     for name in ("june", "july"):
         write_campaign(tmp_path, name, laboratory_campaign())
     (tmp_path / "config/config.yaml").write_text("campaign: july\n", encoding="utf-8")
-    where = ["--config", str(tmp_path / "config")]
+    config_option = ["--config", str(tmp_path / "config")]
     logs = {name: tmp_path / f"data/raw/{name}/a.csv" for name in ("june", "july", "elsewhere")}
     for path in logs.values():
         path.parent.mkdir(parents=True)
         path.write_bytes(b"no log")
     for name, campaign in (("june", "june"), ("elsewhere", "july")):
-        (log,) = checked(capsys, logs[name], *where)
+        (log,) = checked(capsys, logs[name], *config_option)
         assert log["campaign"] == campaign
     seen = FirstSeen("june", folder=tmp_path / "data/first_seen")
     seen.check_and_add(dict.fromkeys(["data/raw/june/a.csv", "data/raw/june/b.csv"], "0" * 64), [])
-    assert main(["check", str(logs["june"]), *where]) == 1
+    assert main(["check", str(logs["june"]), *config_option]) == 1
     assert "data/raw/june/b.csv" in capsys.readouterr().err
-    assert main(["check", str(logs["june"]), str(logs["july"]), *where]) == 2
+    assert main(["check", str(logs["june"]), str(logs["july"]), *config_option]) == 2
     assert "july and june" in capsys.readouterr().err
 
 
@@ -143,45 +157,45 @@ def test_page_shows_what_is_printed(
     demo: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     page = (ROOT / "docs/how-to/check.md").read_text(encoding="utf-8")
-    command, _, shown = page.partition("$ oilfilm ")[2].partition("```")[0].partition("\n")
+    command, _, printed_text = page.partition("$ oilfilm ")[2].partition("```")[0].partition("\n")
     (tmp_path / "data/raw").mkdir(parents=True)
     (tmp_path / "data/raw/demo").symlink_to(demo.folder)
     monkeypatch.chdir(tmp_path)
     assert main([*command.split(), *CONFIG]) == 1
-    assert capsys.readouterr().out.replace(os.sep, "/") == shown
-    assert all(len(line) <= WIDTH for line in shown.splitlines())
+    assert capsys.readouterr().out.replace(os.sep, "/") == printed_text
+    assert all(len(line) <= TEXT_WIDTH for line in printed_text.splitlines())
 
 
-def _in_project(folder: Path, name: str, log: str) -> Path:
+def _log_in_project(folder: Path, campaign_name: str, text: str) -> Path:
     """A log in the raw folder of a project that has the configuration of the repository."""
     shutil.copytree(ROOT / "config", folder / "config")
     campaign = laboratory_campaign()
-    if name == "june":
+    if campaign_name == "june":
         campaign["columns"] = {"load": {"name": "Andruck"}}
-        log = log.replace("load [N]", "Andruck [N]")
-    write_campaign(folder, name, campaign)
-    raw = folder / "data/raw" / name
-    raw.mkdir(parents=True)
-    (raw / "own.csv").write_text(log, "utf-8")
-    return raw / "own.csv"
+        text = text.replace("load [N]", "Andruck [N]")
+    write_campaign(folder, campaign_name, campaign)
+    raw_folder = folder / "data/raw" / campaign_name
+    raw_folder.mkdir(parents=True)
+    (raw_folder / "own.csv").write_text(text, "utf-8")
+    return raw_folder / "own.csv"
 
 
 def test_log_is_judged_by_the_project_in_whose_folder_it_is(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    log = _in_project(tmp_path / "lab", "june", csv().decode())
+    log = _log_in_project(tmp_path / "lab", "june", csv().decode())
     (tmp_path / "elsewhere").mkdir()
     monkeypatch.chdir(tmp_path / "elsewhere")
     assert main(["check", str(log)]) == 0
-    shown = capsys.readouterr()
-    assert "campaign june" in shown.out
-    assert "oilfilm init" not in shown.err
+    output = capsys.readouterr()
+    assert "campaign june" in output.out
+    assert "oilfilm init" not in output.err
 
 
 def test_logs_of_two_projects_are_not_judged_together(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    logs = [str(_in_project(tmp_path / lab, "june", csv().decode())) for lab in ("a", "b")]
+    logs = [str(_log_in_project(tmp_path / lab, "june", csv().decode())) for lab in ("a", "b")]
     assert main(["check", *logs]) == 2
     message = capsys.readouterr().err
     assert str(tmp_path / "a") in message
@@ -197,29 +211,29 @@ def test_stranger_is_told_of_init_and_where_the_names_seem_to_be(
     (tmp_path / "strange.txt").write_text(text, "utf-8")
     monkeypatch.chdir(tmp_path)
     assert main(["check", "strange.txt"]) == 1
-    shown = capsys.readouterr()
-    lines = " ".join(shown.out.split())
+    output = capsys.readouterr()
+    lines = " ".join(output.out.split())
     assert "line 3" in lines
     assert "Drehung" in lines
-    assert "oilfilm init" in shown.err
+    assert "oilfilm init" in output.err
 
 
 def test_cause_is_shown_first_and_its_consequences_below_it(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The clock begins anew in each of three blocks; 5 other findings follow from it."""
-    problems = [
+    refusals = [
         refusal("not_steady", 4),
         refusal("unreadable_row", 11),
         refusal("time_disorder", 16),
         refusal("unreadable_row", 26),
         refusal("truncated", 90),
     ]
-    log = {
+    log_report = {
         "file": "blocks.txt",
         "verdict": "refused",
         "run_sheet_rows": None,
-        "refusals": problems,
+        "refusals": refusals,
         "runs": [
             {
                 "run_id": "blocks.txt",
@@ -232,11 +246,14 @@ def test_cause_is_shown_first_and_its_consequences_below_it(
             }
         ],
     }
-    lines = list(verdict_lines(log))
+    lines = list(verdict_lines(log_report))
     assert "time_disorder" in lines[1]
-    below = [line.strip() for line in lines if line.startswith(" " * 6)]
-    assert [line.partition(":")[0] for line in below] == ["not_steady", "unreadable_row"]
-    assert "1 more of this kind" in below[1]
+    consequence_lines = [line.strip() for line in lines if line.startswith(" " * 6)]
+    assert [line.partition(":")[0] for line in consequence_lines] == [
+        "not_steady",
+        "unreadable_row",
+    ]
+    assert "1 more of this kind" in consequence_lines[1]
     # what is no consequence stands on its own
     assert any(line.startswith("  truncated") for line in lines)
 
@@ -254,12 +271,12 @@ def refusal(rule: str, row: int) -> dict[str, Any]:
 
 
 def test_every_cause_and_consequence_is_a_rule() -> None:
-    consequences = frozenset().union(*CONSEQUENCES.values())
-    known = {*RULES["gates"], *RULES["warnings"], *RULES["others"], *RULES["mistakes"]}
-    known |= {*RULES["traction"], *RULES["torque"]}
+    consequences = frozenset().union(*CONSEQUENCES_BY_CAUSE.values())
+    known_rules = {*RULES["gates"], *RULES["warnings"], *RULES["others"], *RULES["mistakes"]}
+    known_rules |= {*RULES["traction"], *RULES["torque"]}
     # rules of readers, which no table lists
-    readers = {"unreadable_row", "slip_unit"}
-    assert consequences | CONSEQUENCES.keys() <= known | readers
+    reader_rules = {"unreadable_row", "slip_unit"}
+    assert consequences | CONSEQUENCES_BY_CAUSE.keys() <= known_rules | reader_rules
 
 
 def test_small_log_takes_no_memory_for_the_largest_one(tmp_path: Path) -> None:

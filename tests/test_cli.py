@@ -36,15 +36,15 @@ CONFIG = ["--config", str(ROOT / "config")]
 def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A results folder with the fit of one oil."""
     folder = tmp_path_factory.mktemp("results")
-    about = {"campaign": "demo", "data": "simulated", "rule": "fits"}
-    curated = {"points": demo.curated.points, "runs": demo.curated.runs}
-    fitted = demo.fit("4102", searches=2, bootstrap=50)
+    footer = {"campaign": "demo", "data": "simulated", "rule": "fits"}
+    curated_tables = {"points": demo.curated.points, "runs": demo.curated.runs}
+    fit_tables = demo.fit("4102", searches=2, bootstrap=50)
     config = demo.config
-    fitted = with_surface(fitted.replace(**curated), "4102", config)
-    finished = {name: fitted.table(name) for name in (*FIT_TABLES, *SURFACE_TABLES)}
-    finished |= finished_fits(fitted, config)
-    for name, table in {**curated, **finished}.items():
-        tables.write(table, name, folder / "tables" / f"{name}.parquet", about)
+    fit_tables = with_surface(fit_tables.replace(**curated_tables), "4102", config)
+    table_by_name = {name: fit_tables.table(name) for name in (*FIT_TABLES, *SURFACE_TABLES)}
+    table_by_name |= finished_fits(fit_tables, config)
+    for name, table in {**curated_tables, **table_by_name}.items():
+        tables.write(table, name, folder / "tables" / f"{name}.parquet", footer)
     return folder
 
 
@@ -134,13 +134,13 @@ def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
     assert bearing(results, "--oil", "4102") == 0
     text = capsys.readouterr().out
     number = r"([0-9.]+)"
-    torque, low, high = map(
+    torque, lower, upper = map(
         float, re.findall(rf"torque +{number} N m, 95 % interval {number} to {number} N m", text)[0]
     )
     (power,) = re.findall(rf"power loss +{number} W", text)
     # 12 000 rpm are 1 256.6 rad/s
     assert float(power) == pytest.approx(1256.6 * torque, rel=0.01)
-    assert low < torque < high
+    assert lower < torque < upper
     assert "SIMULATED" in text
     assert "4 to 16 L/min" in text
     # the torque by the printed law, which made the data of the fit
@@ -160,22 +160,22 @@ def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
 
 def test_a_fit_alone_gives_the_torque_of_its_law() -> None:
     fit = oilfilm.fit_table(oilfilm.example("simulated_mu.csv"), bootstrap=20, searches=2)
-    at = ("mainshaft-167", 1e4, 12000, 70)
-    of_rig = {"results": fit, "rig": "ball-on-disc-20mm"}
-    frame = oilfilm.bearing_torque(*at, oil="4102", **of_rig).to_frame()
+    operating_point = ("mainshaft-167", 1e4, 12000, 70)
+    fit_and_rig = {"results": fit, "rig": "ball-on-disc-20mm"}
+    frame = oilfilm.bearing_torque(*operating_point, oil="4102", **fit_and_rig).to_frame()
     # the torque by the printed law, which made the data of the table
     points = OperatingPoints.axial(np.array([1e4]), 12000 * RPM)
     truth = in_operation(problem(shipped("mainshaft-167"), points, "4102", 70.0))
     assert frame["torque_n_m"].tolist() == pytest.approx(
         friction_equilibrium(truth).torque_n_m(), rel=0.01
     )
-    for given, sentence in (
+    for arguments, sentence in (
         ({"results": fit, "oil": "4102"}, "rig: found nothing"),
-        (of_rig, "oil: found nothing"),
-        ({**of_rig, "oil": "4102", "results": "results/demo"}, "rig: is for a fit"),
+        (fit_and_rig, "oil: found nothing"),
+        ({**fit_and_rig, "oil": "4102", "results": "results/demo"}, "rig: is for a fit"),
     ):
         with pytest.raises(oilfilm.OilfilmError, match=sentence):
-            oilfilm.bearing_torque(*at, **given)
+            oilfilm.bearing_torque(*operating_point, **arguments)
 
 
 @pytest.mark.parametrize(
@@ -208,12 +208,12 @@ def test_python_of_the_page_on_bearings_does_what_it_says(
     (tmp_path / "results/demo").symlink_to(results)
     (tmp_path / "config").symlink_to(ROOT / "config")
     monkeypatch.chdir(tmp_path)
-    names: dict[str, Any] = {}
-    exec(compile(code, "docs/how-to/bearing.md", "exec"), names)
+    variables: dict[str, Any] = {}
+    exec(compile(code, "docs/how-to/bearing.md", "exec"), variables)
     text = capsys.readouterr().out
     for speed in (6000, 9000, 12000):
         assert f"oil 4102: 10000 N, {speed} rpm, oil at 70 degC" in text
-    answer = names["answer"]
+    answer = variables["answer"]
     # one row per oil and operating point, and one per cause
     assert len(answer.to_frame()) == 3
     assert len(answer.shares()) == 3 * len(UNCERTAIN)
@@ -228,18 +228,23 @@ def test_plan_names_conditions_in_order(results: Path, capsys: pytest.CaptureFix
     assert plan(results, "--for", "cage-slip", "--count", "3") == 0
     text = capsys.readouterr().out
     # of torque.matrix
-    now = re.search(r"mainshaft-167: .* cage slip .* 24 operating points: ([0-9.]+[0-9]);", text)
-    exact = re.search(r"With exact sensors it would be ([0-9.]+[0-9])", text)
-    whole = re.search(r"cage slip from everything .* uncertain: ([0-9.]+[0-9])\.", text)
-    tests = re.findall(r"(?m)^ *([123]) .* ([0-9.]+) +([0-9.]+)$", text)
-    assert now and exact and whole
-    assert [order for order, _, _ in tests] == ["1", "2", "3"]
-    promised = [float(now[1]), *(float(after) for _, after, _ in tests)]
-    assert promised == sorted(promised, reverse=True)
-    assert float(exact[1]) < float(now[1])
+    law_uncertainty = re.search(
+        r"mainshaft-167: .* cage slip .* 24 operating points: ([0-9.]+[0-9]);", text
+    )
+    with_exact_sensors = re.search(r"With exact sensors it would be ([0-9.]+[0-9])", text)
+    whole_uncertainty = re.search(r"cage slip from everything .* uncertain: ([0-9.]+[0-9])\.", text)
+    planned_tests = re.findall(r"(?m)^ *([123]) .* ([0-9.]+) +([0-9.]+)$", text)
+    assert law_uncertainty and with_exact_sensors and whole_uncertainty
+    assert [order for order, _, _ in planned_tests] == ["1", "2", "3"]
+    uncertainties = [
+        float(law_uncertainty[1]),
+        *(float(uncertainty_after) for _, uncertainty_after, _ in planned_tests),
+    ]
+    assert uncertainties == sorted(uncertainties, reverse=True)
+    assert float(with_exact_sensors[1]) < float(law_uncertainty[1])
     # drag and ring temperatures leave the most, whatever is tested
-    for _, _, after in tests:
-        assert float(after) == pytest.approx(float(whole[1]), rel=0.1)
+    for _, _, uncertainty_after in planned_tests:
+        assert float(uncertainty_after) == pytest.approx(float(whole_uncertainty[1]), rel=0.1)
 
 
 def test_no_traction_is_planned_for_a_torque_that_hangs_on_something_else(
@@ -248,9 +253,9 @@ def test_no_traction_is_planned_for_a_torque_that_hangs_on_something_else(
     # the uncertainty is that of the whole torque, of which the law's part is 1 %
     assert plan(results, "--for", "torque") == 0
     text = capsys.readouterr().out
-    now = re.search(r"friction torque from everything .* uncertain: (\S+) %", text)
-    assert now
-    assert float(now[1]) > 10
+    whole_uncertainty = re.search(r"friction torque from everything .* uncertain: (\S+) %", text)
+    assert whole_uncertainty
+    assert float(whole_uncertainty[1]) > 10
     assert "drag" in text
     assert "max_hertz_pressure_gpa" not in text
 

@@ -117,8 +117,8 @@ def test_mistake_ends_in_a_sentence(
         code = main(command.split())
     except SystemExit as end:
         code = int(str(end.code))
-    said = "".join(capsys.readouterr())
-    assert re.sub(r"\s+", " ", sentence) in re.sub(r"\s+", " ", said)
+    output = "".join(capsys.readouterr())
+    assert re.sub(r"\s+", " ", sentence) in re.sub(r"\s+", " ", output)
     assert code == 2
 
 
@@ -128,16 +128,16 @@ def test_reader_of_the_output_may_go_away_or_know_ascii_only(tmp_path: Path) -> 
     command = [sys.executable, "-m", "oilfilm", "check", str(log), "--config", str(ROOT / "config")]
     ascii_only = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
     environment = {**os.environ, **ascii_only, "PYTHONPATH": str(ROOT / "workflow")}
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert r"'\u6cb9'" in done.stdout
+    in_ascii = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert in_ascii.returncode == 1
+    assert r"'\u6cb9'" in in_ascii.stdout
     read, write = os.pipe()
     os.close(read)
-    gone = subprocess.run(
+    without_reader = subprocess.run(
         command, env=environment, stdout=write, stderr=subprocess.PIPE, text=True, check=False
     )
     os.close(write)
-    assert (gone.returncode, gone.stderr) == (2, "")
+    assert (without_reader.returncode, without_reader.stderr) == (2, "")
 
 
 @pytest.mark.parametrize("command", ["check", "fit", "verify", ""])
@@ -149,8 +149,8 @@ def test_endless_path_is_cut_in_messages(command: str, capsys: pytest.CaptureFix
 
 
 def test_help_of_every_command_ends_with_a_good_example(capsys: pytest.CaptureFixture[str]) -> None:
-    for declare in COMMANDS:
+    for declare_command in COMMANDS:
         with pytest.raises(SystemExit, match="0"):
-            main([declare.__name__, "--help"])
+            main([declare_command.__name__, "--help"])
         example = " ".join(capsys.readouterr().out.partition("Example: oilfilm ")[2].split())
-        assert parser().parse_args(example.split()).command == declare.__name__
+        assert parser().parse_args(example.split()).command == declare_command.__name__

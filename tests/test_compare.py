@@ -27,36 +27,44 @@ def table(factor: float, hottest_c: float = 120.0) -> pd.DataFrame:
     """Points on the printed law of 4102 times a factor, with errors of 0.5 % per curve."""
     slip = np.linspace(0.01, 0.3, 8)
     levels = np.meshgrid([1.0, 1.25, 1.5], [25, 30, 40], [50, 80, hottest_c], slip)
-    points = pd.DataFrame({name: each.ravel() for name, each in zip(NAMES, levels, strict=True)})
-    printed = known_law("4102")
-    mu = printed.predict_at(*(points[name] for name in NAMES)).traction_coefficient
-    curve = points.groupby(NAMES[:3]).ngroup().to_numpy()
-    errors = 1 + 0.005 * np.random.default_rng(int(100 * factor)).standard_normal(curve.max() + 1)
-    return points.assign(traction_coefficient=factor * mu * errors[curve], curve=curve)
+    points = pd.DataFrame({name: level.ravel() for name, level in zip(NAMES, levels, strict=True)})
+    printed_law = known_law("4102")
+    mu = printed_law.predict_at(*(points[name] for name in NAMES)).traction_coefficient
+    curve_of_point = points.groupby(NAMES[:3]).ngroup().to_numpy()
+    factor_of_curve = 1 + 0.005 * np.random.default_rng(int(100 * factor)).standard_normal(
+        curve_of_point.max() + 1
+    )
+    return points.assign(
+        traction_coefficient=factor * mu * factor_of_curve[curve_of_point], curve=curve_of_point
+    )
 
 
 @pytest.fixture(scope="module")
 def folders(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
-    made = [tmp_path_factory.mktemp("compare") / name for name in ("june", "july")]
-    for folder, factor in zip(made, (1.0, RATIO), strict=True):
+    fit_folders = [tmp_path_factory.mktemp("compare") / name for name in ("june", "july")]
+    for folder, factor in zip(fit_folders, (1.0, RATIO), strict=True):
         oilfilm.fit_table(table(factor), oil="oil", searches=2, bootstrap=40).save(folder)
-    return made
+    return fit_folders
 
 
 def test_planted_ratio_is_inside_the_interval_of_two_laws(folders: list[Path]) -> None:
-    fits = {folder.name: oilfilm.read_fit(folder, "oil") for folder in folders}
-    there = side_by_side(fits, AT, [0.02, 0.05, 0.2]).iloc[3:]
-    assert (there["ratio_lower"] < RATIO).all() and (there["ratio_upper"] > RATIO).all()
-    back = side_by_side(dict(reversed(fits.items())), AT, [0.02, 0.05, 0.2]).iloc[3:]
+    law_by_name = {folder.name: oilfilm.read_fit(folder, "oil") for folder in folders}
+    july_to_june = side_by_side(law_by_name, AT, [0.02, 0.05, 0.2]).iloc[3:]
+    assert (july_to_june["ratio_lower"] < RATIO).all() and (
+        july_to_june["ratio_upper"] > RATIO
+    ).all()
+    june_to_july = side_by_side(dict(reversed(law_by_name.items())), AT, [0.02, 0.05, 0.2]).iloc[3:]
     # the reciprocal, with its ends exchanged
-    np.testing.assert_allclose(back["ratio"], 1 / there["ratio"], rtol=1e-12)
-    np.testing.assert_allclose(back["ratio_lower"], 1 / there["ratio_upper"], rtol=1e-12)
+    np.testing.assert_allclose(june_to_july["ratio"], 1 / july_to_june["ratio"], rtol=1e-12)
+    np.testing.assert_allclose(
+        june_to_july["ratio_lower"], 1 / july_to_june["ratio_upper"], rtol=1e-12
+    )
 
 
 def test_fit_beside_itself_has_the_ratio_one(folders: list[Path]) -> None:
     fit = oilfilm.read_fit(folders[0], "oil")
-    beside = side_by_side({"a": fit, "b": fit}, AT, [0.1])
-    assert beside["ratio"].tolist() == [1, 1]
+    comparison = side_by_side({"a": fit, "b": fit}, AT, [0.1])
+    assert comparison["ratio"].tolist() == [1, 1]
 
 
 def test_command_names_campaigns_and_marks_what_was_not_tested(
@@ -96,31 +104,31 @@ def test_results_are_found_by_project_and_by_campaign(
 
 
 def test_ratio_by_runs_is_much_narrower_than_that_of_two_laws(folders: list[Path]) -> None:
-    oils = {folder.name: read_oil(folder, "oil") for folder in folders}
-    fits = {name: oil.fit for name, oil in oils.items()}
-    pairs = {"july": oil_pair(oils["june"], oils["july"])}
+    oil_by_name = {folder.name: read_oil(folder, "oil") for folder in folders}
+    law_by_name = {name: oil.fit for name, oil in oil_by_name.items()}
+    pair_by_name = {"july": oil_pair(oil_by_name["june"], oil_by_name["july"])}
     slips = [0.0, 0.02, 0.05, 0.2]
-    by_runs = side_by_side(fits, AT, slips, pairs).iloc[4:].set_index(SLIP)
-    by_laws = side_by_side(fits, AT, slips).iloc[4:].set_index(SLIP)
+    by_runs = side_by_side(law_by_name, AT, slips, pair_by_name).iloc[4:].set_index(SLIP)
+    by_laws = side_by_side(law_by_name, AT, slips).iloc[4:].set_index(SLIP)
     assert set(by_runs["ratio_of"]) == {"runs"} and set(by_laws["ratio_of"]) == {"laws"}
     # at rolling both mu are 0
     assert np.isnan(by_runs.loc[0.0, "ratio"]) and by_runs.loc[0.0, "certain"] == ""
     assert by_runs.loc[0.0, "ratio_support"] == 0 and not by_runs.loc[0.0, "ratio_outside"]
-    moving = by_runs.loc[0.02:]
-    assert (moving["ratio_lower"] < RATIO).all() and (moving["ratio_upper"] > RATIO).all()
-    assert (moving["certain"] == "higher").all()
+    sliding = by_runs.loc[0.02:]
+    assert (sliding["ratio_lower"] < RATIO).all() and (sliding["ratio_upper"] > RATIO).all()
+    assert (sliding["certain"] == "higher").all()
     # what laws say apart is never certain
     assert (by_laws["certain"] == "").all()
-    half_width = (moving["ratio_upper"] - moving["ratio_lower"]) / 2 / RATIO
+    half_width = (sliding["ratio_upper"] - sliding["ratio_lower"]) / 2 / RATIO
     assert (half_width < 0.015).all()
 
 
 def test_fits_of_the_same_runs_are_compared_by_their_laws(
     folders: list[Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    again = tmp_path / "again"
-    oilfilm.fit_table(table(1.0), oil="oil", law="tanh", searches=2, bootstrap=20).save(again)
-    assert main(["compare", str(folders[0]), str(again), "--slip", "0.05"]) == 0
+    tanh_folder = tmp_path / "again"
+    oilfilm.fit_table(table(1.0), oil="oil", law="tanh", searches=2, bootstrap=20).save(tanh_folder)
+    assert main(["compare", str(folders[0]), str(tanh_folder), "--slip", "0.05"]) == 0
     text = capsys.readouterr().out
     assert "of laws" in text and "same runs" in text
     assert "higher" not in text and "Not covered" not in text
@@ -129,21 +137,21 @@ def test_fits_of_the_same_runs_are_compared_by_their_laws(
 def test_rigs_that_differ_are_named(
     folders: list[Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    named = []
+    copied_folders = []
     for folder, rig in zip(folders, ("disc-1", "disc-2"), strict=True):
-        copy = Path(shutil.copytree(folder, tmp_path / folder.name))
-        runs = copy / "tables/runs.parquet"
-        table_of_runs = tables.read("runs", runs).assign(rig=rig)
-        tables.write(table_of_runs, "runs", runs, tables.read_footer(runs))
-        named.append(str(copy))
-    assert main(["compare", *named, "--slip", "0.05"]) == 0
+        copied_folder = Path(shutil.copytree(folder, tmp_path / folder.name))
+        runs_file = copied_folder / "tables/runs.parquet"
+        table_of_runs = tables.read("runs", runs_file).assign(rig=rig)
+        tables.write(table_of_runs, "runs", runs_file, tables.read_footer(runs_file))
+        copied_folders.append(str(copied_folder))
+    assert main(["compare", *copied_folders, "--slip", "0.05"]) == 0
     assert "differ (disc-1; disc-2)" in capsys.readouterr().out
 
 
 def test_one_fit_and_ranges_that_do_not_overlap_are_refused(folders: list[Path]) -> None:
     assert main(["compare", str(folders[0])]) == 2
-    cold, fit = table(1.0, 60.0), oilfilm.read_fit(folders[0], "oil")
-    cold = cold.assign(inlet_temperature_c=cold["inlet_temperature_c"] - 45)
-    other = oilfilm.fit_table(cold, searches=2, bootstrap=20).law
+    cold_table, hot_fit = table(1.0, 60.0), oilfilm.read_fit(folders[0], "oil")
+    cold_table = cold_table.assign(inlet_temperature_c=cold_table["inlet_temperature_c"] - 45)
+    cold_fit = oilfilm.fit_table(cold_table, searches=2, bootstrap=20).law
     with pytest.raises(OilfilmError, match="inlet_temperature_c"):
-        middle_of_tested({"hot": fit, "cold": other}, {})
+        middle_of_tested({"hot": hot_fit, "cold": cold_fit}, {})

@@ -38,45 +38,47 @@ class Project:
     """A folder that `init` has made."""
 
     folder: Path
-    made: NewProject
+    new_project: NewProject
 
     @property
     def campaign_file(self) -> Path:
-        return self.folder / f"config/campaigns/{self.made.campaign}.yaml"
+        return self.folder / f"config/campaigns/{self.new_project.campaign_name}.yaml"
 
     @property
-    def campaign(self) -> dict[str, Any]:
+    def campaign_values(self) -> dict[str, Any]:
         return dict(yaml.safe_load(self.campaign_file.read_text(encoding="utf-8")))
 
     @property
-    def raw(self) -> Path:
-        return self.folder / "data/raw" / self.made.campaign
+    def raw_folder(self) -> Path:
+        return self.folder / "data/raw" / self.new_project.campaign_name
 
     @property
-    def sheet(self) -> list[str]:
-        return (self.raw / "runs.csv").read_text(encoding="utf-8-sig").splitlines()
+    def sheet_lines(self) -> list[str]:
+        return (self.raw_folder / "runs.csv").read_text(encoding="utf-8-sig").splitlines()
 
     @property
-    def asked(self) -> dict[str, str]:
+    def lines_by_key(self) -> dict[str, str]:
         """The lines to fill in, by their key."""
-        return {line.partition(":")[0].strip(): line for _, _, line in self.made.to_fill_in}
+        return {
+            line.partition(":")[0].strip(): line for _, _, line in self.new_project.lines_to_fill_in
+        }
 
     def fill_in(self, **values: float) -> int:
         """Write values into the lines to fill in, as an editor would; how many were changed."""
-        for file, number, line in self.made.to_fill_in:
+        for file, number, line in self.new_project.lines_to_fill_in:
             path, key = self.folder / file, line.partition(":")[0].strip()
             lines = path.read_text(encoding="utf-8").splitlines()
             lines[number - 1] = FILM if key == "film_unjudged" else f"{key}: {values[key]}"
             path.write_text("\n".join([*lines, ""]), encoding="utf-8")
-        return len(self.made.to_fill_in)
+        return len(self.new_project.lines_to_fill_in)
 
     def points(self) -> pd.DataFrame:
         """The accepted points of all logs by the settings as they are."""
         settings = resolve(self.folder / "config", {})
-        paths = sorted(path for path in self.raw.glob("*.csv") if path.name != "runs.csv")
-        sheet = sheet_of_paths(paths, self.folder / "data/raw", settings, TRACTION)
+        paths = sorted(path for path in self.raw_folder.glob("*.csv") if path.name != "runs.csv")
+        run_sheet = sheet_of_paths(paths, self.folder / "data/raw", settings, TRACTION)
         logs = [(str(path), path.read_bytes()) for path in paths]
-        points = check_logs(logs, settings, sheet=sheet).points
+        points = check_logs(logs, settings, sheet=run_sheet).points
         return points[points["accepted"]]
 
 
@@ -104,13 +106,13 @@ def project_of_bytes(tmp_path: Path, content: bytes) -> Project:
 
 
 def accepted(
-    made: Project, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    made_project: Project, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> list[dict[str, Any]]:
     """What `check` says of the three logs of a bench after at most three lines are filled in."""
     tracks = {"ball": MACHINE.ball_track, "disc": MACHINE.disc_track}
-    assert made.fill_in(**{f"{body}_track_radius_m": r for body, r in tracks.items()}) <= 3
-    monkeypatch.chdir(made.folder)
-    raw = Path("data/raw", made.made.campaign)
+    assert made_project.fill_in(**{f"{body}_track_radius_m": r for body, r in tracks.items()}) <= 3
+    monkeypatch.chdir(made_project.folder)
+    raw = Path("data/raw", made_project.new_project.campaign_name)
     checked = printed_objects(capsys, "check", *sorted(raw.rglob("M*.csv")))
     assert [log["verdict"] for log in checked] == ["accepted"] * 3
     return checked
@@ -147,7 +149,7 @@ def test_english_french_and_chinese_logs_in_one_folder_are_accepted(
 
 
 def test_set_points_that_no_header_gives_are_those_of_the_bench(tmp_path: Path) -> None:
-    names, *rows = project(tmp_path, RUNS, METRES, slice(1)).sheet
+    names, *rows = project(tmp_path, RUNS, METRES, slice(1)).sheet_lines
     assert names == "file;load_n;entrainment_speed_m_s;inlet_temperature_c;exclude;remarks"
     for row, condition in zip(rows, CONDITIONS, strict=True):
         _, *cells, _, remarks = row.split(";")
@@ -160,10 +162,10 @@ def test_set_points_that_no_header_gives_are_those_of_the_bench(tmp_path: Path) 
 
 
 def test_header_in_another_unit_is_not_listed_for_a_key_in_gpa(tmp_path: Path) -> None:
-    made = project(
+    made_project = project(
         tmp_path, change=lambda text: text.replace(b"Pressung GPa: 1,0", b"Pressung MPa: 1000")
     )
-    assert "max_hertz_pressure_gpa" not in made.campaign["header"]
+    assert "max_hertz_pressure_gpa" not in made_project.campaign_values["header"]
 
 
 def rig_log(values: dict[str, np.ndarray]) -> bytes:
@@ -187,19 +189,19 @@ REVERSED = {**standstill.log(), "traction_force": -standstill.log()["traction_fo
 def test_source_of_the_zero_is_the_one_that_the_log_has(
     tmp_path: Path, values: dict[str, np.ndarray], source: str | None
 ) -> None:
-    made = project_of_bytes(tmp_path, rig_log(values))
-    assert made.campaign["semantics"]["zero"] == source
+    made_project = project_of_bytes(tmp_path, rig_log(values))
+    assert made_project.campaign_values["semantics"]["zero"] == source
     # a guess is no line that must be filled in
-    assert ("zero" in made.asked) == (source is None)
+    assert ("zero" in made_project.lines_by_key) == (source is None)
 
 
 @pytest.mark.parametrize("offset_n", [0.35, -1.2])
 def test_log_with_standstill_is_right_after_one_line(tmp_path: Path, offset_n: float) -> None:
-    made = project_of_bytes(tmp_path, rig_log(standstill.log(offset_n=offset_n)))
+    made_project = project_of_bytes(tmp_path, rig_log(standstill.log(offset_n=offset_n)))
     # levels of the rows that turn, although a third of the log is at standstill
-    assert made.sheet[1].startswith("log.csv,40,2,70,")
-    assert made.fill_in() == 1
-    points = made.points()
+    assert made_project.sheet_lines[1].startswith("log.csv,40,2,70,")
+    assert made_project.fill_in() == 1
+    points = made_project.points()
     assert len(points) == len(standstill.LEVELS)
     truth = standstill.planted(points["slide_roll_ratio"].to_numpy())
     # five standard errors of a mean of 0.01 N over 2 s at 20 Hz, twice, over 40 N
@@ -235,59 +237,61 @@ def test_other_files_are_not_copied(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 
 def test_what_is_left_empty_is_named_with_file_line_and_key(tmp_path: Path) -> None:
-    made = project(tmp_path)
-    config = made.folder / "config"
-    assert len(made.made.to_fill_in) == 3
-    for file, number, line in made.made.to_fill_in:
+    made_project = project(tmp_path)
+    config = made_project.folder / "config"
+    assert len(made_project.new_project.lines_to_fill_in) == 3
+    for file, number, line in made_project.new_project.lines_to_fill_in:
         key = line.partition(":")[0]
         with pytest.raises(
             OilfilmError, match=rf"{file}, line {number}, `{key}`: found nothing; fill in"
         ):
             resolve(config, {})
-        path, value = made.folder / file, FILM if key == "film_unjudged" else f"{key}: 0.01"
+        path, value = made_project.folder / file, FILM if key == "film_unjudged" else f"{key}: 0.01"
         path.write_text(path.read_text(encoding="utf-8").replace(line, value), encoding="utf-8")
     assert resolve(config, {}).campaign.name == "p"
     # an oil that is moved to `oils` needs its own numbers
-    text = made.campaign_file.read_text(encoding="utf-8").replace("oils: []\n", "")
+    text = made_project.campaign_file.read_text(encoding="utf-8").replace("oils: []\n", "")
     text = text.replace("oils_without_properties:", "oils:")
-    made.campaign_file.write_text(text, encoding="utf-8")
+    made_project.campaign_file.write_text(text, encoding="utf-8")
     with pytest.raises(OilfilmError, match=r"oel-b-12.yaml, line \d+, `nominal_kinematic"):
         resolve(config, {})
 
 
 def test_unknown_names_and_units_are_asked_for(tmp_path: Path) -> None:
-    made = project(
+    made_project = project(
         tmp_path,
         lines=slice(1),
         change=lambda text: text.replace(b"Reibkraft [N]", b"Kanal 3").replace(
             b"Normalkraft [N]", b"Last"
         ),
     )
-    assert "Kanal 3" in made.asked["traction_force"]
-    assert re.search(r"unit: *}", made.asked["load"])
+    assert "Kanal 3" in made_project.lines_by_key["traction_force"]
+    assert re.search(r"unit: *}", made_project.lines_by_key["load"])
     # the rest is known all the same, and nothing follows from a load in an unknown unit
-    assert {"ball_track_radius_m", "disc_track_radius_m"} <= made.asked.keys()
-    assert made.made.findings.oils == {"oel-b-12": ["Öl B-12"]}
-    assert "load_n" not in made.sheet[0]
+    assert {"ball_track_radius_m", "disc_track_radius_m"} <= made_project.lines_by_key.keys()
+    assert made_project.new_project.findings.oils == {"oel-b-12": ["Öl B-12"]}
+    assert "load_n" not in made_project.sheet_lines[0]
 
 
 def test_shipped_oil_and_rig_are_referred_to(tmp_path: Path) -> None:
-    made = project_of(tmp_path / "q", [ETM / f"step{number:03}.csv.gz" for number in (3, 4)])
-    assert made.campaign["rigs"] == ["pcs-etm"]
-    assert made.campaign["repeated_conditions"] == "accept"
-    assert "config/rigs/pcs-etm.yaml" not in made.made.texts
-    campaign = project(tmp_path, bench_and_runs("Öl 4102")[1]).campaign
+    made_project = project_of(
+        tmp_path / "q", [ETM / f"step{number:03}.csv.gz" for number in (3, 4)]
+    )
+    assert made_project.campaign_values["rigs"] == ["pcs-etm"]
+    assert made_project.campaign_values["repeated_conditions"] == "accept"
+    assert "config/rigs/pcs-etm.yaml" not in made_project.new_project.text_by_path
+    campaign = project(tmp_path, bench_and_runs("Öl 4102")[1]).campaign_values
     assert (campaign["oils"], campaign["oil_aliases"]) == (["4102"], {"4102": ["Öl 4102"]})
 
 
 def test_export_of_a_pcs_rig(tmp_path: Path, real_pcs: Path) -> None:
     """Three steps of film at 40, 60 and 80 degC, as the export's own text says; swept speed."""
-    made = project_of(tmp_path / "p", [real_pcs / "demo_12.txt"])
-    names, *rows = made.sheet
+    made_project = project_of(tmp_path / "p", [real_pcs / "demo_12.txt"])
+    names, *rows = made_project.sheet_lines
     assert names == "file,run,load_n,inlet_temperature_c,exclude,remarks"
     celsius = [float(row.split(",")[3]) for row in rows]
     assert celsius == pytest.approx([40, 60, 80], abs=1)
-    assert made.made.findings.rigs == ["pcs-rig"]
+    assert made_project.new_project.findings.rigs == ["pcs-rig"]
 
 
 def test_logs_are_copied_and_a_given_run_sheet_is_kept(tmp_path: Path) -> None:
@@ -295,10 +299,12 @@ def test_logs_are_copied_and_a_given_run_sheet_is_kept(tmp_path: Path) -> None:
     sheet = tmp_path / "logs/runs.csv"
     sheet.write_text("file;remarks\nMessung_0.csv;ours\n", encoding="utf-8")
     before = {path: path.read_bytes() for path in [*logs, sheet]}
-    made = project_of(tmp_path / "p", [tmp_path / "logs"])
+    made_project = project_of(tmp_path / "p", [tmp_path / "logs"])
     for path, content in before.items():
         assert path.read_bytes() == content
-        assert (made.raw / path.relative_to(tmp_path / "logs")).read_bytes() == content
+        assert (
+            made_project.raw_folder / path.relative_to(tmp_path / "logs")
+        ).read_bytes() == content
 
 
 def test_nothing_is_overwritten_or_left_behind(tmp_path: Path) -> None:
@@ -327,15 +333,15 @@ def test_hostile_names_stay_text(tmp_path: Path) -> None:
     log.write_bytes(text.encode())
     damaged = tmp_path / "a\u2028seed: 3 #.csv"
     damaged.write_bytes(b"")
-    campaign = project_of(tmp_path / "p", [log, damaged]).campaign
+    campaign = project_of(tmp_path / "p", [log, damaged]).campaign_values
     keys = "description data rigs oils columns figures header oil_aliases film_unjudged"
     assert set(campaign) <= {*keys.split(), "oils_without_properties"}
 
 
 def test_settings_files_begin_with_the_schema_by_which_editors_check_them(tmp_path: Path) -> None:
     """Those of the clone, which the wheel holds in the same folders, and those of a new project."""
-    made = project(tmp_path)
-    for config in (ROOT / "config", made.folder / "config"):
+    made_project = project(tmp_path)
+    for config in (ROOT / "config", made_project.folder / "config"):
         files = list(config.rglob("*.yaml"))
         assert len(files) >= 4
         for file in files:
@@ -350,18 +356,20 @@ def test_settings_files_begin_with_the_schema_by_which_editors_check_them(tmp_pa
 def test_pressure_needs_the_ball_unless_the_headers_state_it(tmp_path: Path, stated: bool) -> None:
     """Runs at 1.0, 1.2 and 1.2 GPa, in the header or not."""
     # of the header the oil alone, or all of it
-    made = project(tmp_path, RUNS, METRES, slice(None) if stated else slice(1))
-    assert ({"ball_radius_m", "ball", "disc"} <= made.asked.keys()) == (not stated)
+    made_project = project(tmp_path, RUNS, METRES, slice(None) if stated else slice(1))
+    assert ({"ball_radius_m", "ball", "disc"} <= made_project.lines_by_key.keys()) == (not stated)
     if not stated:
-        rig = made.folder / "config/rigs/my-rig.yaml"
+        rig = made_project.folder / "config/rigs/my-rig.yaml"
         steel = "{youngs_modulus_pa: 206.0e+9, poisson_ratio: 0.3}"
         unknown = "{youngs_modulus_pa: , poisson_ratio: }"
         text = rig.read_text(encoding="utf-8").replace(unknown, steel)
         radius = f"ball_radius_m: {MACHINE.ball_radius}"
         rig.write_text(text.replace("ball_radius_m:", radius), encoding="utf-8")
-    text = re.sub("(?m)^film_unjudged:.*", FILM, made.campaign_file.read_text(encoding="utf-8"))
-    made.campaign_file.write_text(text, encoding="utf-8")
-    points = made.points()
+    text = re.sub(
+        "(?m)^film_unjudged:.*", FILM, made_project.campaign_file.read_text(encoding="utf-8")
+    )
+    made_project.campaign_file.write_text(text, encoding="utf-8")
+    points = made_project.points()
     pressure = points.groupby("run_id")["max_hertz_pressure_gpa"].median()
     planted = [condition.pressure for condition in CONDITIONS]
     # steel is near enough to what the bench has: pressure goes with E to the two thirds
@@ -371,9 +379,9 @@ def test_pressure_needs_the_ball_unless_the_headers_state_it(tmp_path: Path, sta
 
 def test_repeats_are_accepted_only_where_whole_conditions_repeat(tmp_path: Path) -> None:
     """Runs at 16, 16 and 24 m/s: speeds in rpm are not known as speeds before the radii are."""
-    assert "repeated_conditions" not in project(tmp_path, RUNS, lines=slice(1)).campaign
+    assert "repeated_conditions" not in project(tmp_path, RUNS, lines=slice(1)).campaign_values
     twice = write_logs(tmp_path / "more", BENCH, [*RUNS[1:], RUNS[2]], METRES)
-    assert project_of(tmp_path / "q", twice).campaign["repeated_conditions"] == "accept"
+    assert project_of(tmp_path / "q", twice).campaign_values["repeated_conditions"] == "accept"
 
 
 @pytest.mark.parametrize(("step_s", "asked"), [(0.05, False), (50, True)])
@@ -386,11 +394,15 @@ def test_time_without_unit_is_seconds_if_it_may_be(
     time = np.arange(len(values["time"])) * step_s
     rows = np.column_stack([time, *(values[name] for name in order)])
     text = "\n".join([names, *(",".join(map(str, row)) for row in rows.tolist()), ""])
-    made = project_of_bytes(tmp_path, text.encode())
-    columns = made.campaign["columns"]
+    made_project = project_of_bytes(tmp_path, text.encode())
+    columns = made_project.campaign_values["columns"]
     assert columns["ball_speed"] == {"name": ["rpm ball"], "unit": "rpm"}
     assert columns["traction_force"]["unit"] == "N"
     assert columns["load"]["unit"] is None
     assert columns["time"]["unit"] == (None if asked else "s")
-    assert ("time" in made.asked) == asked
-    assert {"load", "ball_track_radius_m", "disc_track_radius_m"} <= made.asked.keys()
+    assert ("time" in made_project.lines_by_key) == asked
+    assert {
+        "load",
+        "ball_track_radius_m",
+        "disc_track_radius_m",
+    } <= made_project.lines_by_key.keys()

@@ -59,8 +59,8 @@ def foreign_log(folder: Path) -> Path:
     path = folder / "log.csv"
     text = csv({name: np.round(values, 4) for name, values in good().items()}, UNITS, {})
     lines = text.decode().splitlines()
-    at = next(number for number, line in enumerate(lines) if line.startswith("time"))
-    lines[at] = ",".join(FOREIGN[name] for name in good())
+    name_line_index = next(index for index, line in enumerate(lines) if line.startswith("time"))
+    lines[name_line_index] = ",".join(FOREIGN[name] for name in good())
     path.write_text("\n".join([*lines, ""]), "utf-8")
     return path
 
@@ -166,8 +166,8 @@ def test_nothing_is_asked_without_a_terminal_or_a_wish(
 
 
 def test_radii_are_asked_for_whatever_the_language_of_the_ball(tmp_path: Path) -> None:
-    made = make_project(tmp_path / "june", [foreign_log(tmp_path)])
-    keys = [line.key for line in open_lines(tmp_path / "june", list(made.texts))]
+    new_project = make_project(tmp_path / "june", [foreign_log(tmp_path)])
+    keys = [line.key for line in open_lines(tmp_path / "june", list(new_project.text_by_path))]
     assert set(TRACKS) <= set(keys)
 
 
@@ -177,13 +177,13 @@ def test_full_disk_leaves_nothing_and_init_can_be_repeated(
     log = foreign_log(tmp_path)
     folder = tmp_path / "lab" / "june"
     folder.parent.mkdir()
-    copy = shutil.copyfile
+    copy_file = shutil.copyfile
 
     def full(source: Path, target: Path) -> None:
         if target.suffix == ".csv":
             target.write_bytes(b"cut")
             raise OSError(errno.ENOSPC, "No space left on device", str(source))
-        copy(source, target)
+        copy_file(source, target)
 
     for exists in (False, True):
         if exists:
@@ -194,8 +194,8 @@ def test_full_disk_leaves_nothing_and_init_can_be_repeated(
         message = capsys.readouterr().err
         assert str(folder) in message
         assert str(log) not in message
-        left = [path for path in folder.parent.rglob("*") if path != folder]
-        assert left == []
+        leftover_paths = [path for path in folder.parent.rglob("*") if path != folder]
+        assert leftover_paths == []
         assert main(["init", "--no-questions", str(folder), str(log)]) == 0
         shutil.rmtree(folder)
 
@@ -225,15 +225,15 @@ def test_rolling_rig_with_a_column_of_wear_is_no_sliding_rig(tmp_path: Path) -> 
     units = {**standstill.UNITS, "wear": "um", "frequency": "Hz"}
     extra = {"wear": np.zeros(len(values["time"])), "frequency": np.ones(len(values["time"]))}
     (tmp_path / "log.csv").write_bytes(csv({**values, **extra}, units, {"oil": "B-12"}))
-    made = make_project(tmp_path / "p", [tmp_path / "log.csv"])
-    assert made.findings.named
+    new_project = make_project(tmp_path / "p", [tmp_path / "log.csv"])
+    assert new_project.findings.named
 
 
 def test_export_of_a_traction_rig_rolls_whatever_its_columns(tmp_path: Path) -> None:
     """Exports of PCS rigs have a column of the sliding speed, as pin-on-disc rigs have."""
     (tmp_path / "export.txt").write_bytes(pcs())
-    made = make_project(tmp_path / "p", [tmp_path / "export.txt"])
-    assert made.findings.logs[0].format == "pcs"
+    new_project = make_project(tmp_path / "p", [tmp_path / "export.txt"])
+    assert new_project.findings.logs[0].format == "pcs"
 
 
 def test_meaning_that_a_name_leaves_open_is_confirmed_never_taken(tmp_path: Path) -> None:
@@ -242,8 +242,12 @@ def test_meaning_that_a_name_leaves_open_is_confirmed_never_taken(tmp_path: Path
     text = csv(values, standstill.UNITS, {"oil": "B-12"}).decode()
     text = text.replace("load [N]", "Hertz pressure [GPa]")
     (tmp_path / "log.csv").write_text(text, "utf-8")
-    made = make_project(tmp_path / "p", [tmp_path / "log.csv"])
-    (line,) = [line for line in open_lines(tmp_path / "p", list(made.texts)) if line.key == "load"]
+    new_project = make_project(tmp_path / "p", [tmp_path / "log.csv"])
+    (line,) = [
+        line
+        for line in open_lines(tmp_path / "p", list(new_project.text_by_path))
+        if line.key == "load"
+    ]
     assert "maximum or the mean" in line.reason
 
 

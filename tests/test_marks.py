@@ -49,7 +49,7 @@ POINTS = {
 
 
 @dataclass(frozen=True)
-class Asked:
+class SavedFit:
     """A fit that was saved twice, so that it can be compared, and what reads its output."""
 
     fit: ArrayFit
@@ -61,19 +61,23 @@ class Asked:
         return self.capsys.readouterr().out
 
     def exported(self, file: str) -> Path:
-        (found,) = self.folders[0].glob(f"exports/*/{file}")
-        return found
+        (exported_file,) = self.folders[0].glob(f"exports/*/{file}")
+        return exported_file
 
 
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory: pytest.TempPathFactory) -> tuple[ArrayFit, list[Path]]:
     slip = np.linspace(0.01, 0.3, 8)
-    at = np.array([(*condition, each) for condition in TESTED for each in slip])
-    mu = 6 * known_law("4010").predict_at(*at.T).traction_coefficient
-    curve = np.repeat(np.arange(len(TESTED)), len(slip))
-    errors = 1 + 0.005 * np.random.default_rng(1).standard_normal(len(TESTED))
-    table = pd.DataFrame(at, columns=list(NAMES))
-    table = table.assign(traction_coefficient=mu * errors[curve], curve=curve)
+    points = np.array(
+        [(*condition, slip_of_point) for condition in TESTED for slip_of_point in slip]
+    )
+    mu = 6 * known_law("4010").predict_at(*points.T).traction_coefficient
+    curve_of_point = np.repeat(np.arange(len(TESTED)), len(slip))
+    factor_of_curve = 1 + 0.005 * np.random.default_rng(1).standard_normal(len(TESTED))
+    table = pd.DataFrame(points, columns=list(NAMES))
+    table = table.assign(
+        traction_coefficient=mu * factor_of_curve[curve_of_point], curve=curve_of_point
+    )
     fit = oilfilm.fit_table(table, oil="own", searches=2, bootstrap=40)
     folder = tmp_path_factory.mktemp("marks")
     fit.save(folder / "june")
@@ -82,8 +86,8 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> tuple[ArrayFit, list[Path
 
 
 @pytest.fixture
-def asked(saved: tuple[ArrayFit, list[Path]], capsys: pytest.CaptureFixture[str]) -> Asked:
-    return Asked(*saved, capsys)
+def saved_fit(saved: tuple[ArrayFit, list[Path]], capsys: pytest.CaptureFixture[str]) -> SavedFit:
+    return SavedFit(*saved, capsys)
 
 
 Point = tuple[float, float, float, float]
@@ -94,63 +98,67 @@ def words_of(point: Point) -> list[str]:
 
 
 def marks(outside: object, over: object) -> set[str]:
-    return {name for name, there in (("outside", outside), ("over", over)) if there}
+    return {name for name, is_marked in (("outside", outside), ("over", over)) if is_marked}
 
 
-def of_prediction(found: Prediction) -> set[str]:
-    return marks(found.outside, found.over_limit)
+def marks_of_prediction(prediction: Prediction) -> set[str]:
+    return marks(prediction.outside, prediction.over_limit)
 
 
-def ask(place: str, asked: Asked, point: Point) -> set[str]:
-    """The marks of mu at a point, in one of the places where it can be asked."""
-    first, *_ = asked.folders
-    predict = ["predict", "--oil", "own", "--results", str(first), *words_of(point)]
-    compare = ["compare", *map(str, asked.folders), *words_of(point)]
-    match place:
+def marks_in_output(output_name: str, saved_fit: SavedFit, point: Point) -> set[str]:
+    """The marks of mu at a point in one of the outputs."""
+    folder, *_ = saved_fit.folders
+    predict_words = ["predict", "--oil", "own", "--results", str(folder), *words_of(point)]
+    compare_words = ["compare", *map(str, saved_fit.folders), *words_of(point)]
+    match output_name:
         case "predict":
-            text = asked.command(*predict)
+            text = saved_fit.command(*predict_words)
             return marks("OUTSIDE" in text, "IMPOSSIBLE" in text)
         case "predict --json":
-            found = json.loads(asked.command(*predict, "--json"))
-            return marks(found["outside"], found["over_limit"])
+            predicted_row = json.loads(saved_fit.command(*predict_words, "--json"))
+            return marks(predicted_row["outside"], predicted_row["over_limit"])
         case "compare":
-            text = asked.command(*compare)
+            text = saved_fit.command(*compare_words)
             return marks("!: outside the tested" in text, "IMPOSSIBLE" in text)
         case "fit":
-            return of_prediction(asked.fit.predict(*point))
+            return marks_of_prediction(saved_fit.fit.predict(*point))
         case "saved fit":
-            return of_prediction(oilfilm.read_fit(first, "own").predict_at(*point))
+            return marks_of_prediction(oilfilm.read_fit(folder, "own").predict_at(*point))
         case _:
-            exported = runpy.run_path(str(asked.exported("traction_own.py")))
+            exported = runpy.run_path(str(saved_fit.exported("traction_own.py")))
             return {"marked"} if exported["outside_tested_box"](*point) else set()
 
 
-PLACES = ("predict", "predict --json", "compare", "fit", "saved fit", "exported Python")
+OUTPUT_NAMES = ("predict", "predict --json", "compare", "fit", "saved fit", "exported Python")
 MARKS = {
     "tested": set(),
     "outside": {"outside"},
     "far from every run": {"outside"},
     "over the limit": {"over"},
 }
-# Exports have one flag. They do not have the tested conditions, and say so.
-ONE_FLAG = {name: {"marked"} if name in ("outside", "over the limit") else set() for name in POINTS}
+# The exported Python has one flag. It does not have the tested conditions, and says so.
+MARKS_IN_PYTHON = {
+    name: {"marked"} if name in ("outside", "over the limit") else set() for name in POINTS
+}
 
 
-@pytest.mark.parametrize("place", PLACES)
-def test_mu_has_its_mark_wherever_it_is_asked(place: str, asked: Asked) -> None:
-    expected = ONE_FLAG if place == "exported Python" else MARKS
-    assert {name: ask(place, asked, point) for name, point in POINTS.items()} == expected
+@pytest.mark.parametrize("output_name", OUTPUT_NAMES)
+def test_mu_has_its_mark_wherever_it_is_asked(output_name: str, saved_fit: SavedFit) -> None:
+    expected = MARKS_IN_PYTHON if output_name == "exported Python" else MARKS
+    assert {
+        name: marks_in_output(output_name, saved_fit, point) for name, point in POINTS.items()
+    } == expected
 
 
-def test_explorer_marks_mu(asked: Asked) -> None:
+def test_explorer_marks_mu(saved_fit: SavedFit) -> None:
     playwright = pytest.importorskip("playwright.sync_api")
     if CHROMIUM is None:
         pytest.skip("there is no chromium (.ci/tools installs it)")
-    found = {}
-    with playwright.sync_playwright() as started:
-        browser = started.chromium.launch(executable_path=CHROMIUM, args=QUIET)
+    marks_by_point = {}
+    with playwright.sync_playwright() as playwright_session:
+        browser = playwright_session.chromium.launch(executable_path=CHROMIUM, args=QUIET)
         page = browser.new_page()
-        page.goto((asked.folders[0] / "report.html").as_uri())
+        page.goto((saved_fit.folders[0] / "report.html").as_uri())
         for name, point in POINTS.items():
             for symbol, value in zip("PUTS", point, strict=True):
                 page.fill(f"#value-{symbol}", str(value))
@@ -159,20 +167,23 @@ def test_explorer_marks_mu(asked: Asked) -> None:
             text = "" if warning.is_hidden() else warning.inner_text()
             outside = page.locator(".card.beyond").count() == 1
             assert outside == ("tested 25 to 40" in text or "not near" in text)
-            found[name] = marks(outside, "shear stress" in text)
+            marks_by_point[name] = marks(outside, "shear stress" in text)
         browser.close()
-    assert found == MARKS
+    assert marks_by_point == MARKS
 
 
-def test_card_of_the_report_is_marked(asked: Asked, config: Settings) -> None:
-    results = CampaignTables.in_folder(asked.folders[0])
+def test_card_of_the_report_is_marked(saved_fit: SavedFit, config: Settings) -> None:
+    results = CampaignTables.in_folder(saved_fit.folders[0])
     (row,) = answer_section(results, config).tables[0].rows
     assert "not tested" not in row[2] and "limiting" not in row[2]
     quality = results.fit_quality.assign(limiting_stress_ratio=1e-4)
     (row,) = answer_section(results.replace(fit_quality=quality), config).tables[0].rows
     assert "limiting shear stress" in row[2]
-    ends = {"tested_min_entrainment_speed_m_s": 1.0, "tested_max_entrainment_speed_m_s": 2.0}
-    quality = results.fit_quality.assign(**ends)
+    tested_range = {
+        "tested_min_entrainment_speed_m_s": 1.0,
+        "tested_max_entrainment_speed_m_s": 2.0,
+    }
+    quality = results.fit_quality.assign(**tested_range)
     (row,) = answer_section(results.replace(fit_quality=quality), config).tables[0].rows
     assert "not tested there" in row[2]
 
@@ -180,22 +191,28 @@ def test_card_of_the_report_is_marked(asked: Asked, config: Settings) -> None:
 
 
 def test_form_of_adore_is_marked(config: Settings) -> None:
-    first = describe_law(config, "deng2026")
-    at = dict(zip(CONDITIONS, (1.2, 30.0, 50.0), strict=True))
-    points = (at, {**at, "entrainment_speed_m_s": 150.0})
-    rows = adore_rows(replace(first, adore_points=points))
+    description = describe_law(config, "deng2026")
+    conditions = dict(zip(CONDITIONS, (1.2, 30.0, 50.0), strict=True))
+    points = (conditions, {**conditions, "entrainment_speed_m_s": 150.0})
+    rows = adore_rows(replace(description, adore_points=points))
     assert [row["outside_tested_box"] for row in rows] == [False, True]
     assert not any(row["peak_above_limiting_stress"] for row in rows)
-    weak = replace(first.fitted.coefficients, limiting_stress_ratio=1e-4)
-    weaker = replace(first, fitted=replace(first.fitted, coefficients=weak), adore_points=points)
-    assert all(row["peak_above_limiting_stress"] for row in adore_rows(weaker))
+    weak_coefficients = replace(description.fitted.coefficients, limiting_stress_ratio=1e-4)
+    weak_description = replace(
+        description,
+        fitted=replace(description.fitted, coefficients=weak_coefficients),
+        adore_points=points,
+    )
+    assert all(row["peak_above_limiting_stress"] for row in adore_rows(weak_description))
 
 
-def test_picture_of_a_comparison_is_dotted_where_untested(asked: Asked, tmp_path: Path) -> None:
+def test_picture_of_a_comparison_is_dotted_where_untested(
+    saved_fit: SavedFit, tmp_path: Path
+) -> None:
     texts = []
     for speed in ("30m/s", "150m/s"):
         picture = tmp_path / "mu.svg"
-        words = ["compare", *map(str, asked.folders), "--speed", speed, "--plot", str(picture)]
-        asked.command(*words, "--stress", "1.2GPa")
+        words = ["compare", *map(str, saved_fit.folders), "--speed", speed, "--plot", str(picture)]
+        saved_fit.command(*words, "--stress", "1.2GPa")
         texts.append(picture.read_text(encoding="utf-8"))
     assert ["Dotted" in text for text in texts] == [False, True]

@@ -58,19 +58,19 @@ def watcher_of(project: Path) -> Watcher:
 
 def looked(watcher: Watcher) -> list[str]:
     """What two looks give, between which every file has settled."""
-    first = list(watcher.look())
+    first_verdicts = list(watcher.look())
     time.sleep(0.02)
-    return first + list(watcher.look())
+    return first_verdicts + list(watcher.look())
 
 
 def test_verdict_is_that_of_check(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     put(project, "a.csv", GOOD)
-    refused = put(project, "b.csv", REVERSED, minute=1)
-    newest, other = looked(watcher_of(project))
-    assert other == f"{project}/data/raw/june/a.csv: {ACCEPTED}"
-    assert main(["check", "--config", str(project / "config"), str(refused)]) == 1
-    assert capsys.readouterr().out.startswith(newest)
-    assert "  swapped_sign: " in newest
+    refused_log = put(project, "b.csv", REVERSED, minute=1)
+    newest_verdict, older_verdict = looked(watcher_of(project))
+    assert older_verdict == f"{project}/data/raw/june/a.csv: {ACCEPTED}"
+    assert main(["check", "--config", str(project / "config"), str(refused_log)]) == 1
+    assert capsys.readouterr().out.startswith(newest_verdict)
+    assert "  swapped_sign: " in newest_verdict
 
 
 def test_folder_without_a_project_is_not_watched_by_the_demonstration(

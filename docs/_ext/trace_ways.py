@@ -23,7 +23,7 @@ import numpy as np
 import pandas as pd
 
 import oilfilm
-from oilfilm.api.log_check import check_files, report
+from oilfilm.api.log_check import report, reports_on_logs
 from oilfilm.base.digests import file_digest
 from oilfilm.base.home import HOME
 from oilfilm.curation.curate import collect, curate_ingested, curate_share
@@ -164,7 +164,7 @@ def way_of_limit() -> list[Step]:
     with traced(judged):
         curate_ingested(ingested, TractionRig(settings))
     shown = Step("`oilfilm check` prints the verdicts.", "workflow/oilfilm/api/log_check.py")
-    checked = check_files({str(log): log.read_bytes}, settings_of_campaign(), _RAW.parent)
+    checked = reports_on_logs({str(log): log.read_bytes}, settings_of_campaign(), _RAW.parent)
     with traced(shown):
         report(checked)
     return [read, listed, judged, shown]

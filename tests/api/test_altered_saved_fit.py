@@ -31,8 +31,8 @@ TYPES = [
 @pytest.fixture(scope="module")
 def june(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A saved fit with a surface: 18 curves with noise on the printed law of 4102."""
-    at = np.meshgrid([1.0, 1.25, 1.5], [25, 32, 40], [50, 120], np.linspace(0.01, 0.3, 9))
-    pressure, speed, temperature, slip = (level.ravel() for level in at)
+    grids = np.meshgrid([1.0, 1.25, 1.5], [25, 32, 40], [50, 120], np.linspace(0.01, 0.3, 9))
+    pressure, speed, temperature, slip = (level.ravel() for level in grids)
     law = known_law("4102")
     mu = oilfilm.predict(law.law, law.coefficients, pressure, speed, temperature, slip)
     noise = 1 + 3e-3 * np.random.default_rng(7).standard_normal(len(slip))
@@ -54,14 +54,14 @@ def rewritten(file: Path, alter: Alter) -> None:
     parquet.write_table(alter(parquet.read_table(file)), file)
 
 
-def with_column(name: str, values: Callable[[list[Any]], list[Any]]) -> Alter:
+def with_column(column_name: str, values: Callable[[list[Any]], list[Any]]) -> Alter:
     """A table with one column altered; its schema and footer stay."""
 
     def alter(table: arrow.Table) -> arrow.Table:
-        index = table.schema.get_field_index(name)
-        field = table.schema.field(index)
-        altered = arrow.array(values(table.column(name).to_pylist()), field.type)
-        return table.set_column(index, field, altered)
+        column_index = table.schema.get_field_index(column_name)
+        field = table.schema.field(column_index)
+        altered_values = arrow.array(values(table.column(column_name).to_pylist()), field.type)
+        return table.set_column(column_index, field, altered_values)
 
     return alter
 
@@ -101,24 +101,24 @@ ALTERED: dict[str, tuple[str, Alter]] = {
 def test_tables_that_contradict_each_other_end_in_a_sentence_of_their_folder(
     case: str, june: Path, tmp_path: Path
 ) -> None:
-    name, alter = ALTERED[case]
-    copy = Path(shutil.copytree(june, tmp_path / "copy"))
-    rewritten(copy / f"tables/{name}.parquet", alter)
+    table_name, alter = ALTERED[case]
+    copied_fit = Path(shutil.copytree(june, tmp_path / "copy"))
+    rewritten(copied_fit / f"tables/{table_name}.parquet", alter)
     with pytest.raises(oilfilm.OilfilmError) as refused:
-        predicted(copy)
-    assert str(copy) in str(refused.value)
+        predicted(copied_fit)
+    assert str(copied_fit) in str(refused.value)
     assert len(str(refused.value)) < 3000
     assert str(refused.value).isprintable()
 
 
-def values_of(kind: arrow.DataType) -> list[Any]:
-    if arrow.types.is_floating(kind):
+def values_of(column_type: arrow.DataType) -> list[Any]:
+    if arrow.types.is_floating(column_type):
         return NUMBERS
-    if arrow.types.is_integer(kind):
+    if arrow.types.is_integer(column_type):
         return INTEGERS
-    if arrow.types.is_boolean(kind):
+    if arrow.types.is_boolean(column_type):
         return [True, False]
-    return LISTS if arrow.types.is_list(kind) else TEXTS
+    return LISTS if arrow.types.is_list(column_type) else TEXTS
 
 
 def other_form(table: arrow.Table, rng: np.random.Generator) -> arrow.Table:
@@ -140,45 +140,45 @@ def other_form(table: arrow.Table, rng: np.random.Generator) -> arrow.Table:
 
 def some_alteration(table: arrow.Table, rng: np.random.Generator) -> arrow.Table:
     """The table with rows left out, repeated or in another order, or with a column altered."""
-    count = table.num_rows
-    kind = rng.integers(15)
-    if kind >= 12:
+    row_count = table.num_rows
+    alteration = rng.integers(15)
+    if alteration >= 12:
         return other_form(table, rng)
-    if kind == 0:
-        return table.take(arrow.array(rng.permutation(count)))
-    if kind == 1:
-        return table.take(arrow.array(np.flatnonzero(rng.random(count) < 0.5)))
-    if kind == 2:
-        return arrow.concat_tables([table, table.slice(int(rng.integers(max(count, 1))), 1)])
-    index = int(rng.integers(table.num_columns))
-    field = table.schema.field(index)
-    if kind == 3:
-        return table.remove_column(index)
+    if alteration == 0:
+        return table.take(arrow.array(rng.permutation(row_count)))
+    if alteration == 1:
+        return table.take(arrow.array(np.flatnonzero(rng.random(row_count) < 0.5)))
+    if alteration == 2:
+        return arrow.concat_tables([table, table.slice(int(rng.integers(max(row_count, 1))), 1)])
+    column_index = int(rng.integers(table.num_columns))
+    field = table.schema.field(column_index)
+    if alteration == 3:
+        return table.remove_column(column_index)
     choices = [None, *values_of(field.type)]
     value = choices[int(rng.integers(len(choices)))]
     share = rng.choice([0.1, 1.0])
-    values = table.column(index).to_pylist()
-    for row in np.flatnonzero(rng.random(count) <= share):
+    values = table.column(column_index).to_pylist()
+    for row in np.flatnonzero(rng.random(row_count) <= share):
         values[row] = value
-    return table.set_column(index, field, arrow.array(values, field.type))
+    return table.set_column(column_index, field, arrow.array(values, field.type))
 
 
 def alter_and_predict(june: Path, folder: Path, alterations: range) -> int:
     """Alter one table after the other; how many ended in a sentence."""
-    copy = Path(shutil.copytree(june, folder / "copy"))
-    files = sorted((june / "tables").glob("*.parquet"))
-    refused = 0
+    copied_fit = Path(shutil.copytree(june, folder / "copy"))
+    table_files = sorted((june / "tables").glob("*.parquet"))
+    refused_count = 0
     for seed in alterations:
         rng = np.random.default_rng(seed)
-        original = files[int(rng.integers(len(files)))]
-        altered = copy / "tables" / original.name
-        parquet.write_table(some_alteration(parquet.read_table(original), rng), altered)
+        original_file = table_files[int(rng.integers(len(table_files)))]
+        altered_file = copied_fit / "tables" / original_file.name
+        parquet.write_table(some_alteration(parquet.read_table(original_file), rng), altered_file)
         try:
-            predicted(copy)
+            predicted(copied_fit)
         except oilfilm.OilfilmError:
-            refused += 1
-        shutil.copy(original, altered)
-    return refused
+            refused_count += 1
+        shutil.copy(original_file, altered_file)
+    return refused_count
 
 
 def test_altered_schema_ends_in_a_result_or_a_sentence(june: Path, tmp_path: Path) -> None:

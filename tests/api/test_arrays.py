@@ -46,25 +46,25 @@ def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     # speed and temperature have two levels each: what bends between them cannot be seen
     assert fitted.soundness["law_verdict"] == "two levels"
     assert not fitted.soundness["sound"]
-    at = fitted.predict(1.2, 30, 70, 0.05)
-    assert at.obs_ci_lower <= at.traction_coefficient <= at.obs_ci_upper
+    prediction = fitted.predict(1.2, 30, 70, 0.05)
+    assert prediction.obs_ci_lower <= prediction.traction_coefficient <= prediction.obs_ci_upper
     assert fitted.predict(1.2, 30, 70, 0.5).outside
 
 
 def test_columns_of_a_frame_may_have_any_index(points: pd.DataFrame, fitted: ArrayFit) -> None:
     shuffled = points.set_index(pd.Index(range(len(points), 0, -1), name="reading"))
-    conditions = shuffled.groupby(["P", "U", "T"], sort=False).ngroup()
-    again = oilfilm.fit(*(shuffled[name] for name in points), curve=conditions, **QUICK)
-    pd.testing.assert_frame_equal(again.constants, fitted.constants)
+    curve_of_point = shuffled.groupby(["P", "U", "T"], sort=False).ngroup()
+    refitted = oilfilm.fit(*(shuffled[name] for name in points), curve=curve_of_point, **QUICK)
+    pd.testing.assert_frame_equal(refitted.constants, fitted.constants)
 
 
 def test_columns_of_different_rows_are_refused(points: pd.DataFrame) -> None:
     by_slip = points.sort_values("S")
     with pytest.raises(oilfilm.OilfilmError, match="the same labels in another order"):
         oilfilm.fit(points["P"], points["U"], points["T"], by_slip["S"], by_slip["mu"], **QUICK)
-    condition = by_slip.groupby(["P", "U", "T"]).ngroup()
+    curve_of_point = by_slip.groupby(["P", "U", "T"]).ngroup()
     with pytest.raises(oilfilm.OilfilmError, match=r"and curve.*another order"):
-        oilfilm.fit(*(points[name] for name in points), curve=condition, **QUICK)
+        oilfilm.fit(*(points[name] for name in points), curve=curve_of_point, **QUICK)
     with pytest.raises(oilfilm.OilfilmError, match="132 and 131 rows"):
         oilfilm.fit(points["P"], 30.0, 70.0, points["S"], points["mu"].iloc[1:], **QUICK)
 
@@ -74,13 +74,15 @@ def test_arrays_of_xarray_are_fitted_by_their_dimensions(fitted: ArrayFit) -> No
     data = xarray.Dataset(coords={**levels, "S": np.linspace(0, 0.3, 11)})
     mu = known_law("4102").predict_at(data["P"], data["U"], data["T"], data["S"])
     # the order of the dimensions does not count
-    turned = mu.traction_coefficient.transpose("S", "T", "U", "P")
-    again = oilfilm.fit(data["P"], data["U"], data["T"], data["S"], turned, **QUICK)
-    np.testing.assert_allclose(again.constants["value"], fitted.constants["value"], rtol=1e-6)
+    transposed_mu = mu.traction_coefficient.transpose("S", "T", "U", "P")
+    refitted = oilfilm.fit(data["P"], data["U"], data["T"], data["S"], transposed_mu, **QUICK)
+    np.testing.assert_allclose(refitted.constants["value"], fitted.constants["value"], rtol=1e-6)
     with pytest.raises(oilfilm.OilfilmError, match="array without names of dimensions"):
-        oilfilm.fit(data["P"], data["U"], data["T"], data["S"].to_numpy(), turned, **QUICK)
+        oilfilm.fit(data["P"], data["U"], data["T"], data["S"].to_numpy(), transposed_mu, **QUICK)
     with pytest.raises(oilfilm.OilfilmError, match="different coordinates"):
-        oilfilm.fit(data["P"], data["U"], data["T"], data["S"].isel(S=slice(3)), turned, **QUICK)
+        oilfilm.fit(
+            data["P"], data["U"], data["T"], data["S"].isel(S=slice(3)), transposed_mu, **QUICK
+        )
 
 
 def test_settings_are_typed_as_they_are_declared() -> None:
@@ -105,8 +107,8 @@ def test_quantities_are_converted(points: pd.DataFrame, fitted: ArrayFit) -> Non
         units.Quantity(points["T"].to_numpy() + 273.15, "kelvin"),
         units.Quantity(points["S"].to_numpy() * 100, "percent"),
     )
-    again = oilfilm.fit(*quantities, points["mu"], **QUICK)
-    np.testing.assert_allclose(again.constants["value"], fitted.constants["value"], rtol=1e-6)
+    refitted = oilfilm.fit(*quantities, points["mu"], **QUICK)
+    np.testing.assert_allclose(refitted.constants["value"], fitted.constants["value"], rtol=1e-6)
     with pytest.raises(oilfilm.OilfilmError, match=r"max_hertz_pressure_gpa.*such as GPa"):
         fitted.predict(units.Quantity(1.0, "m/s"), 30, 70, 0.05)
 
@@ -122,10 +124,13 @@ def test_result_shows_itself(fitted: ArrayFit) -> None:
     assert label.get_text() == "1.2 GPa, 30 m/s, 70 degC"
     # the interval of the next run
     row, slip = np.array([[1.2, 30.0, 70.0]]), np.array([0.3])
-    at = fitted.law.predict(row, slip, whole_curve=True)
-    ends = band.get_paths()[0].vertices
-    last = ends[np.isclose(ends[:, 0], 0.3), 1]
-    np.testing.assert_allclose([last.min(), last.max()], [at.obs_ci_lower[0], at.obs_ci_upper[0]])
+    prediction = fitted.law.predict(row, slip, whole_curve=True)
+    band_corners = band.get_paths()[0].vertices
+    ends_at_last_slip = band_corners[np.isclose(band_corners[:, 0], 0.3), 1]
+    np.testing.assert_allclose(
+        [ends_at_last_slip.min(), ends_at_last_slip.max()],
+        [prediction.obs_ci_lower[0], prediction.obs_ci_upper[0]],
+    )
 
 
 def test_predictions_keep_the_index_of_a_column(points: pd.DataFrame) -> None:
@@ -162,19 +167,25 @@ def test_arrays_of_xarray_broadcast_by_the_names_of_their_dimensions() -> None:
 )
 def test_mistake_is_told(arguments: dict[str, object], expected: str) -> None:
     names = ("max_hertz_pressure", "entrainment_speed", "inlet_temperature", "slide_roll_ratio")
-    at = dict(zip(names, (1.0, 25, 50, [0.0, 0.1]), strict=True))
+    conditions = dict(zip(names, (1.0, 25, 50, [0.0, 0.1]), strict=True))
     with pytest.raises(oilfilm.OilfilmError, match=expected):
-        oilfilm.fit(**(at | {"traction_coefficient": [0.0, 0.02]} | arguments))
+        oilfilm.fit(**(conditions | {"traction_coefficient": [0.0, 0.02]} | arguments))
 
 
 def test_conditions_within_tolerances_are_one_curve(points: pd.DataFrame, fitted: ArrayFit) -> None:
     random = np.random.default_rng(7)
-    off = 1 + 0.002 * random.standard_normal((2, len(points)))
-    scattered = (points["P"] * off[0], points["U"] * off[1], points["T"], points["S"], points["mu"])
+    error_factors = 1 + 0.002 * random.standard_normal((2, len(points)))
+    scattered = (
+        points["P"] * error_factors[0],
+        points["U"] * error_factors[1],
+        points["T"],
+        points["S"],
+        points["mu"],
+    )
     fit = oilfilm.fit(*scattered, **QUICK)
     assert fit.points["run_id"].nunique() == 12
-    truth = points.groupby(["P", "U", "T"], sort=False).ngroup()
-    assert (fit.points["run_id"].astype(int) == truth).all()
+    true_curve_of_point = points.groupby(["P", "U", "T"], sort=False).ngroup()
+    assert (fit.points["run_id"].astype(int) == true_curve_of_point).all()
 
 
 def test_points_taken_apart_are_warned_of(points: pd.DataFrame) -> None:
@@ -216,29 +227,29 @@ def test_impossible_condition_is_told(
 
 def test_calibration_widens_the_interval_of_the_laws_mean(points: pd.DataFrame) -> None:
     columns = [points[name] for name in points]
-    stated = {"load_relative": 1e-9, "traction_force_relative": 0.01, "speed_relative": 1e-9}
-    fit = oilfilm.fit(*columns, calibration={**stated, "temperature_c": 0.0}, **QUICK)
-    at = fit.predict(1.0, 25, 50, 0.05)
+    calibration = {"load_relative": 1e-9, "traction_force_relative": 0.01, "speed_relative": 1e-9}
+    fit = oilfilm.fit(*columns, calibration={**calibration, "temperature_c": 0.0}, **QUICK)
+    prediction = fit.predict(1.0, 25, 50, 0.05)
     # a gain that is off by 1 % is nearly all there is
-    half_width = (float(at.mean_ci_upper) - float(at.mean_ci_lower)) / 2
-    assert half_width / float(at.traction_coefficient) == pytest.approx(0.0196, rel=0.05)
+    half_width = (float(prediction.mean_ci_upper) - float(prediction.mean_ci_lower)) / 2
+    assert half_width / float(prediction.traction_coefficient) == pytest.approx(0.0196, rel=0.05)
     # the table of points keeps the calibration, too: 1 % of the load
     load_error = fit.table["load_systematic_n"] / fit.table["load_n"]
-    np.testing.assert_allclose(load_error, stated["load_relative"], atol=0)
+    np.testing.assert_allclose(load_error, calibration["load_relative"], atol=0)
     # the next run has the same calibration, which its interval does not contain
-    without = oilfilm.fit(*columns, **QUICK).predict(1.0, 25, 50, 0.05)
-    assert float(at.obs_ci_upper) == float(without.obs_ci_upper)
+    prediction_without = oilfilm.fit(*columns, **QUICK).predict(1.0, 25, 50, 0.05)
+    assert float(prediction.obs_ci_upper) == float(prediction_without.obs_ci_upper)
 
 
 def test_a_fit_is_summed_up_and_pickled(fitted: ArrayFit) -> None:
-    shown = fitted.summary()
-    assert "132 points in 12 curves" in shown
-    assert "R2 1.00000" in shown
+    summary = fitted.summary()
+    assert "132 points in 12 curves" in summary
+    assert "R2 1.00000" in summary
     frame = fitted.to_frame()
     np.testing.assert_allclose(frame["fitted"] + frame["residual"], frame["traction_coefficient"])
-    again = pickle.loads(pickle.dumps(fitted))
-    pd.testing.assert_frame_equal(again.constants, fitted.constants)
-    assert again.predict(1.2, 30, 70, 0.05) is not None
+    unpickled = pickle.loads(pickle.dumps(fitted))
+    pd.testing.assert_frame_equal(unpickled.constants, fitted.constants)
+    assert unpickled.predict(1.2, 30, 70, 0.05) is not None
     assert {"fit", "fit_table", "predict", "read_fit"} <= set(dir(oilfilm))
 
 
@@ -252,8 +263,8 @@ def test_constants_have_the_level_of_their_intervals_and_their_correlations(
     correlations = fit.correlations
     np.testing.assert_allclose(np.diag(correlations), 1)
     # of A0 and A1 by the definition, over the constants of the refits
-    first, second = fit.law.coefficients.spread[:, :2].T
-    expected = np.cov(first, second)[0, 1] / (first.std(ddof=1) * second.std(ddof=1))
+    a0, a1 = fit.law.coefficients.spread[:, :2].T
+    expected = np.cov(a0, a1)[0, 1] / (a0.std(ddof=1) * a1.std(ddof=1))
     assert correlations.loc["A0", "A1"] == pytest.approx(expected)
     # by the residuals that the table of points has
     residual = fit.to_frame()["residual"]
@@ -279,8 +290,10 @@ def test_a_plot_that_cannot_be_drawn_is_told(
 
 def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None:
     fitted.save(tmp_path / "june")
-    again = oilfilm.read_fit(tmp_path / "june").predict_at(1.2, 30, 70, 0.05)
-    pd.testing.assert_frame_equal(again.to_frame(), fitted.predict(1.2, 30, 70, 0.05).to_frame())
+    prediction = oilfilm.read_fit(tmp_path / "june").predict_at(1.2, 30, 70, 0.05)
+    pd.testing.assert_frame_equal(
+        prediction.to_frame(), fitted.predict(1.2, 30, 70, 0.05).to_frame()
+    )
     assert (tmp_path / "june/report.html").is_file()
     with pytest.raises(oilfilm.OilfilmError, match="exists already"):
         fitted.save(tmp_path / "june")
@@ -309,13 +322,13 @@ def test_few_curves_of_one_pressure_say_why_numbers_are_missing(points: pd.DataF
 def test_twelve_runs_with_scattered_loads_are_not_called_changed(seed: int) -> None:
     """As the tutorial's logs; each was called changed by a split into two kinds by chance."""
     random, law = np.random.default_rng(1000 + seed), known_law("4102")
-    at, mu = [], []
-    for cell in itertools.product((1.0, 1.5), (25.0, 40.0), (40.0, 70.0, 100.0)):
+    points, mu = [], []
+    for condition in itertools.product((1.0, 1.5), (25.0, 40.0), (40.0, 70.0, 100.0)):
         slip = np.linspace(0, 0.3, 16)
-        true = cell[0] * (1 + random.normal(0, 0.005)), *cell[1:]
-        load_n = 42.1 if cell[0] == 1 else 142.1
+        true_condition = condition[0] * (1 + random.normal(0, 0.005)), *condition[1:]
+        load_n = 42.1 if condition[0] == 1 else 142.1
         noise = random.normal(0, 0.004, 16) / np.sqrt(150) / load_n
-        mu.append(law.predict_at(*true, slip).traction_coefficient + noise)
-        at += [(*cell, each) for each in slip]
-    fit = oilfilm.fit(*np.transpose(at), np.concatenate(mu), **QUICK)
+        mu.append(law.predict_at(*true_condition, slip).traction_coefficient + noise)
+        points += [(*condition, slip_of_point) for slip_of_point in slip]
+    fit = oilfilm.fit(*np.transpose(points), np.concatenate(mu), **QUICK)
     assert fit.soundness["campaign_verdict"] == "steady"

@@ -27,8 +27,8 @@ def points() -> pd.DataFrame:
     """Points on the printed law of 4102, whose constants the paper states."""
     levels = np.meshgrid([1.0, 1.5], [25, 40], [50, 120], np.linspace(0, 0.3, 8))
     frame = pd.DataFrame({name: level.ravel() for name, level in zip(NAMES, levels, strict=True)})
-    law, at = PLANTED, [frame[name] for name in frame]
-    mu = oilfilm.predict(law.law, law.coefficients, *at).traction_coefficient
+    law, arguments = PLANTED, [frame[name] for name in frame]
+    mu = oilfilm.predict(law.law, law.coefficients, *arguments).traction_coefficient
     return frame.assign(**{MU: mu})
 
 
@@ -50,18 +50,18 @@ UNITS = {"MPa": (1e3, 0), "mm/s": (1e3, 0), "%": (100, 0), "K": (1, 273.15)}
 
 
 def in_dialect(points: pd.DataFrame, dialect: str) -> pd.DataFrame:
-    written = {}
+    column_by_name = {}
     for column, name in zip(points, DIALECTS[dialect].split("; "), strict=True):
         factor, offset = UNITS.get(name.strip("])").replace("(", "[").partition("[")[2], (1, 0))
-        written[name] = factor * points[column] + offset
-    return pd.DataFrame(written)
+        column_by_name[name] = factor * points[column] + offset
+    return pd.DataFrame(column_by_name)
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_columns_are_found_by_name_and_unit(points: pd.DataFrame, dialect: str) -> None:
-    found = read_mu_table(in_dialect(points, dialect)).points
+    read_points = read_mu_table(in_dialect(points, dialect)).points
     for column in points:
-        np.testing.assert_allclose(found[column], points[column], rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(read_points[column], points[column], rtol=1e-9, atol=1e-12)
 
 
 def test_every_form_of_table_gives_planted_constants(points: pd.DataFrame, tmp_path: Path) -> None:
@@ -70,9 +70,9 @@ def test_every_form_of_table_gives_planted_constants(points: pd.DataFrame, tmp_p
     german.to_csv(tmp_path / "a.tsv", sep="\t", index=False)
     german.to_excel(tmp_path / "a.xlsx", index=False)
     german.to_parquet(tmp_path / "a.parquet")
-    for name in ("csv", "tsv", "xlsx", "parquet"):
-        read = read_mu_table(tmp_path / f"a.{name}").points
-        np.testing.assert_allclose(read[list(points)], points, rtol=1e-9, atol=1e-9)
+    for ending in ("csv", "tsv", "xlsx", "parquet"):
+        read_points = read_mu_table(tmp_path / f"a.{ending}").points
+        np.testing.assert_allclose(read_points[list(points)], points, rtol=1e-9, atol=1e-9)
     fit = oilfilm.fit_table(tmp_path / "a.csv", **QUICK)
     np.testing.assert_allclose(fit.constants["value"], PLANTED.coefficients.constants, rtol=1e-5)
 
@@ -81,14 +81,14 @@ def test_load_becomes_pressure_with_ball_and_materials() -> None:
     # PCS Instruments state 1.25 GPa at 75 N for the 3/4 inch steel ball of their MTM
     points = with_pressure(pd.DataFrame({"load_n": [75.0]}), 9.525e-3, "steel,steel")
     assert points["max_hertz_pressure_gpa"][0] == pytest.approx(1.25, rel=0.02)
-    named = with_pressure(points, 9.525e-3, "206GPa:0.3,steel")
-    pd.testing.assert_frame_equal(named, points)
+    points_by_moduli = with_pressure(points, 9.525e-3, "206GPa:0.3,steel")
+    pd.testing.assert_frame_equal(points_by_moduli, points)
 
 
 def test_negative_slip_and_its_traction_count_as_positive(points: pd.DataFrame) -> None:
     mirrored = points.assign(**{SLIP: -points[SLIP], MU: -points[MU]})
-    found = read_mu_table(mirrored).points
-    np.testing.assert_allclose(found[[SLIP, MU]], points[[SLIP, MU]], atol=1e-15)
+    read_points = read_mu_table(mirrored).points
+    np.testing.assert_allclose(read_points[[SLIP, MU]], points[[SLIP, MU]], atol=1e-15)
 
 
 def test_without_ball_a_law_of_load_is_fitted_and_said(points: pd.DataFrame) -> None:
@@ -99,11 +99,13 @@ def test_without_ball_a_law_of_load_is_fitted_and_said(points: pd.DataFrame) -> 
 
 
 def test_one_of_several_oils_and_curves_of_the_table_are_used(points: pd.DataFrame) -> None:
-    curves = points.groupby(CONDITIONS, sort=False).ngroup()
-    both = pd.concat([points.assign(Oil="A", Run=curves), points.assign(Oil="B", Run=curves)])
+    curve_of_point = points.groupby(CONDITIONS, sort=False).ngroup()
+    table_of_both = pd.concat(
+        [points.assign(Oil="A", Run=curve_of_point), points.assign(Oil="B", Run=curve_of_point)]
+    )
     with pytest.raises(oilfilm.OilfilmError, match=r"several oils\. Name one with --oil: A, B"):
-        oilfilm.fit_table(both.reset_index(drop=True))
-    fit = oilfilm.fit_table(both.reset_index(drop=True), oil="B", **QUICK)
+        oilfilm.fit_table(table_of_both.reset_index(drop=True))
+    fit = oilfilm.fit_table(table_of_both.reset_index(drop=True), oil="B", **QUICK)
     assert (fit.oil, len(fit.points), fit.points["run_id"].nunique()) == ("B", 64, 8)
 
 
@@ -126,9 +128,9 @@ def test_slip_that_no_rig_has_is_percent_where_the_unit_is_silent(points: pd.Dat
     percent = points.assign(**{SLIP: 100 * points[SLIP]})
     with pytest.raises(oilfilm.OilfilmError, match=r"found 4\.28571 .* in percent"):
         oilfilm.fit_table(percent.rename(columns={SLIP: "SRR [-]"}))
-    found = read_mu_table(percent.rename(columns={SLIP: "SRR"}))
-    np.testing.assert_allclose(found.points[SLIP], points[SLIP])
-    assert any("in %: as a ratio" in note for note in found.notes)
+    mu_table = read_mu_table(percent.rename(columns={SLIP: "SRR"}))
+    np.testing.assert_allclose(mu_table.points[SLIP], points[SLIP])
+    assert any("in %: as a ratio" in note for note in mu_table.notes)
 
 
 def test_data_frames_of_polars_and_arrow_are_read(points: pd.DataFrame) -> None:

@@ -11,12 +11,12 @@ from oilfilm.base import digests
 SCRIPTS = ROOT / "workflow/scripts"
 
 
-def modules_behind(script: str) -> set[str]:
-    return {path.stem for path in digests.modules_behind(SCRIPTS / script)}
+def files_behind(script: str) -> set[str]:
+    return {path.stem for path in digests.files_behind(SCRIPTS / script)}
 
 
 def test_digest_follows_imports_to_the_formulas() -> None:
-    assert {"film", "contact", "run_gates", "failed_gates"} <= modules_behind("points.py")
+    assert {"film", "contact", "run_gates", "failed_gates"} <= files_behind("points.py")
 
 
 @pytest.mark.parametrize(
@@ -33,15 +33,15 @@ def test_digest_follows_imports_to_the_formulas() -> None:
 def test_import_is_found_wherever_it_is(tmp_path: Path, text: str, behind: set[str]) -> None:
     script = tmp_path / "script.py"
     script.write_text(text, encoding="utf-8")
-    found = {path.stem for path in digests.modules_behind(script)}
-    assert (found & {"film", "tanh"}) == behind
+    names_behind = {path.stem for path in digests.files_behind(script)}
+    assert (names_behind & {"film", "tanh"}) == behind
 
 
 def test_digest_is_the_same_in_every_version_of_python() -> None:
     """Python 3.12 has added an empty list to each function and class, 3.8 a field to each text."""
-    text: list[str] = []
-    digests._walk(ast.parse("class C: ...\ndef f(): return 'a'"), "", text, [])
-    assert " ".join(text) == (
+    syntax_words: list[str] = []
+    digests._walk(ast.parse("class C: ...\ndef f(): return 'a'"), "", syntax_words, [])
+    assert " ".join(syntax_words) == (
         "Module body ClassDef name 'C' body Expr value Constant value Ellipsis ) ) ) "
         "FunctionDef name 'f' args arguments ) body Return value Constant value 'a' ) ) ) )"
     )
@@ -68,9 +68,9 @@ def test_comment_in_a_file_of_data_counts_for_nothing(
 
 def test_digest_of_a_folder_knows_names_and_contents(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("1")
-    first = digests.input_digest(tmp_path)
+    first_digest = digests.input_digest(tmp_path)
     (tmp_path / "a").rename(tmp_path / "b")
-    assert digests.input_digest(tmp_path) != first
+    assert digests.input_digest(tmp_path) != first_digest
     # sha256 of the empty message: FIPS 180-4 test vector
     (tmp_path / "empty").touch()
     assert digests.file_digest(tmp_path / "empty").startswith("e3b0c44298fc1c14")

@@ -42,54 +42,69 @@ def replay(calls: list[str], root: PurePosixPath) -> tuple[list[str], int]:
         What a power failure would break; how many names below the folder were given by a rename.
     """
     # files with content, and names made or removed, of which the disk may not know
-    torn: set[PurePosixPath] = set()
-    loose: set[PurePosixPath] = set()
+    torn_paths: set[PurePosixPath] = set()
+    unflushed_paths: set[PurePosixPath] = set()
     faults: list[str] = []
-    renames = 0
+    rename_count = 0
 
     def visible(paths: Iterable[PurePosixPath]) -> list[PurePosixPath]:
-        below = (path for path in paths if path.is_relative_to(root))
-        return [p for p in below if not any(x.startswith(".") for x in p.relative_to(root).parts)]
+        paths_below = (path for path in paths if path.is_relative_to(root))
+        return [
+            path
+            for path in paths_below
+            if not any(part.startswith(".") for part in path.relative_to(root).parts)
+        ]
 
     for line in calls:
         if not (call := _CALL.match(line)):
             continue
         name, arguments = call["name"], call["arguments"]
-        opened = [PurePosixPath(each["path"]) for each in _OPENED.finditer(arguments)]
-        above = opened[0] if opened else root.parent
-        named = [above / each["path"] for each in _QUOTED.finditer(arguments)]
+        opened_paths = [PurePosixPath(match["path"]) for match in _OPENED.finditer(arguments)]
+        folder = opened_paths[0] if opened_paths else root.parent
+        named_paths = [folder / match["path"] for match in _QUOTED.finditer(arguments)]
         if name in _WRITES:
-            torn.add(opened[0])
+            torn_paths.add(opened_paths[0])
         elif name == "copy_file_range":
-            torn.add(opened[1])
+            torn_paths.add(opened_paths[1])
         elif name == "openat" and "O_CREAT" in arguments:
-            loose.add(named[0])
-            torn |= {named[0]} if "O_TRUNC" in arguments else set()
+            unflushed_paths.add(named_paths[0])
+            torn_paths |= {named_paths[0]} if "O_TRUNC" in arguments else set()
         elif name in {"fsync", "fdatasync"}:
-            torn.discard(opened[0])
-            loose = {path for path in loose if path.parent != opened[0]}
+            torn_paths.discard(opened_paths[0])
+            unflushed_paths = {path for path in unflushed_paths if path.parent != opened_paths[0]}
         elif name.startswith("rename"):
-            old, new = named
-            renames += new.is_relative_to(root)
-            if visible([new]):
-                inside = (path for path in loose if path != old and path.is_relative_to(old))
-                beside = (p for p in visible(loose) if p.parent == new.parent and p != old)
-                faults += [f"renamed with {path} not flushed" for path in inside]
-                faults += [f"{new} may be there without {path}" for path in beside]
-            torn, loose = (
-                {new / p.relative_to(old) if p.is_relative_to(old) else p for p in known}
-                for known in (torn, loose)
+            old_path, new_path = named_paths
+            rename_count += new_path.is_relative_to(root)
+            if visible([new_path]):
+                paths_inside = (
+                    path
+                    for path in unflushed_paths
+                    if path != old_path and path.is_relative_to(old_path)
+                )
+                paths_beside = (
+                    path
+                    for path in visible(unflushed_paths)
+                    if path.parent == new_path.parent and path != old_path
+                )
+                faults += [f"renamed with {path} not flushed" for path in paths_inside]
+                faults += [f"{new_path} may be there without {path}" for path in paths_beside]
+            torn_paths, unflushed_paths = (
+                {
+                    new_path / path.relative_to(old_path) if path.is_relative_to(old_path) else path
+                    for path in paths
+                }
+                for paths in (torn_paths, unflushed_paths)
             )
-            loose.add(new)
+            unflushed_paths.add(new_path)
         elif name.startswith(("mkdir", "symlink")):
-            loose.add(named[-1])
+            unflushed_paths.add(named_paths[-1])
         elif name.startswith("unlink"):
-            torn, loose = (
-                {path for path in known if not path.is_relative_to(named[0])}
-                for known in (torn, loose)
+            torn_paths, unflushed_paths = (
+                {path for path in paths if not path.is_relative_to(named_paths[0])}
+                for paths in (torn_paths, unflushed_paths)
             )
-        faults += [f"torn: {path} after {line}" for path in visible(torn)]
-    return faults + [f"may be missing: {path}" for path in visible(loose)], renames
+        faults += [f"torn: {path} after {line}" for path in visible(torn_paths)]
+    return faults + [f"may be missing: {path}" for path in visible(unflushed_paths)], rename_count
 
 
 BEGIN = f"""
@@ -121,16 +136,26 @@ make_release(run, Path("promised"))
 
 
 def after_failures(program: str, folder: Path) -> tuple[list[str], int]:
-    strace = ["strace", "-f", "-y", "-s", "4096", "-e", f"trace={CALLS}", "-o", folder / "calls"]
-    succeeded([*strace, sys.executable, "-c", BEGIN + program], cwd=folder)
+    strace_command = [
+        "strace",
+        "-f",
+        "-y",
+        "-s",
+        "4096",
+        "-e",
+        f"trace={CALLS}",
+        "-o",
+        folder / "calls",
+    ]
+    succeeded([*strace_command, sys.executable, "-c", BEGIN + program], cwd=folder)
     calls = (folder / "calls").read_text(encoding="utf-8", errors="replace").splitlines()
     return replay(calls, PurePosixPath(folder / "promised"))
 
 
 def test_files_tables_and_releases_are_old_or_new(tmp_path: Path) -> None:
-    faults, renames = after_failures(TABLES + RELEASE, tmp_path)
+    faults, rename_count = after_failures(TABLES + RELEASE, tmp_path)
     assert faults == []
-    assert renames >= 8
+    assert rename_count >= 8
     assert (tmp_path / "promised/latest/manifest.json").is_file()
 
 
@@ -144,4 +169,4 @@ def test_files_tables_and_releases_are_old_or_new(tmp_path: Path) -> None:
 )
 def test_what_is_not_flushed_is_found(tmp_path: Path, program: str, fault: str) -> None:
     faults, _ = after_failures(program, tmp_path)
-    assert any(re.match(fault, each) for each in faults)
+    assert any(re.match(fault, found_fault) for found_fault in faults)

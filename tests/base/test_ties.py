@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from oilfilm.base.ties import evened, exceeds, first_largest, first_smallest, reaches
+from oilfilm.base.ties import exceeds, first_largest, first_smallest, reaches, with_equal_ties
 
 _SIZES = st.floats(1e-12, 1e12)
 _BITS = st.floats(-1e-12, 1e-12)
@@ -41,10 +41,10 @@ def test_differences_of_large_numbers_are_compared_with_the_rounding_of_these_nu
 
 
 def test_nan_is_neither_above_nor_below_and_infinity_is_above_all() -> None:
-    nothing = np.nan
-    for one, other in ((nothing, 1.0), (1.0, nothing), (nothing, nothing)):
-        assert not exceeds(one, other)
-        assert not reaches(one, other)
+    unknown = np.nan
+    for value, limit in ((unknown, 1.0), (1.0, unknown), (unknown, unknown)):
+        assert not exceeds(value, limit)
+        assert not reaches(value, limit)
     assert exceeds(np.inf, 1e300)
     assert not exceeds(np.inf, np.inf)
     assert reaches(np.inf, np.inf)
@@ -71,11 +71,13 @@ def test_the_first_of_equals_is_found_along_any_axis() -> None:
 @pytest.mark.parametrize("bits", [0.0, 1e-12, -1e-12])
 def test_equal_totals_share_a_rank(bits: float) -> None:
     totals = np.array([2.0, 0.3, 0.3 * (1 + bits), 5.0])
-    ranks = pd.Series(evened(totals)).rank(method="min", ascending=False)
+    ranks = pd.Series(with_equal_ties(totals)).rank(method="min", ascending=False)
     assert ranks.tolist() == [2, 3, 3, 1]
-    np.testing.assert_allclose(evened(totals), totals, rtol=1e-11)
+    np.testing.assert_allclose(with_equal_ties(totals), totals, rtol=1e-11)
 
 
 def test_unknown_numbers_and_none_at_all_stay_as_they_are() -> None:
-    np.testing.assert_array_equal(evened(np.array([np.nan, 1.0, np.nan])), [np.nan, 1.0, np.nan])
-    assert evened(np.array([])).shape == (0,)
+    np.testing.assert_array_equal(
+        with_equal_ties(np.array([np.nan, 1.0, np.nan])), [np.nan, 1.0, np.nan]
+    )
+    assert with_equal_ties(np.array([])).shape == (0,)

@@ -12,7 +12,7 @@ from campaigns import printed
 from fit_points import LAW, make_points, matrix, polished
 from measured_surfaces import with_measured_surface
 from oilfilm import tables
-from oilfilm.base.levels import clusters
+from oilfilm.base.levels import cluster_indices
 from oilfilm.base.randomness import generator
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import level_numbers_by_gap, varied
@@ -124,7 +124,7 @@ def test_levels_that_are_just_the_gap_apart_are_one_whatever_their_last_digits(b
     assert level_numbers_by_gap(levels, 0.05).max() == 0
     assert level_numbers_by_gap(levels, 0.049).max() == 20
     slips = np.array([0.01, 0.016, 0.022]) * [1, 1 + bits, 1]
-    assert clusters(slips, 0.006).tolist() == [1, 1, 2]
+    assert cluster_indices(slips, 0.006).tolist() == [1, 1, 2]
 
 
 @bits_of

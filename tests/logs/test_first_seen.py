@@ -10,7 +10,7 @@ import yaml
 from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.first_seen import FirstSeen
 from oilfilm.settings.campaign import AcknowledgedChange, Dataset
-from oilfilm.settings.messages import check, first_mistake
+from oilfilm.settings.messages import first_mistake, validated
 
 # A blank, a colon, quotes and a hash, which YAML would take for its own.
 LOG = Path('data/raw/june/run: 1 "a" #2.csv')
@@ -38,7 +38,7 @@ def pasted(message: str, reason: str) -> list[AcknowledgedChange]:
     """The entries of a campaign file that has the lines of a refusal."""
     lines = message.split("\n", 1)[1]
     written = yaml.safe_load(lines.replace("reason: ", f"reason: {reason}"))
-    dataset: Dataset = check(written, Dataset, lambda steps: "june.yaml")
+    dataset: Dataset = validated(written, Dataset, lambda steps: "june.yaml")
     return dataset.acknowledged_changes
 
 

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import oilfilm
-from oilfilm.api.mu_columns import over_mean, stated_columns
+from oilfilm.api.mu_columns import over_mean, stated_meanings
 from oilfilm.api.table_fit import (
     MU,
     PRESSURE,
@@ -145,7 +145,7 @@ def test_stated_definition_gives_the_truth(quantity: str, definition: str) -> No
     with pytest.raises(oilfilm.OilfilmError):
         oilfilm.fit_table(table)
     stated = {quantity: f"Spalte 7{in_brackets}, {definition}"}
-    read = read_mu_table(table, StatedByUser(stated_columns(stated))).points
+    read = read_mu_table(table, StatedByUser(stated_meanings(stated))).points
     np.testing.assert_allclose(read[COLUMN_OF[quantity]], TRUTH[COLUMN_OF[quantity]], rtol=1e-9)
 
 
@@ -215,7 +215,7 @@ def test_what_the_user_leaves_out_is_what_the_name_says() -> None:
     """The definition of the name counts, not that of the project."""
     table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE])
     table["mean pressure"] = TRUTH[PRESSURE] / 1.5
-    stated = StatedByUser(stated_columns("max_hertz_pressure=mean pressure [GPa]"))
+    stated = StatedByUser(stated_meanings("max_hertz_pressure=mean pressure [GPa]"))
     points = read_mu_table(table, stated).points
     np.testing.assert_allclose(points[PRESSURE], TRUTH[PRESSURE])
 
@@ -223,7 +223,7 @@ def test_what_the_user_leaves_out_is_what_the_name_says() -> None:
 def test_name_is_stated_as_the_table_has_it() -> None:
     """`mu_k` has no unit: nothing of the name is cut off."""
     table = TRUTH.rename(columns={**PLAIN, MU: "mu_k"})
-    stated = StatedByUser(stated_columns("traction_coefficient=mu_k"))
+    stated = StatedByUser(stated_meanings("traction_coefficient=mu_k"))
     np.testing.assert_allclose(read_mu_table(table, stated).points[MU], TRUTH[MU])
 
 
@@ -250,7 +250,7 @@ def test_column_that_is_nothing_is_left_out() -> None:
     table["Pressure [MPa]"] = 0.3
     with pytest.raises(oilfilm.OilfilmError, match="nothing=Pressure"):
         read_mu_table(table)
-    points = read_mu_table(table, StatedByUser(stated_columns("nothing=Pressure [MPa]"))).points
+    points = read_mu_table(table, StatedByUser(stated_meanings("nothing=Pressure [MPa]"))).points
     assert PRESSURE not in points
 
 
@@ -286,5 +286,5 @@ def test_line_to_paste_answers_the_question(name: str) -> None:
     with pytest.raises(oilfilm.OilfilmError) as asked:
         read_mu_table(table)
     line = str(asked.value).partition('--columns "')[2].partition('"')[0]
-    points = read_mu_table(table, StatedByUser(stated_columns(line))).points
+    points = read_mu_table(table, StatedByUser(stated_meanings(line))).points
     np.testing.assert_allclose(points[quantity], TRUTH[quantity])

@@ -29,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def alter_and_resolve(folder: Path, alterations: range) -> int:
     """Alter one file after the other; how many ended in a sentence."""
-    refused = 0
+    refused_count = 0
     for seed in alterations:
         rng = np.random.default_rng(seed)
         path = folder / FILES[int(rng.integers(len(FILES)))]
@@ -40,10 +40,10 @@ def alter_and_resolve(folder: Path, alterations: range) -> int:
         try:
             resolve(folder, {"campaign": "laboratory"})
         except OilfilmError as error:
-            refused += 1
+            refused_count += 1
             assert str(error).replace("\n", "").isprintable()
         path.write_text(text, encoding="utf-8")
-    return refused
+    return refused_count
 
 
 def test_altered_settings_are_settings_or_end_in_a_sentence(folder: Path) -> None:

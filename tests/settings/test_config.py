@@ -34,13 +34,13 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_campaign_settings_win_over_defaults_and_the_command_line_over_both(folder: Path) -> None:
-    default = read_yaml(folder / "config.yaml").values["gates"]["temperature_tolerance_c"]
+    default_c = read_yaml(folder / "config.yaml").values["gates"]["temperature_tolerance_c"]
     of_campaign = resolve(folder, {"campaign": "etm-slim"})
     gates = {"temperature_tolerance_c": 9.0}
-    given = resolve(folder, {"campaign": "etm-slim", "gates": gates})
-    assert default == 2.0
+    with_typed = resolve(folder, {"campaign": "etm-slim", "gates": gates})
+    assert default_c == 2.0
     assert of_campaign.gates.temperature_tolerance_c == 2.5
-    assert given.gates.temperature_tolerance_c == 9.0
+    assert with_typed.gates.temperature_tolerance_c == 9.0
 
 
 @pytest.mark.parametrize("where", ["oils", "oil_aliases"])
@@ -124,8 +124,8 @@ MISTAKES = [
 @pytest.mark.parametrize(("file", "old", "new", "expected"), MISTAKES)
 def test_mistake_is_told(folder: Path, file: str, old: str, new: str, expected: list[str]) -> None:
     path = folder / file
-    before, found, after = path.read_text("utf-8").partition(old)
-    assert found
+    before, old_text, after = path.read_text("utf-8").partition(old)
+    assert old_text
     path.write_text(f"{before}{new}{after}", "utf-8", "surrogateescape")
     with pytest.raises(OilfilmError) as mistake:
         resolve(folder, {"campaign": "etm-slim" if file == ETM else "laboratory"})
@@ -176,8 +176,8 @@ def test_template_of_an_oil_is_a_good_oil_file() -> None:
 
 def test_project_needs_only_what_differs(tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_text("campaign: etm-slim\nseed: 7\n", encoding="utf-8")
-    whole = resolve(ROOT / "config", {"campaign": "etm-slim"}).plain()
-    assert resolve(tmp_path, {}).plain() == {**whole, "seed": 7}
+    all_settings = resolve(ROOT / "config", {"campaign": "etm-slim"}).plain()
+    assert resolve(tmp_path, {}).plain() == {**all_settings, "seed": 7}
     (tmp_path / "config.yaml").write_text("gatse: {lambda_limit: 3}\n", encoding="utf-8")
     with pytest.raises(OilfilmError, match=r"line 1.*unknown key 'gatse'.*'gates'"):
         resolve(tmp_path, {})
@@ -188,11 +188,12 @@ def test_oil_of_a_project_wins_over_the_one_that_comes_with_oilfilm(folder: Path
         (folder / f"oils/{name}.yaml").unlink()
     path = folder / "oils/4102.yaml"
     path.write_text(path.read_text("utf-8").replace("name:", "name: own, ", 1), "utf-8")
-    own, given = (
-        resolve(where, {"campaign": "laboratory"}).plain()["oils"] for where in (folder, LABORATORY)
+    own_oils, shipped_oils = (
+        resolve(config_folder, {"campaign": "laboratory"}).plain()["oils"]
+        for config_folder in (folder, LABORATORY)
     )
-    assert own["4050"] == given["4050"]
-    assert own["4102"]["name"].startswith("own, ")
+    assert own_oils["4050"] == shipped_oils["4050"]
+    assert own_oils["4102"]["name"].startswith("own, ")
 
 
 @pytest.mark.parametrize(
@@ -205,16 +206,16 @@ def test_name_that_cannot_be_a_file_is_refused(folder: Path, name: object, expec
 
 def test_configuration_of_a_host_takes_the_place_of_the_file(folder: Path) -> None:
     """A workflow that imports this one may give it all of config.yaml; a campaign still wins."""
-    whole = {**read_yaml(folder / "config.yaml").values, "folder": str(folder)}
-    whole = merge(whole, {"campaign": "etm-slim", "seed": 3})
-    settings = resolve_given(whole, {})
+    whole_config = {**read_yaml(folder / "config.yaml").values, "folder": str(folder)}
+    whole_config = merge(whole_config, {"campaign": "etm-slim", "seed": 3})
+    settings = resolve_given(whole_config, {})
     assert (settings.campaign.name, settings.seed) == ("etm-slim", 3)
     assert settings.gates.temperature_tolerance_c == 2.5
     # what is typed wins, even where it says the same as the file
     typed = {"gates": {"temperature_tolerance_c": 2.0}}
-    assert resolve_given(whole, typed).gates.temperature_tolerance_c == 2.0
-    alone = {"campaign": "etm-slim"}
-    assert resolve_given({**alone, "folder": str(folder)}, alone).seed != 3
+    assert resolve_given(whole_config, typed).gates.temperature_tolerance_c == 2.0
+    campaign_alone = {"campaign": "etm-slim"}
+    assert resolve_given({**campaign_alone, "folder": str(folder)}, campaign_alone).seed != 3
 
 
 @pytest.mark.parametrize("campaign", campaign_names(ROOT / "config"))
@@ -269,11 +270,11 @@ def models_in(annotation: Any) -> Iterator[type[Group]]:
 def keys_of(model: type[Group], group: str = "") -> Iterator[str]:
     """The keys of a model that hold values, with the groups that they are in."""
     for name, field in model.model_fields.items():
-        inner = [*models_in(field.annotation)]
-        if not inner:
+        inner_models = [*models_in(field.annotation)]
+        if not inner_models:
             yield f"{group}{name}"
-        for each in inner:
-            yield from keys_of(each, f"{group}{name}.")
+        for inner_model in inner_models:
+            yield from keys_of(inner_model, f"{group}{name}.")
 
 
 # Read by names that are made: of columns, or of a key with a range.
@@ -287,16 +288,18 @@ BY_NAME = {
 
 def test_every_key_of_the_configuration_is_read_somewhere() -> None:
     files = (path for path in (ROOT / "workflow").rglob("*") if "settings" not in path.parts)
-    read = "\n".join(
+    all_source = "\n".join(
         path.read_text("utf-8")
         for path in files
         if path.suffix in {".py", ".smk", ".jinja", ".yaml"}
     )
-    names = {key: key.rpartition(".")[2] for key in keys_of(Config)}
-    unread = {
-        key for key, name in names.items() if not re.search(rf"\.{name}\b|[\"']{name}[\"']", read)
+    name_by_key = {key: key.rpartition(".")[2] for key in keys_of(Config)}
+    unread_keys = {
+        key
+        for key, name in name_by_key.items()
+        if not re.search(rf"\.{name}\b|[\"']{name}[\"']", all_source)
     }
-    assert unread == BY_NAME
+    assert unread_keys == BY_NAME
 
 
 @pytest.mark.parametrize("name", ["2026.03", "1e5", "no", "0123", "1_000", "nan"])

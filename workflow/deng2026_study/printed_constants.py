@@ -24,7 +24,7 @@ import pandas as pd
 
 from deng2026_study.settings import PrintedSettings, SignSettings
 from oilfilm import tables
-from oilfilm.base.ties import evened, exceeds, first_largest, reaches
+from oilfilm.base.ties import exceeds, first_largest, reaches, with_equal_ties
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
@@ -371,7 +371,7 @@ def _total(shares: Shares, left_out_statement: str = "") -> FloatArray:
         if name != left_out_statement:
             weight = 0.5 if name in HALF_STATEMENTS else 1.0
             weighted_shares.append(weight * share_of_box)
-    return evened(np.nansum(weighted_shares, axis=0))
+    return with_equal_ties(np.nansum(weighted_shares, axis=0))
 
 
 def _effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatArray:

@@ -50,7 +50,7 @@ class PrintedSettings(Group):
     """How the printed constants are judged."""
 
     boxes: Boxes = key("Boxes of conditions.")
-    levels: q.Levelled = key("Levels of each condition and of slip where mu is compared.")
+    levels: q.LevelCount = key("Levels of each condition and of slip where mu is compared.")
     signs: SignSettings = key("The study of the lost signs.")
 
 

@@ -512,7 +512,7 @@ def _describe_published() -> tuple[list[Description], Path]:
 STUDY = Study(
     sections=sections,
     exports=_exports,
-    exported="The constants that the paper prints of these oils: "
+    exports_sentence="The constants that the paper prints of these oils: "
     f"[{_EXPORT_FOLDER}]({_EXPORT_FOLDER}/README.md).",
     read_reference=read_reference,
     describe_published=_describe_published,

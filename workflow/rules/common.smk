@@ -143,13 +143,13 @@ def reference_file(name):
 
 def references_of_studies(purpose):
     """Reference files that the campaign's studies need for the report or the exports."""
-    return list(map(reference_file, studies.references(CAMPAIGN.studies, purpose)))
+    return list(map(reference_file, studies.reference_names(CAMPAIGN.studies, purpose)))
 
 
 # Digest of the locked packages: a release must not name packages that did not make its results.
 PACKAGES_DIGEST = file_digest(HOME / home.RUN_LOCK)[:8]
 # Modules of the campaign's studies, which no module imports by name.
-STUDY_MODULES = studies.modules(CAMPAIGN.studies)
+STUDY_MODULES = studies.study_files(CAMPAIGN.studies)
 # Declarations of columns and tables, for the rules that print their meaning.
 TABLE_DECLARATIONS = sorted((PACKAGE / "tables").glob("*.*"))
 for study_name in CAMPAIGN.studies:

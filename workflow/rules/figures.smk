@@ -1,10 +1,10 @@
-from oilfilm.base.figure_catalogue import families
+from oilfilm.base.figure_catalogue import figures_by_family
 
 # What each figure needs is declared above its function. One job draws a family of figures, because
 # imports take longer than drawing.
 #
 # Decides: which figures one job draws.
-for family, figures_of_family in families(CAMPAIGN.figures).items():
+for family, figures_of_family in figures_by_family(CAMPAIGN.figures).items():
 
     rule:
         name:

@@ -8,7 +8,7 @@ from oilfilm.base import studies
 from oilfilm.base.home import HOME
 from oilfilm.settings.campaign import CampaignFile
 from oilfilm.settings.config import Config
-from oilfilm.settings.messages import Steps, plain_node, schema_of
+from oilfilm.settings.messages import KeyPath, plain_node, schema_of
 from oilfilm.settings.rig import (
     AstmD341Coefficients,
     BearingFile,
@@ -102,9 +102,9 @@ def page(name: str) -> str:
 def _groups(schema: Mapping[str, Any], shipped: Mapping[str, Any], level: str) -> Iterator[str]:
     """A list of the keys outside groups, then one with a heading per group."""
     lists: dict[str, list[str]] = {"": []}
-    for steps, node in _leaves(schema, schema, ()):
-        group = str(steps[0]) if len(steps) > 1 else ""
-        lists.setdefault(group, []).append(_item(steps, node, shipped))
+    for key_path, node in _leaves(schema, schema, ()):
+        group = str(key_path[0]) if len(key_path) > 1 else ""
+        lists.setdefault(group, []).append(_item(key_path, node, shipped))
     for group, items in lists.items():
         if group:
             declared = schema["properties"][group.removesuffix("[]")]
@@ -115,14 +115,14 @@ def _groups(schema: Mapping[str, Any], shipped: Mapping[str, Any], level: str) -
 
 
 def _leaves(
-    node: Mapping[str, Any], schema: Mapping[str, Any], steps: Steps
-) -> Iterator[tuple[Steps, Mapping[str, Any]]]:
+    node: Mapping[str, Any], schema: Mapping[str, Any], key_path: KeyPath
+) -> Iterator[tuple[KeyPath, Mapping[str, Any]]]:
     """The keys below a group that are no groups themselves."""
     for name, part in node.get("properties", {}).items():
         child = plain_node(part, schema)
-        below = (*steps, name)
+        below = (*key_path, name)
         if child.get("type") == "array" and "properties" in plain_node(child["items"], schema):
-            child, below = plain_node(child["items"], schema), (*steps, f"{name}[]")
+            child, below = plain_node(child["items"], schema), (*key_path, f"{name}[]")
         elif isinstance(child.get("additionalProperties"), Mapping):
             child = plain_node(child["additionalProperties"], schema)
             below = (*below, "<name>")
@@ -132,10 +132,10 @@ def _leaves(
             yield below, child
 
 
-def _item(steps: Steps, node: Mapping[str, Any], shipped: Mapping[str, Any]) -> str:
+def _item(key_path: KeyPath, node: Mapping[str, Any], shipped: Mapping[str, Any]) -> str:
     """One key: its meaning, then default, unit and range."""
     default: Any = shipped
-    for step in steps:
+    for step in key_path:
         default = default.get(step) if isinstance(default, Mapping) else None
     if default is None:
         default = node.get("default")
@@ -147,8 +147,10 @@ def _item(steps: Steps, node: Mapping[str, Any], shipped: Mapping[str, Any]) -> 
     )
     facts += [f"unit {unit}"] if unit not in ("", "1") else []
     facts += [allowed] if allowed else []
-    return f"- `{dotted(steps)}`: {node.get('description', '')} *{'; '.join(facts)}*".removesuffix(
-        " **"
+    return (
+        f"- `{dotted(key_path)}`: {node.get('description', '')} *{'; '.join(facts)}*".removesuffix(
+            " **"
+        )
     )
 
 

@@ -31,7 +31,7 @@ from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.fits.surface_sentences import surface_sentences
 from oilfilm.settings.config import FitSettings
-from oilfilm.settings.messages import check
+from oilfilm.settings.messages import validated
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.rig import Calibration
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -39,18 +39,18 @@ from oilfilm.traction import LAWS, PAPER_LAW, why_compared_only
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
-# The oil where the caller names none, and in the tables of every fit. Saving the fit replaces it
-# there by the name of the oil.
+# Name of the oil where the caller names none, and in the tables of every fit. Saving the fit
+# replaces it there by the name of the oil.
 _UNNAMED_OIL = "oil"
-# Points at which a curve of the law is evaluated for a plot.
+# Number of points at which a curve of the law is evaluated for a plot.
 _POINTS_PER_DRAWN_CURVE = 200
 # More curves in one plot hide each other.
-_MOST_DRAWN_CURVES = 5
+_MAX_DRAWN_CURVES = 5
 # Correlations from this size on are named in the summary, the largest ones first.
 _STRONG_CORRELATION = 0.9
-_MOST_SHOWN_CORRELATIONS = 5
+_MAX_SHOWN_CORRELATIONS = 5
 # Measured points are marked beside a curve if each condition differs by at most this share.
-_SAME_AS_DRAWN = 0.01
+_SAME_CONDITION_SHARE = 0.01
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,9 @@ class ArrayFit:
 
         NaN for a constant that is the same in all refits, and for all of them without refits.
         """
-        names = [constant.name for constant in self.law.law.constants]
-        refits = pd.DataFrame(self.law.coefficients.spread, columns=names)
-        fitted_names = [name for name in names if name in self.constants.index]
+        constant_names = [constant.name for constant in self.law.law.constants]
+        refits = pd.DataFrame(self.law.coefficients.spread, columns=constant_names)
+        fitted_names = [name for name in constant_names if name in self.constants.index]
         return refits[fitted_names].corr()
 
     @property
@@ -114,12 +114,12 @@ class ArrayFit:
         """
         conditions = self.points[list(self.law.law.conditions)].to_numpy(float)
         slip = self.points[SLIP].to_numpy(float)
-        measured = self.points[_MU].to_numpy(float)
+        measured_mu = self.points[_MU].to_numpy(float)
         fitted_mu = self.law.without_interval().predict(conditions, slip).traction_coefficient
-        variation = float(np.sum((measured - measured.mean()) ** 2))
+        variation = float(np.sum((measured_mu - measured_mu.mean()) ** 2))
         if variation == 0:
             return float("nan")
-        return 1 - float(np.sum((measured - fitted_mu) ** 2)) / variation
+        return 1 - float(np.sum((measured_mu - fitted_mu) ** 2)) / variation
 
     @cached_property
     def soundness(self) -> dict[str, Any]:
@@ -139,22 +139,22 @@ class ArrayFit:
         # imported late, here and below: templates of sentences load slowly, and a fit needs none
         from oilfilm.report.sections.build import curve_facts  # noqa: PLC0415
 
-        fitted = self.law
-        coefficients = fitted.coefficients
-        name = fitted.law.name
+        fitted_law = self.law
+        coefficients = fitted_law.coefficients
+        law_name = fitted_law.law.name
         # the table of a fit of arrays has one row
         (quality,) = tables.rows(self.tables.fit_quality)
         if self.soundness["sound"]:
-            lines = [f"{name}: sound: optimum confirmed, law adequate, runs steady"]
+            lines = [f"{law_name}: sound: optimum confirmed, law adequate, runs steady"]
         else:
-            lines = [f"{name}: NOT sound"]
-            lines.extend(fitted.warnings)
+            lines = [f"{law_name}: NOT sound"]
+            lines.extend(fitted_law.warnings)
             if not quality["certified"]:
                 lines.append(certificate(quality))
         # conditions that give no exponent, because they did not vary, or not alone
         lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
-        if fitted.surface is None:
-            lines.append(f"There is no interval: {fitted.why_no_interval}.")
+        if fitted_law.surface is None:
+            lines.append(f"There is no interval: {fitted_law.why_no_interval}.")
         lines.extend(surface_sentences(self.tables, _UNNAMED_OIL, self.soundness))
         facts = curve_facts(self.tables.fit_quality, self.tables.curve_residuals)
         lines.extend(fact.text for fact in facts)
@@ -185,11 +185,11 @@ class ArrayFit:
             f"({confidence} by Bonferroni)"
         )
         correlations = self.correlations
-        names = correlations.index
+        constant_names = correlations.index
         matrix = correlations.to_numpy(dtype=float)
         correlation_by_pair = {
-            f"{names[row]} {names[column]}": float(matrix[row, column])
-            for row, column in combinations(range(len(names)), 2)
+            f"{constant_names[row]} {constant_names[column]}": float(matrix[row, column])
+            for row, column in combinations(range(len(constant_names)), 2)
         }
         strong_correlations = {
             pair: r for pair, r in correlation_by_pair.items() if abs(r) >= _STRONG_CORRELATION
@@ -197,14 +197,14 @@ class ArrayFit:
         if not strong_correlations:
             return
         strongest = sorted(strong_correlations, key=lambda pair: -abs(strong_correlations[pair]))
-        shown = [
+        shown_pairs = [
             f"{pair} {strong_correlations[pair]:.2f}"
-            for pair in strongest[:_MOST_SHOWN_CORRELATIONS]
+            for pair in strongest[:_MAX_SHOWN_CORRELATIONS]
         ]
         yield (
             f"correlations of {_STRONG_CORRELATION:g} or more: {len(strong_correlations)} of "
             f"{len(correlation_by_pair)} pairs of constants: "
-            f"{', '.join(shown)}; all: `correlations`"
+            f"{', '.join(shown_pairs)}; all: `correlations`"
         )
 
     def to_frame(self) -> pd.DataFrame:
@@ -274,11 +274,11 @@ class ArrayFit:
         axes.plot(self.points[SLIP], self.points[_MU], ".", color="0.85", zorder=0)
         operating_points = self._tested_operating_points()
         if at is None:
-            rows = self._spread_over_traction(operating_points)
+            conditions_of_curves = self._spread_over_traction(operating_points)
         else:
-            rows = np.atleast_2d(np.asarray(at, float))
-        for row in rows:
-            self._draw_curve(axes, row, operating_points)
+            conditions_of_curves = np.atleast_2d(np.asarray(at, float))
+        for conditions in conditions_of_curves:
+            self._draw_curve(axes, conditions, operating_points)
         axes.set(xlabel="Slide-roll ratio", ylabel="Traction coefficient")
         axes.legend(fontsize="small", title="Line: law. Band: the next run, its whole curve")
         return axes
@@ -289,12 +289,12 @@ class ArrayFit:
         return self.points.groupby("run_id", sort=False)[conditions].mean()
 
     def _spread_over_traction(self, operating_points: pd.DataFrame) -> npt.NDArray[np.float64]:
-        """A few tested operating points, evenly from low to high traction, one per row."""
+        """Conditions of a few tested curves, evenly from low to high traction; a row per curve."""
         largest_mu = self.points.groupby("run_id", sort=False)[_MU].max()
-        order = largest_mu.argsort().to_numpy()
-        count = min(len(order), _MOST_DRAWN_CURVES)
-        ranks = np.linspace(0, len(order) - 1, count).round().astype(int)
-        return operating_points.to_numpy()[order[ranks]]
+        order_by_traction = largest_mu.argsort().to_numpy()
+        curve_count = min(len(order_by_traction), _MAX_DRAWN_CURVES)
+        ranks = np.linspace(0, len(order_by_traction) - 1, curve_count).round().astype(int)
+        return operating_points.to_numpy()[order_by_traction[ranks]]
 
     def _draw_curve(
         self, axes: Any, conditions: npt.NDArray[np.float64], operating_points: pd.DataFrame
@@ -311,10 +311,12 @@ class ArrayFit:
         color = line.get_color()
         lower, upper = predicted.obs_ci_lower, predicted.obs_ci_upper
         axes.fill_between(slip, lower, upper, color=color, alpha=0.2, linewidth=0)
-        is_same_condition = np.isclose(operating_points.to_numpy(), conditions, rtol=_SAME_AS_DRAWN)
+        is_same_condition = np.isclose(
+            operating_points.to_numpy(), conditions, rtol=_SAME_CONDITION_SHARE
+        )
         runs_of_curve = operating_points.index[is_same_condition.all(axis=1)]
-        measured = self.points[self.points["run_id"].isin(runs_of_curve)]
-        axes.plot(measured[SLIP], measured[_MU], "o", markersize=3, color=color)
+        measured_points = self.points[self.points["run_id"].isin(runs_of_curve)]
+        axes.plot(measured_points[SLIP], measured_points[_MU], "o", markersize=3, color=color)
 
     def __repr__(self) -> str:
         return self.summary()
@@ -371,9 +373,9 @@ def fit(
         >>> constants += [0.63482685, 1.2727, -0.4139, -1.2181]
         >>> constants += [24.43483717, 0.3964, 0.1591, -0.7121]
         >>> levels = [1.0, 1.25, 1.5], [25, 32, 40], [50, 80, 120], [0.01, 0.03, 0.1, 0.3]
-        >>> at = np.meshgrid(*levels)
-        >>> mu = oilfilm.predict("deng2026", constants, *at).traction_coefficient
-        >>> fitted = oilfilm.fit(*at, mu, searches=2, bootstrap=20)
+        >>> grids = np.meshgrid(*levels)
+        >>> mu = oilfilm.predict("deng2026", constants, *grids).traction_coefficient
+        >>> fitted = oilfilm.fit(*grids, mu, searches=2, bootstrap=20)
         >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
         {'A0': -0.016, 'A1': 1.665}
         >>> bool(fitted.soundness["sound"])
@@ -388,29 +390,32 @@ def fit(
         slide_roll_ratio,
         traction_coefficient,
     )
-    columns = (*CONDITIONS, SLIP, _MU)
-    arguments = dict(zip(columns, values, strict=True))
+    column_names = (*CONDITIONS, SLIP, _MU)
+    arguments = dict(zip(column_names, values, strict=True))
     if curve is not None:
         arguments["curve"] = curve
     arguments, _ = aligned(arguments)
     curve = arguments.pop("curve", None)
     arrays = [in_unit(value, name) for name, value in arguments.items()]
     try:
-        broadcast = np.broadcast_arrays(*arrays)
+        broadcast_arrays = np.broadcast_arrays(*arrays)
     except ValueError as error:
         shapes = ", ".join(str(array.shape) for array in arrays)
         raise OilfilmError(f"the arrays have shapes that do not match: {shapes}.") from error
     points = pd.DataFrame(
-        {column: array.ravel() for column, array in zip(columns, broadcast, strict=True)}
+        {
+            column: array.ravel()
+            for column, array in zip(column_names, broadcast_arrays, strict=True)
+        }
     )
     return fit_points(points, CONDITIONS, law, curve, calibration, **settings)
 
 
 def fit_points(
     points: pd.DataFrame,
-    conditions: tuple[str, ...],
-    law: str,
-    curve: npt.ArrayLike | None = None,
+    condition_names: tuple[str, ...],
+    law_name: str,
+    curve_of_point: npt.ArrayLike | None = None,
     calibration: Mapping[str, float] | None = None,
     **settings: Unpack[FitKeys],
 ) -> ArrayFit:
@@ -418,9 +423,9 @@ def fit_points(
 
     Args:
         points: Columns of the conditions, the slide-roll ratio and mu, one row per point.
-        conditions: Conditions that the law must depend on.
-        law: Name of the law.
-        curve: As in `fit`.
+        condition_names: Columns of the conditions that the law must depend on.
+        law_name: Name of the law.
+        curve_of_point: Name or number of the run of each point, as `curve` of `fit`.
         calibration: As in `fit`.
         settings: As in `fit`.
 
@@ -430,61 +435,63 @@ def fit_points(
     Warns:
         UserWarning: There are fewer than two points per curve.
     """
-    laws_of_conditions = [
-        name for name, candidate in LAWS.items() if candidate.conditions == conditions
-    ]
-    if law not in laws_of_conditions:
-        names = ", ".join(laws_of_conditions)
-        reason = why_compared_only(law)
+    law_names = [name for name, law in LAWS.items() if law.conditions == condition_names]
+    if law_name not in law_names:
+        names = ", ".join(law_names)
+        reason = why_compared_only(law_name)
         if reason:
             raise OilfilmError(f"{reason}. The laws of arrays are {names}.")
-        raise OilfilmError(f"there is no law {law!r} of these conditions; the laws are {names}.")
-    for column in (*conditions, SLIP, _MU):
+        raise OilfilmError(
+            f"there is no law {law_name!r} of these conditions; the laws are {names}."
+        )
+    for column in (*condition_names, SLIP, _MU):
         _refuse_missing_or_impossible(points[column].to_numpy(dtype=float), column)
     config = read_config(CONFIG)
-    if curve is None:
+    if curve_of_point is None:
         tolerances = config.same_condition
         levels_of_points = [
             condition_level_numbers(name, points[name].to_numpy(float), tolerances)
-            for name in conditions
+            for name in condition_names
         ]
-        curve = points.groupby(levels_of_points, sort=False).ngroup()
-    if np.size(curve) != len(points):
-        raise OilfilmError(f"`curve` has {np.size(curve)} values; expected {len(points)}.")
-    points = points.assign(run_id=np.asarray(curve).astype(str).ravel())
+        curve_of_point = points.groupby(levels_of_points, sort=False).ngroup()
+    if np.size(curve_of_point) != len(points):
+        raise OilfilmError(f"`curve` has {np.size(curve_of_point)} values; expected {len(points)}.")
+    points = points.assign(run_id=np.asarray(curve_of_point).astype(str).ravel())
     notes: tuple[str, ...] = ()
-    n_curves = points["run_id"].nunique()
-    if len(points) > 1 and n_curves > len(points) / 2:
+    curve_count = points["run_id"].nunique()
+    if len(points) > 1 and curve_count > len(points) / 2:
         notes = (
-            f"{len(points)} points are taken for {n_curves} curves. Points of one run share its "
+            f"{len(points)} points are taken for {curve_count} curves. Points of one run share its "
             "errors: intervals are far too narrow if each point is a curve. Give curve=.",
         )
         warnings.warn(notes[0], stacklevel=3)
-    fit_keys = {**config.fit.model_dump(), **settings, "law": law}
+    fit_keys = {**config.fit.model_dump(), **settings, "law": law_name}
     # a message begins with the name of the function, where it usually names a file
-    fit_settings = check(fit_keys, FitSettings, location_of=lambda _: "oilfilm.fit")
-    table = _points_table(points)
+    fit_settings = validated(fit_keys, FitSettings, location_of=lambda _: "oilfilm.fit")
+    campaign_points = _campaign_points(points)
     if calibration is not None:
-        uncertainties = check(dict(calibration), Calibration, lambda _: "calibration")
-        table = _with_systematic_errors(table, uncertainties)
-    results = fit_oil(table, _UNNAMED_OIL, fit_settings, config.seed).replace(points=table)
+        uncertainties = validated(dict(calibration), Calibration, lambda _: "calibration")
+        campaign_points = _with_systematic_errors(campaign_points, uncertainties)
+    results = fit_oil(campaign_points, _UNNAMED_OIL, fit_settings, config.seed).replace(
+        points=campaign_points
+    )
     results = with_surface(results, _UNNAMED_OIL, config)
     return ArrayFit(points, results, fit_settings, notes)
 
 
-def _refuse_missing_or_impossible(values: npt.NDArray[np.float64], name: str) -> None:
+def _refuse_missing_or_impossible(values: npt.NDArray[np.float64], column_name: str) -> None:
     """Refuse a column with a gap or with a number that the quantity cannot have.
 
     Raises:
         OilfilmError: A number is missing or impossible.
     """
-    gaps = np.flatnonzero(~np.isfinite(values))
-    if len(gaps):
+    gap_indices = np.flatnonzero(~np.isfinite(values))
+    if len(gap_indices):
         raise OilfilmError(
-            f"{name}: {len(gaps)} of {len(values)} points have no number, the first is number "
-            f"{gaps[0] + 1} ({values[gaps[0]]}). Leave these points out."
+            f"{column_name}: {len(gap_indices)} of {len(values)} points have no number, the first "
+            f"is number {gap_indices[0] + 1} ({values[gap_indices[0]]}). Leave these points out."
         )
-    refuse_impossible(values, name)
+    refuse_impossible(values, column_name)
 
 
 def _with_systematic_errors(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
@@ -505,9 +512,11 @@ def _with_systematic_errors(points: pd.DataFrame, calibration: Calibration) -> p
     )
 
 
-def _points_table(points: pd.DataFrame, oil: str = _UNNAMED_OIL) -> pd.DataFrame:
+def _campaign_points(points: pd.DataFrame) -> pd.DataFrame:
     """Points as the table `points` of a campaign; columns that are not known are null."""
     # the key of the table is run and first row in the log: here the number of the point
-    number = points.index + 1
-    accepted = points.assign(oil=oil, accepted=True, n_samples=1, first_row=number)
-    return tables.filled(accepted, "points", "the table")
+    point_number = points.index + 1
+    accepted_points = points.assign(
+        oil=_UNNAMED_OIL, accepted=True, n_samples=1, first_row=point_number
+    )
+    return tables.filled(accepted_points, "points", "the table")

@@ -26,7 +26,7 @@ def given_or_new(axes: Any) -> Any:
     """The axes to draw into: the given ones, else new ones.
 
     Args:
-        axes: Axes of matplotlib, or None.
+        axes: Axes of matplotlib; None for new ones.
 
     Raises:
         OilfilmError: Something else than axes is given, or matplotlib is missing.

@@ -19,7 +19,7 @@ from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.bearing.resistance import HEATS
-from oilfilm.settings.resolve import campaign_names, named_file, resolve
+from oilfilm.settings.resolve import campaign_names, named_content, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import (
@@ -34,23 +34,26 @@ from oilfilm.torque.answers import (
 from oilfilm.torque.bearing_torque import OilInBearing, oils_of_results
 from oilfilm.torque.best_oil import NOT_KNOWN
 
-# Units of plain numbers, and the values that a bearing with oil may have.
-_QUANTITIES = {
+# Unit of plain numbers, and the bounds of what a bearing with oil may have: above the lower one, up
+# to the upper one.
+_UNIT_AND_BOUNDS_BY_QUANTITY = {
     "axial_load": ("N", 0.0, 1e7),
     "speed": ("rpm", 0.0, 1e6),
     "temperature": ("degC", -60.0, 300.0),
 }
 # Shares below this are not printed.
-_SMALLEST_SHARE = 0.005
-# Sum of the shares of variance from which on causes act together, beyond the error of the shares.
-_SURELY_TOGETHER = 1.4
-# Answers of the table: name, column, unit, factor.
-_ANSWERS = (
+_MIN_PRINTED_SHARE = 0.005
+# If the shares of variance add up to more, causes act together; the error of the shares alone does
+# not make so much.
+_SHARE_SUM_OF_JOINT_CAUSES = 1.4
+# Answers at an operating point, as they are printed: name, column, unit of the printed value, and
+# the factor that converts the column to it.
+_PRINTED_ANSWERS = (
     ("friction torque", "torque_n_m", "N m", 1.0),
     ("power loss", "power_w", "W", 1.0),
     ("cage slip", "cage_slip", "%", 100.0),
 )
-_COLUMNS = [
+_FRAME_COLUMNS = [
     *("oil", "bearing", "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"),
     *("torque_n_m", "torque_n_m_lower", "torque_n_m_upper"),
     *("power_w", "power_w_lower", "power_w_upper"),
@@ -66,7 +69,7 @@ class BearingTorque:
     Attributes:
         oil: The oil of the summary; empty for all oils.
         answers: Results of every oil at every point, and the shares of variance.
-        about: Which campaign, data and law the results are from, in a sentence.
+        about: Which law, campaign and data the answers are from, in a sentence.
     """
 
     oil: str
@@ -75,7 +78,7 @@ class BearingTorque:
 
     def to_frame(self) -> pd.DataFrame:
         """One row per oil and operating point: torque, power loss, cage slip, best oil."""
-        return self._rows_of_oil(self.answers.points)[_COLUMNS].reset_index(drop=True)
+        return self._rows_of_oil(self.answers.points)[_FRAME_COLUMNS].reset_index(drop=True)
 
     def parts(self) -> pd.DataFrame:
         """Parts of the friction torque in N m, one row per oil and operating point.
@@ -85,9 +88,9 @@ class BearingTorque:
         `momentum` the oil that the inner ring carries along. They add up to the torque.
         """
         points = self._rows_of_oil(self.answers.points)
-        names = ["oil", "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
-        torques = points[[f"{part}_torque_n_m" for part in HEATS]].set_axis(HEATS, axis=1)
-        return points[names].join(torques).reset_index(drop=True)
+        key_columns = ["oil", "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
+        torque_by_part = points[[f"{part}_torque_n_m" for part in HEATS]].set_axis(HEATS, axis=1)
+        return points[key_columns].join(torque_by_part).reset_index(drop=True)
 
     def shares(self) -> pd.DataFrame:
         """Share of the variance of torque and cage slip by each cause, and the range drawn."""
@@ -115,24 +118,27 @@ class BearingTorque:
             "axial_load_n": "Axial load (N)",
             "inlet_temperature_c": "Oil temperature (degC)",
         }
-        frame = self.to_frame()
-        varied_columns = [name for name in label_by_column if frame[name].nunique() > 1]
-        abscissa = varied_columns[0] if varied_columns else "inner_speed_rpm"
-        for group, rows in frame.groupby(["oil", *varied_columns[1:]], sort=False):
-            ordered = rows.sort_values(abscissa)
+        answer_rows = self.to_frame()
+        varied_columns = [name for name in label_by_column if answer_rows[name].nunique() > 1]
+        abscissa_column = varied_columns[0] if varied_columns else "inner_speed_rpm"
+        series_columns = ["oil", *varied_columns[1:]]
+        for series_values, rows_of_series in answer_rows.groupby(series_columns, sort=False):
+            sorted_rows = rows_of_series.sort_values(abscissa_column)
             label = ", ".join(
-                f"{value:g}" if not isinstance(value, str) else value for value in group
+                f"{value:g}" if not isinstance(value, str) else value for value in series_values
             )
-            (line,) = axes.plot(ordered[abscissa], ordered["torque_n_m"], marker="o", label=label)
+            (line,) = axes.plot(
+                sorted_rows[abscissa_column], sorted_rows["torque_n_m"], marker="o", label=label
+            )
             axes.fill_between(
-                ordered[abscissa],
-                ordered["torque_n_m_lower"],
-                ordered["torque_n_m_upper"],
+                sorted_rows[abscissa_column],
+                sorted_rows["torque_n_m_lower"],
+                sorted_rows["torque_n_m_upper"],
                 color=line.get_color(),
                 alpha=0.2,
                 linewidth=0,
             )
-        axes.set(xlabel=label_by_column[abscissa], ylabel="Friction torque (N m)")
+        axes.set(xlabel=label_by_column[abscissa_column], ylabel="Friction torque (N m)")
         axes.legend(fontsize="small", title="Band: 95 % interval")
         return axes
 
@@ -140,16 +146,16 @@ class BearingTorque:
         return self.summary()
 
     def _rows_of_oil(self, frame: pd.DataFrame) -> pd.DataFrame:
-        """Rows of the oil of the summary."""
+        """The rows of a table that are of the oil of the summary; all rows if it names none."""
         return frame[frame["oil"] == self.oil] if self.oil else frame
 
     def _share_of_best(self, row: "pd.Series[Any]") -> float:
         """Share of the draws in which the best oil of a row's point is the best one."""
         points = self.answers.points
-        is_best = points["oil"] == row["best_oil"]
-        for name in ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c"):
-            is_best &= points[name] == row[name]
-        return float(points.loc[is_best, "best_share"].sum())
+        is_best_oil_here = points["oil"] == row["best_oil"]
+        for column in ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c"):
+            is_best_oil_here &= points[column] == row[column]
+        return float(points.loc[is_best_oil_here, "best_share"].sum())
 
     def _lines(self) -> Iterator[str]:
         """The lines of the summary."""
@@ -179,7 +185,7 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         }
         yield f"  NOT KNOWN: {reasons[row['no_equilibrium']]}"
         return
-    for name, column, unit, factor in _ANSWERS:
+    for name, column, unit, factor in _PRINTED_ANSWERS:
         value, lower, upper = (factor * row[f"{column}{end}"] for end in ("", "_lower", "_upper"))
         interval = "no interval, because the law has too few refits or draws have no equilibrium"
         if np.isfinite(lower):
@@ -187,13 +193,13 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         yield f"  {name:<16}{three_digits(value)} {unit}, {interval}"
     if row["bistable"] is True:
         yield "  the cage may roll or skid here; the numbers are those of the faster cage"
-    best = row["best_oil"]
-    if best == "":
+    best_oil = row["best_oil"]
+    if best_oil == "":
         yield "  best oil        none: no oil has a full film"
-    elif best == NOT_KNOWN:
+    elif best_oil == NOT_KNOWN:
         yield "  best oil        not known: an oil has no steady motion or no known film"
     else:
-        yield f"  best oil        {best}, in {share_of_best:.0%} of the draws"
+        yield f"  best oil        {best_oil}, in {share_of_best:.0%} of the draws"
     if row["pressure_verdict"] != "within":
         yield f"  contact pressure {row['pressure_verdict']} limit (bearing.pressure_limits_gpa)"
     shares_beyond_tests = [
@@ -207,17 +213,19 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
 
 def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
     """Shares of variance with their ranges, and what to measure next."""
-    largest = shares[["torque_share", "slip_share"]].max(axis=1)
-    shown = shares[largest >= _SMALLEST_SHARE].sort_values("torque_share", ascending=False)
-    if shown.empty:
+    largest_share = shares[["torque_share", "slip_share"]].max(axis=1)
+    shown_shares = shares[largest_share >= _MIN_PRINTED_SHARE].sort_values(
+        "torque_share", ascending=False
+    )
+    if shown_shares.empty:
         return
     yield f"  {'share of variance':<42}{'torque':>8}{'slip':>8}  drawn from"
-    for _, row in shown.iterrows():
+    for _, row in shown_shares.iterrows():
         meaning = CAUSES[row["variance_cause"]].meaning
-        torque, slip = row["torque_share"], row["slip_share"]
-        yield f"  {meaning:<42}{torque:>8.0%}{slip:>8.0%}  {range_text(row)}"
-    sum_of_shares = shares[["torque_share", "slip_share"]].sum()
-    if sum_of_shares.max() > _SURELY_TOGETHER:
+        torque_share, slip_share = row["torque_share"], row["slip_share"]
+        yield f"  {meaning:<42}{torque_share:>8.0%}{slip_share:>8.0%}  {range_text(row)}"
+    share_sums = shares[["torque_share", "slip_share"]].sum()
+    if share_sums.max() > _SHARE_SUM_OF_JOINT_CAUSES:
         yield "  The shares add up to more than 100 %: causes act together, near a jump of the cage"
     for column, name in (("torque_share", "torque"), ("slip_share", "cage slip")):
         causes = what_to_measure(shares, column)
@@ -264,7 +272,10 @@ def bearing_torque(
         ```
     """
     values = (axial_load, speed, temperature)
-    arrays = [_in_unit(value, name) for value, name in zip(values, _QUANTITIES, strict=True)]
+    arrays = [
+        _in_unit(value, name)
+        for value, name in zip(values, _UNIT_AND_BOUNDS_BY_QUANTITY, strict=True)
+    ]
     try:
         load_n, speed_rpm, temperature_c = np.broadcast_arrays(*arrays)
     except ValueError:
@@ -274,30 +285,34 @@ def bearing_torque(
             "give one value, or as many of each."
         ) from None
     settings_folder = config_folder(None if config is None else Path(config))
-    bearing_file = named_file(settings_folder, "bearing", bearing, "the bearing")
+    bearing_file = named_content(settings_folder, "bearing", bearing, "the bearing")
     if isinstance(results, ArrayFit):
-        source = _of_fit(results, oil, rig, settings_folder)
+        source = _source_of_fit(results, oil, rig, settings_folder)
     else:
-        source = _of_folder(Path(results), rig, settings_folder)
-    oils = oils_of_results(source.tables, source.settings)
-    _refuse_unknown_oil(oil, oils, source.name)
+        source = _source_of_folder(Path(results), rig, settings_folder)
+    oils_in_bearing = oils_of_results(source.tables, source.settings)
+    _refuse_unknown_oil(oil, oils_in_bearing, source.name)
     geometry = bearing_file.bearing(bearing)
     points = operating_points(geometry, load_n, speed_rpm, temperature_c).drop_duplicates()
-    about = f"law {oils[0].laws['stress'].fitted.law.name} {source.origin}"
-    stand_ins = [
-        oil_in_bearing.name for oil_in_bearing in oils if oil_in_bearing.properties.stand_in
+    about = f"law {oils_in_bearing[0].laws['stress'].fitted.law.name} {source.origin}"
+    stand_in_names = [
+        oil_in_bearing.name
+        for oil_in_bearing in oils_in_bearing
+        if oil_in_bearing.properties.stand_in
     ]
-    if stand_ins:
-        about += f"; properties of {', '.join(stand_ins)} are those of similar oils"
+    if stand_in_names:
+        about += f"; properties of {', '.join(stand_in_names)} are those of similar oils"
     if bearing_file.assumed:
         about += f"; assumed in the bearing's file: {', '.join(bearing_file.assumed)}"
-    wanted_oils = [oil] if oil else [oil_in_bearing.name for oil_in_bearing in oils]
+    answered_oil_names = (
+        [oil] if oil else [oil_in_bearing.name for oil_in_bearing in oils_in_bearing]
+    )
 
-    def is_wanted(terms: pd.DataFrame) -> BoolArray:
-        return np.asarray(terms["oil"].isin(wanted_oils), dtype=bool)
+    def is_answered(terms: pd.DataFrame) -> BoolArray:
+        return np.asarray(terms["oil"].isin(answered_oil_names), dtype=bool)
 
-    answered = answers(oils, geometry, points, source.settings, is_wanted)
-    return BearingTorque(oil, answered, about)
+    all_answers = answers(oils_in_bearing, geometry, points, source.settings, is_answered)
+    return BearingTorque(oil, all_answers, about)
 
 
 class _Source(NamedTuple):
@@ -316,13 +331,13 @@ class _Source(NamedTuple):
     origin: str
 
 
-def _of_folder(folder: Path, rig: str, settings_folder: Path) -> _Source:
+def _source_of_folder(folder: Path, rig_name: str, settings_folder: Path) -> _Source:
     """The fits of a campaign.
 
     Raises:
         OilfilmError: The folder has no results, or those of a campaign that is not known here.
     """
-    if rig:
+    if rig_name:
         raise OilfilmError("rig: is for a fit; a campaign names its rigs itself. Leave it out.")
     if not (folder / "tables").is_dir():
         raise OilfilmError(
@@ -330,91 +345,108 @@ def _of_folder(folder: Path, rig: str, settings_folder: Path) -> _Source:
             "Run snakemake, or correct `results`."
         )
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
-    campaign = str(footer.get("campaign"))
-    if campaign not in campaign_names(settings_folder):
+    campaign_name = str(footer.get("campaign"))
+    if campaign_name not in campaign_names(settings_folder):
         raise OilfilmError(
-            f"{folder}: has results of {campaign!r}, which {settings_folder / 'campaigns'} lacks. "
-            "Name the configuration folder. A saved fit names no oil and no rig: give the fit "
-            "itself, in Python."
+            f"{folder}: has results of {campaign_name!r}, which {settings_folder / 'campaigns'} "
+            "lacks. Name the configuration folder. A saved fit names no oil and no rig: give the "
+            "fit itself, in Python."
         )
-    data = "SIMULATED" if footer.get("data") == "simulated" else str(footer.get("data"))
+    data_kind = "SIMULATED" if footer.get("data") == "simulated" else str(footer.get("data"))
     return _Source(
         CampaignTables.in_folder(folder),
-        resolve(settings_folder, {"campaign": campaign}),
+        resolve(settings_folder, {"campaign": campaign_name}),
         str(folder),
-        f"as fitted in campaign {campaign}, {data} data",
+        f"as fitted in campaign {campaign_name}, {data_kind} data",
     )
 
 
-def _of_fit(fit: ArrayFit, oil: str, rig: str, settings_folder: Path) -> _Source:
+def _source_of_fit(fit: ArrayFit, oil_name: str, rig_name: str, settings_folder: Path) -> _Source:
     """A fit of a table or of arrays, with the oil and the rig that it does not name itself.
 
     Raises:
         OilfilmError: Oil or rig is not named, or not known.
     """
-    files = {}
-    for kind, name in (("oil", oil), ("rig", rig)):
+    content_by_kind = {}
+    for kind, name in (("oil", oil_name), ("rig", rig_name)):
         if not name:
             raise OilfilmError(
                 f"{kind}: found nothing; a fit does not say it. Name a file of config/{kind}s."
             )
-        files[kind] = named_file(settings_folder, kind, name, f"`{kind}`").model_dump(
+        content_by_kind[kind] = named_content(settings_folder, kind, name, f"`{kind}`").model_dump(
             mode="json", exclude_unset=True
         )
     # imported late: the report comes with it, which campaigns do not need
     from oilfilm.api.saved_fit import as_campaign  # noqa: PLC0415
 
-    fitted, settings, _ = as_campaign(replace(fit, oil=oil), "fit")
-    plain = settings.plain()
-    campaign = {**plain["campaign"], "oils": [oil], "oils_without_properties": [], "rigs": [rig]}
+    fit_tables, settings, _ = as_campaign(replace(fit, oil=oil_name), "fit")
+    plain_settings = settings.plain()
+    campaign_values = {
+        **plain_settings["campaign"],
+        "oils": [oil_name],
+        "oils_without_properties": [],
+        "rigs": [rig_name],
+    }
     settings = Settings.of(
-        {**plain, "campaign": campaign, "oils": {oil: files["oil"]}, "rigs": {rig: files["rig"]}}
+        {
+            **plain_settings,
+            "campaign": campaign_values,
+            "oils": {oil_name: content_by_kind["oil"]},
+            "rigs": {rig_name: content_by_kind["rig"]},
+        }
     )
-    name = Path(fit.source).name or "arrays"
-    return _Source(fitted, settings, f"the fit of {name}", f"as fitted to {name}")
+    source_name = Path(fit.source).name or "arrays"
+    return _Source(fit_tables, settings, f"the fit of {source_name}", f"as fitted to {source_name}")
 
 
-def _in_unit(value: Any, name: str) -> FloatArray:
-    """Values in the unit of `_QUANTITIES`.
+def _in_unit(value: Any, quantity_name: str) -> FloatArray:
+    """Values in the unit of `_UNIT_AND_BOUNDS_BY_QUANTITY`.
 
     Raises:
         OilfilmError: A quantity has another unit, or a value is impossible.
     """
-    unit, least, largest = _QUANTITIES[name]
+    unit, lower_bound, upper_bound = _UNIT_AND_BOUNDS_BY_QUANTITY[quantity_name]
     if hasattr(value, "magnitude") and hasattr(value, "to"):
         try:
             value = value.to(unit).magnitude
         except Exception as error:
-            raise OilfilmError(f"{name}: {error}; expected a unit such as {unit}.") from error
+            raise OilfilmError(
+                f"{quantity_name}: {error}; expected a unit such as {unit}."
+            ) from error
     try:
         values: npt.NDArray[np.float64] = np.atleast_1d(np.asarray(value, dtype=float))
     except (TypeError, ValueError):
-        raise OilfilmError(f"{name}: found {value!r}; expected numbers in {unit}.") from None
+        raise OilfilmError(
+            f"{quantity_name}: found {value!r}; expected numbers in {unit}."
+        ) from None
     if values.size == 0:
-        raise OilfilmError(f"{name}: found no value; expected one or more in {unit}.")
-    is_possible = (values > least) & (values <= largest)
+        raise OilfilmError(f"{quantity_name}: found no value; expected one or more in {unit}.")
+    is_possible = (values > lower_bound) & (values <= upper_bound)
     if not is_possible.all():
         raise OilfilmError(
-            f"{name}: found {values[~is_possible].flat[0]:g} {unit}; expected more than "
-            f"{least:g} and at most {largest:g} {unit}."
+            f"{quantity_name}: found {values[~is_possible].flat[0]:g} {unit}; expected more than "
+            f"{lower_bound:g} and at most {upper_bound:g} {unit}."
         )
     return values
 
 
-def _refuse_unknown_oil(oil: str, oils: list[OilInBearing], source: str) -> None:
+def _refuse_unknown_oil(
+    oil_name: str, oils_in_bearing: list[OilInBearing], source_name: str
+) -> None:
     """Refuse a campaign without oils for a bearing, and an oil that is not among them.
 
     Raises:
         OilfilmError: There is none.
     """
-    names = [oil_in_bearing.name for oil_in_bearing in oils]
-    if not names:
+    oil_names = [oil_in_bearing.name for oil_in_bearing in oils_in_bearing]
+    if not oil_names:
         raise OilfilmError(
-            f"{source}: no oil of the campaign can be used in a bearing. It needs a rig of known "
-            "contact, properties of the oil (config/oils) and a law that follows all conditions."
+            f"{source_name}: no oil of the campaign can be used in a bearing. It needs a rig of "
+            "known contact, properties of the oil (config/oils) and a law that follows all "
+            "conditions."
         )
-    if oil and oil not in names:
+    if oil_name and oil_name not in oil_names:
         raise OilfilmError(
-            f"{source}: no oil {oil!r} that can be used in a bearing; there are "
-            f"{', '.join(names)}. Name one of these."
+            f"{source_name}: no oil {oil_name!r} that can be used in a bearing; there are "
+            f"{', '.join(oil_names)}. Name one of these."
         )

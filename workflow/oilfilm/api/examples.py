@@ -8,7 +8,7 @@ from pathlib import Path
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import HOME
 
-_EXAMPLES = {
+_PATH_BY_EXAMPLE = {
     # 162 simulated readings of mu
     "simulated_mu.csv": "docs/examples/simulated_mu.csv",
     # a program that writes 13 simulated logs
@@ -33,6 +33,8 @@ def example(name: str) -> Path:
         >>> oilfilm.example("simulated_mu.csv").is_file()
         True
     """
-    if name not in _EXAMPLES:
-        raise OilfilmError(f"there is no example {name!r}; expected one of {', '.join(_EXAMPLES)}.")
-    return HOME / _EXAMPLES[name]
+    if name not in _PATH_BY_EXAMPLE:
+        raise OilfilmError(
+            f"there is no example {name!r}; expected one of {', '.join(_PATH_BY_EXAMPLE)}."
+        )
+    return HOME / _PATH_BY_EXAMPLE[name]

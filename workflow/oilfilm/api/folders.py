@@ -8,12 +8,12 @@ from pathlib import Path
 from oilfilm.base.home import CONFIG
 
 
-def config_folder(named: Path | None) -> Path:
+def config_folder(named_folder: Path | None) -> Path:
     """The configuration folder: the named one, else `config` here, else that of oilfilm."""
-    if named:
-        return named
-    project = Path("config")
-    return project if project.is_dir() else CONFIG
+    if named_folder:
+        return named_folder
+    current_config = Path("config")
+    return current_config if current_config.is_dir() else CONFIG
 
 
 def project_folder(config: Path | None) -> Path:

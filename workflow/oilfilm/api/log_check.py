@@ -43,31 +43,31 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.surface.shape import FEWEST_CURVES
 from oilfilm.tables import failed_gates
 
-# Columns of plateaus that a check reports, by kind of rig.
-MEASURED = {
+# Columns of plateaus whose range a check reports, by kind of rig.
+_MEASURED_COLUMNS_BY_KIND = {
     TRACTION_KIND: (*SET_POINT_KEYS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
     TORQUE_KIND: TorqueRig.means,
 }
 _REFUSAL_COLUMNS = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
 _RUN_COLUMNS = ["run_id", "label", "oil", "rig", "verdict", "warning", "plateaus"]
-# Columns of a data frame of runs.
+# Columns of `CheckedLogs.to_frame`.
 _FRAME_COLUMNS = [
     *("file", "run_id", "oil", "rig", "verdict", "plateaus", "accepted_plateaus", "rows"),
     "warning",
 ]
 # Source of a label or set point that the header does not give.
-_CAMPAIGN, _BY_HERTZ = "campaign", "by Hertz"
-# Columns of the text.
-WIDTH = 100
+_FROM_CAMPAIGN, _FROM_HERTZ = "campaign", "by Hertz"
+# Letters in a line of the text.
+TEXT_WIDTH = 100
 # More runs of one log, and more logs at once, are shown in less detail.
-_MOST_RUNS_LISTED = 10
-_MOST_LOGS_IN_DETAIL = 10
+_MAX_LISTED_RUNS = 10
+_MAX_DETAILED_LOGS = 10
 _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
-# Stands for the file where problems are listed by run.
-_FILE = ""
-_KINDS: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
-# Rule -> the rules whose faults may only follow from it.
-CONSEQUENCES: Mapping[str, frozenset[str]] = {
+# Key of what concerns the whole file, where problems are listed by run.
+_FILE_KEY = ""
+_RIG_KINDS: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
+# Rules whose faults may only follow from a fault by another rule, by that other rule.
+CONSEQUENCES_BY_CAUSE: Mapping[str, frozenset[str]] = {
     cause: frozenset(rules.split()) for cause, rules in RULES["causes"].items()
 }
 # A log: its path and its content.
@@ -105,9 +105,9 @@ class CheckedLogs:
         A log in which no run was found has one row without a run.
         """
         rows = []
-        for log in self.logs:
-            runs = log["runs"] or [{"verdict": log["verdict"]}]
-            rows += [{"file": log["file"]} | run for run in runs]
+        for log_report in self.logs:
+            run_reports = log_report["runs"] or [{"verdict": log_report["verdict"]}]
+            rows += [{"file": log_report["file"]} | run_report for run_report in run_reports]
         return pd.DataFrame(rows).reindex(columns=_FRAME_COLUMNS)
 
     def summary(self) -> str:
@@ -150,20 +150,21 @@ def check(
             files += [path / name for name in raw_files(path)]
         else:
             files.append(path)
-    folder, project = _config_and_project(None if config is None else Path(config), files)
-    raw = project / "data" / "raw"
-    campaign_of_logs = campaign or _campaign_of(files, raw, folder)
-    settings = resolve(folder, {"campaign": campaign_of_logs} if campaign_of_logs else {})
+    config_option = None if config is None else Path(config)
+    settings_folder, project = _config_and_project(config_option, files)
+    raw_folder = project / "data" / "raw"
+    given_campaign = campaign or _campaign_name_of(files, raw_folder, settings_folder)
+    settings = resolve(settings_folder, {"campaign": given_campaign} if given_campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
-    paths = [path for path in dict.fromkeys(files) if not is_run_sheet(path, raw)]
-    if not paths:
+    log_paths = [path for path in dict.fromkeys(files) if not is_run_sheet(path, raw_folder)]
+    if not log_paths:
         raise OilfilmError(f"{_decodable_path(files[0])}: is a run sheet. Name logs.")
     campaign_name = settings.campaign.name
     # read one after the other: a log is not needed beside its samples
-    contents = {_decodable_path(path): partial(read_bytes, path) for path in paths}
-    reports, points = _judged_files(contents, settings, raw)
-    if campaign_of_logs:
-        notes = tuple(_removed_logs(campaign_name, raw))
+    reader_by_path = {_decodable_path(path): partial(read_bytes, path) for path in log_paths}
+    reports, points = _reports_and_points(reader_by_path, settings, raw_folder)
+    if given_campaign:
+        notes = tuple(_sentences_on_missing_logs(campaign_name, raw_folder))
     else:
         notes = (_advice_for_logs_of_no_campaign(campaign_name),)
     return CheckedLogs(reports, campaign_name, notes, points)
@@ -180,15 +181,15 @@ def _config_and_project(config_option: Path | None, logs: Sequence[Path]) -> tup
     """
     if config_option:
         return config_option, project_folder(config_option)
-    projects = sorted({project for project in map(_project_of, logs) if project is not None})
-    if len(projects) > 1:
-        names = " and ".join(map(str, projects))
+    project_folders = sorted({project for project in map(_project_of, logs) if project is not None})
+    if len(project_folders) > 1:
+        projects_in_words = " and ".join(map(str, project_folders))
         raise OilfilmError(
-            f"{logs[0]}: the logs are of the projects {names}. Check one "
+            f"{logs[0]}: the logs are of the projects {projects_in_words}. Check one "
             "project at a time, or name with --config the configuration folder that is meant."
         )
-    if projects and projects[0] != Path.cwd():
-        return projects[0] / "config", projects[0]
+    if project_folders and project_folders[0] != Path.cwd():
+        return project_folders[0] / "config", project_folders[0]
     return config_folder(None), project_folder(None)
 
 
@@ -202,48 +203,50 @@ def _project_of(log: Path) -> Path | None:
     return None
 
 
-def _advice_for_logs_of_no_campaign(campaign: str) -> str:
+def _advice_for_logs_of_no_campaign(campaign_name: str) -> str:
     """What to do about logs that are in no campaign's folder."""
     return (
         f"The logs are in the folder of no campaign: the names of columns, the rig and the limits "
-        f"are those of the campaign {campaign!r}, which may be another laboratory's. "
+        f"are those of the campaign {campaign_name!r}, which may be another laboratory's. "
         "`oilfilm init FOLDER LOG...` makes a project for logs of your own. --campaign names a "
         "campaign that you have."
     )
 
 
-def _removed_logs(campaign: str, raw: Path) -> Iterator[str]:
+def _sentences_on_missing_logs(campaign_name: str, raw_folder: Path) -> Iterator[str]:
     """Sentences on the logs of a campaign that an earlier run has read and that are missing now."""
-    for folder in (campaign, f"{campaign}-torque"):
-        first_seen = FirstSeen(campaign, folder, folder=raw.parent / "first_seen")
-        logs = named_logs(raw / folder) if (raw / folder).is_dir() else ()
-        sentence = first_seen.gone(f"data/raw/{folder}/{name}" for name, _ in logs)
+    for folder_name in (campaign_name, f"{campaign_name}-torque"):
+        first_seen = FirstSeen(campaign_name, folder_name, folder=raw_folder.parent / "first_seen")
+        folder = raw_folder / folder_name
+        logs_now = named_logs(folder) if folder.is_dir() else ()
+        sentence = first_seen.gone(f"data/raw/{folder_name}/{name}" for name, _ in logs_now)
         if sentence:
             yield sentence
 
 
-def _campaign_of(paths: Iterable[Path], raw: Path, config: Path) -> str | None:
-    """The campaign in whose folders the logs are; None where they are elsewhere.
+def _campaign_name_of(paths: Iterable[Path], raw_folder: Path, settings_folder: Path) -> str | None:
+    """The name of the campaign in whose folders the logs are; None where they are elsewhere.
 
     Raises:
         OilfilmError: They are of several campaigns.
     """
-    raw = raw.resolve()
-    known_campaigns = campaign_names(config)
-    campaigns = set()
+    raw_folder = raw_folder.resolve()
+    known_names = campaign_names(settings_folder)
+    campaign_names_of_logs = set()
     for path in paths:
         # not `resolve`, which fails on a link to itself
         real_path = Path(os.path.realpath(path))
-        if real_path.is_relative_to(raw):
-            name = real_path.relative_to(raw).parts[0].removesuffix("-torque")
-            if name in known_campaigns:
-                campaigns.add(name)
-    if len(campaigns) > 1:
+        if real_path.is_relative_to(raw_folder):
+            campaign_name = real_path.relative_to(raw_folder).parts[0].removesuffix("-torque")
+            if campaign_name in known_names:
+                campaign_names_of_logs.add(campaign_name)
+    if len(campaign_names_of_logs) > 1:
+        campaigns_in_words = " and ".join(sorted(campaign_names_of_logs))
         raise OilfilmError(
-            f"{raw}: the logs are of the campaigns {' and '.join(sorted(campaigns))}. Check one "
-            "campaign at a time, or name with --campaign the one whose limits are meant."
+            f"{raw_folder}: the logs are of the campaigns {campaigns_in_words}. Check one campaign "
+            "at a time, or name with --campaign the one whose limits are meant."
         )
-    return campaigns.pop() if campaigns else None
+    return campaign_names_of_logs.pop() if campaign_names_of_logs else None
 
 
 def _decodable_path(path: Path) -> str:
@@ -251,180 +254,193 @@ def _decodable_path(path: Path) -> str:
     return str(path).encode("utf-8", "backslashreplace").decode("utf-8")
 
 
-def check_files(
-    logs: Mapping[str, Callable[[], bytes]], settings: Settings, raw: Path
+def reports_on_logs(
+    reader_by_path: Mapping[str, Callable[[], bytes]], settings: Settings, raw_folder: Path
 ) -> list[JsonObject]:
-    """The reports on logs as plain values, in the order of the logs.
+    """The reports on logs of both kinds as plain values, in the order of the logs.
 
     Args:
-        logs: What gives the content of each log, by its path.
+        reader_by_path: Function that returns the content of a log, by the path of the log.
         settings: Settings of the campaign.
-        raw: The folder `data/raw` with the campaigns' folders, whose run sheets are used.
+        raw_folder: The folder `data/raw` with the campaigns' folders, whose run sheets are used.
 
     Raises:
         OilfilmError: As in `ingest_logs`.
     """
-    reports, _ = _judged_files(logs, settings, raw)
+    reports, _ = _reports_and_points(reader_by_path, settings, raw_folder)
     return reports
 
 
-def _judged_files(
-    logs: Mapping[str, Callable[[], bytes]], settings: Settings, raw: Path
+def _reports_and_points(
+    reader_by_path: Mapping[str, Callable[[], bytes]], settings: Settings, raw_folder: Path
 ) -> tuple[list[JsonObject], pd.DataFrame]:
-    """The reports of `check_files`, and the accepted points of traction logs."""
-    reports: dict[str, JsonObject] = {}
+    """The reports of `reports_on_logs`, and the accepted points of the traction logs."""
+    report_by_path: dict[str, JsonObject] = {}
     points = pd.DataFrame()
-    for kind in _KINDS:
-        files = [file for file in logs if kind_of(file, settings) is kind]
-        if files:
-            sheet = sheet_of_paths([Path(file) for file in files], raw, settings, kind.logs)
-            contents = ((file, logs[file]()) for file in files)
-            reports_of_kind, curated = _judged(contents, settings, kind, sheet)
-            reports.update((log_report["file"], log_report) for log_report in reports_of_kind)
-            if kind is TractionRig:
+    for rig_kind in _RIG_KINDS:
+        paths = [path for path in reader_by_path if rig_kind_of(path, settings) is rig_kind]
+        if paths:
+            sheet = sheet_of_paths(
+                [Path(path) for path in paths], raw_folder, settings, rig_kind.logs
+            )
+            contents = ((path, reader_by_path[path]()) for path in paths)
+            reports_of_kind, curated = _reports_and_tables(contents, settings, rig_kind, sheet)
+            report_by_path.update(
+                (log_report["file"], log_report) for log_report in reports_of_kind
+            )
+            if rig_kind is TractionRig:
                 points = curated.points[curated.points["accepted"]].reset_index(drop=True)
-    return [reports[file] for file in logs], points
+    return [report_by_path[path] for path in reader_by_path], points
 
 
-def kinds_of_folders(settings: Settings) -> dict[str, type[RigKind]]:
-    """The kind of rig by the folders of a campaign below `data/raw`."""
-    name = settings.campaign.name
-    kinds: dict[str, type[RigKind]] = {name: TractionRig}
+def rig_kind_by_folder(settings: Settings) -> dict[str, type[RigKind]]:
+    """The kind of rig by the name of each of a campaign's folders below `data/raw`."""
+    campaign_name = settings.campaign.name
+    rig_kind_by_name: dict[str, type[RigKind]] = {campaign_name: TractionRig}
     if settings.campaign.torque is not None:
-        kinds[f"{name}-torque"] = TorqueRig
-    return kinds
+        rig_kind_by_name[f"{campaign_name}-torque"] = TorqueRig
+    return rig_kind_by_name
 
 
-def kind_of(file: str, settings: Settings) -> type[RigKind]:
+def rig_kind_of(path: str, settings: Settings) -> type[RigKind]:
     """The kind of rig of a log, by its folder; traction where the folder is not a campaign's."""
-    kinds = kinds_of_folders(settings)
+    rig_kind_by_name = rig_kind_by_folder(settings)
     # the nearest folder decides: the folder of the project may have the campaign's name, too
-    for folder in Path(os.path.realpath(file)).parents:
-        if folder.name in kinds:
-            return kinds[folder.name]
-    return kinds[settings.campaign.name]
+    for folder in Path(os.path.realpath(path)).parents:
+        if folder.name in rig_kind_by_name:
+            return rig_kind_by_name[folder.name]
+    return rig_kind_by_name[settings.campaign.name]
 
 
 # ---------------------------------------------------------------- plain values
 
 
-def judged_logs(
-    logs: Iterable[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
+def reports_on_logs_of_kind(
+    logs: Iterable[Log], settings: Settings, rig_kind: type[RigKind], run_sheet: RunSheet
 ) -> list[JsonObject]:
-    """The reports on logs of one kind, in the order of the logs; NaN where unknown.
+    """The reports on logs of one kind of rig, in the order of the logs; NaN where unknown.
 
     Args:
-        logs: The logs by path and content.
+        logs: Path and content of each log.
         settings: Settings of the campaign.
-        kind: The kind of rig.
-        sheet: The run sheet as `sheet_of_paths` gives it.
+        rig_kind: The kind of rig.
+        run_sheet: The run sheet as `sheet_of_paths` gives it.
 
     Raises:
         OilfilmError: As in `ingest_logs`.
     """
-    reports, _ = _judged(logs, settings, kind, sheet)
+    reports, _ = _reports_and_tables(logs, settings, rig_kind, run_sheet)
     return reports
 
 
-def _judged(
-    logs: Iterable[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
+def _reports_and_tables(
+    logs: Iterable[Log], settings: Settings, rig_kind: type[RigKind], run_sheet: RunSheet
 ) -> tuple[list[JsonObject], Curated]:
-    """The reports of `judged_logs`, and the tables behind them."""
-    ingested = ingest_logs(logs, settings, kind.logs, sheet)
-    curated = curate_ingested(ingested, kind(settings))
+    """The reports of `reports_on_logs_of_kind`, and the tables behind them."""
+    ingested = ingest_logs(logs, settings, rig_kind.logs, run_sheet)
+    curated = curate_ingested(ingested, rig_kind(settings))
     reports = []
     for read_log in ingested.logs:
-        file = read_log.file
-        runs = tables.rows(curated.runs[curated.runs["file"] == file])
-        refusals = curated.quarantine[curated.quarantine["file"] == file]
+        path = read_log.file
+        runs = tables.rows(curated.runs[curated.runs["file"] == path])
+        refusals = curated.quarantine[curated.quarantine["file"] == path]
         is_accepted = runs and all(run["verdict"] != "refused" for run in runs)
         log_report: JsonObject = {
-            "file": file,
+            "file": path,
             "campaign": settings.campaign.name,
             "verdict": "accepted" if is_accepted else "refused",
-            "rig_kind": kind.name,
+            "rig_kind": rig_kind.name,
             "format": read_log.format,
             # encoding, delimiter and decimal mark
             **asdict(read_log.form),
             "rows": read_log.rows,
             "refused_rows": int(refusals["refused_rows"].sum()),
-            "run_sheet_rows": len(sheet.rows[file]) if file in sheet.rows else None,
+            "run_sheet_rows": len(run_sheet.rows[path]) if path in run_sheet.rows else None,
             "refusals": tables.rows(refusals[_REFUSAL_COLUMNS]),
-            "runs": [_checked_run(run, read_log, curated, settings, kind) for run in runs],
+            "runs": [_report_on_run(run, read_log, curated, settings, rig_kind) for run in runs],
         }
         reports.append(log_report)
     return reports, curated
 
 
-def _checked_run(
+def _report_on_run(
     run: Mapping[str, Any],
     read_log: ReadLog,
     curated: Curated,
     settings: Settings,
-    kind: type[RigKind],
+    rig_kind: type[RigKind],
 ) -> JsonObject:
-    """One run of a log."""
+    """The report on one run of a log, as plain values."""
     points = curated.points[curated.points["run_id"] == run["run_id"]]
     understood = read_log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
-    sources = understood.sources
-    is_traction = kind.name == TRACTION_KIND
-    ranges = points[list(MEASURED[kind.name])].agg(["min", "max"])
-    checked: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
+    source_by_key = understood.sources
+    is_traction = rig_kind.name == TRACTION_KIND
+    ranges = points[list(_MEASURED_COLUMNS_BY_KIND[rig_kind.name])].agg(["min", "max"])
+    run_report: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
     warnings = [*run["warning"]]
     if not is_traction:
         warnings += radial_load_warnings(understood.unused)
-    checked["warning"] = "; ".join(warnings)
-    checked["oil_source"] = sources.get("oil", _CAMPAIGN)
-    checked["rig_source"] = sources.get("rig" if is_traction else "bearing", _CAMPAIGN)
-    checked["rows"] = run["samples"]
-    checked["accepted_plateaus"] = run["accepted_points"]
-    checked["columns"] = [asdict(column) for column in understood.columns]
-    checked["unused_columns"] = [name for name in understood.unused if name]
-    checked["set_points"] = _set_points(run, sources) if is_traction else {}
-    checked["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
-    checked["failed_gates"] = list(_failed_gates(points, kind))
-    checked["gates_not_applied"] = list(
-        _gates_without_data(run, curated.runs, points, settings, kind)
+    run_report["warning"] = "; ".join(warnings)
+    run_report["oil_source"] = source_by_key.get("oil", _FROM_CAMPAIGN)
+    run_report["rig_source"] = source_by_key.get(
+        "rig" if is_traction else "bearing", _FROM_CAMPAIGN
     )
-    return checked
+    run_report["rows"] = run["samples"]
+    run_report["accepted_plateaus"] = run["accepted_points"]
+    run_report["columns"] = [asdict(column) for column in understood.columns]
+    run_report["unused_columns"] = [name for name in understood.unused if name]
+    run_report["set_points"] = _set_point_values(run, source_by_key) if is_traction else {}
+    run_report["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
+    run_report["failed_gates"] = list(_failed_gate_reports(points, rig_kind))
+    run_report["gates_not_applied"] = list(
+        _unapplied_gate_reports(run, curated.runs, points, settings, rig_kind)
+    )
+    return run_report
 
 
-def _set_points(run: Mapping[str, Any], sources: Mapping[str, str]) -> JsonObject:
+def _set_point_values(run: Mapping[str, Any], source_by_key: Mapping[str, str]) -> JsonObject:
     """Value and source of each set point; None where there is none."""
     # the load has one set point, as force or as pressure; the other one follows by Hertz
-    load_is_given = not LOAD_KEYS.isdisjoint(sources)
+    load_is_given = not LOAD_KEYS.isdisjoint(source_by_key)
     set_points: JsonObject = {}
-    for name in SET_POINT_KEYS:
-        value = run[f"nominal_{name}"]
-        source_without_header = _BY_HERTZ if load_is_given and name in LOAD_KEYS else _CAMPAIGN
+    for key in SET_POINT_KEYS:
+        value = run[f"nominal_{key}"]
+        source_without_header = (
+            _FROM_HERTZ if load_is_given and key in LOAD_KEYS else _FROM_CAMPAIGN
+        )
         if pd.isna(value):
-            set_points[name] = None
+            set_points[key] = None
         else:
-            set_points[name] = {"value": value, "source": sources.get(name, source_without_header)}
+            set_points[key] = {
+                "value": value,
+                "source": source_by_key.get(key, source_without_header),
+            }
     return set_points
 
 
-def _failed_gates(points: pd.DataFrame, kind: type[RigKind]) -> Iterator[JsonObject]:
+def _failed_gate_reports(points: pd.DataFrame, rig_kind: type[RigKind]) -> Iterator[JsonObject]:
     """Failed gates with their plateaus, the most frequent first."""
     failures = failed_gates.one_row_per_gate(points)
-    first_rows = {
-        str(gate): rows for gate, rows in failures.groupby("rule", sort=False)["first_row"]
+    first_rows_by_gate = {
+        str(gate_name): first_rows
+        for gate_name, first_rows in failures.groupby("rule", sort=False)["first_row"]
     }
-    for gate in sorted(first_rows, key=lambda gate: -len(first_rows[gate])):
+    most_frequent_first = sorted(first_rows_by_gate.items(), key=lambda entry: -len(entry[1]))
+    for gate_name, first_rows in most_frequent_first:
         yield {
-            "gate": gate,
-            "plateaus": len(first_rows[gate]),
-            "first_row": int(first_rows[gate].min()),
-            "advice": advice_for(gate, kind),
+            "gate": gate_name,
+            "plateaus": len(first_rows),
+            "first_row": int(first_rows.min()),
+            "advice": advice_for(gate_name, rig_kind),
         }
 
 
-def _gates_without_data(
+def _unapplied_gate_reports(
     run: Mapping[str, Any],
     runs: pd.DataFrame,
     points: pd.DataFrame,
     settings: Settings,
-    kind: type[RigKind],
+    rig_kind: type[RigKind],
 ) -> Iterator[JsonObject]:
     """The gates that lack what they need, where the run has plateaus to be judged.
 
@@ -433,15 +449,17 @@ def _gates_without_data(
         runs: Table of all runs that are checked.
         points: Points of the run.
         settings: Settings of the campaign.
-        kind: The kind of rig.
+        rig_kind: The kind of rig.
     """
     if points.empty:
         return
-    gates: list[Gate[Any]] = [*RUN_GATES.for_rig(kind.name), *PLATEAU_GATES.for_rig(kind.name)]
+    run_gates = RUN_GATES.for_rig(rig_kind.name)
+    plateau_gates = PLATEAU_GATES.for_rig(rig_kind.name)
+    gates: list[Gate[Any]] = [*run_gates, *plateau_gates]
     for gate in gates:
-        if gate.needs and not _has_what_gate_needs(gate.needs, run, points, kind(settings)):
+        if gate.needs and not _has_what_gate_needs(gate.needs, run, points, rig_kind(settings)):
             yield {"gate": gate.name, "reason": RULES["lacking"][gate.needs]}
-    if kind.name == TRACTION_KIND and run["verdict"] == "accepted":
+    if rig_kind.name == TRACTION_KIND and run["verdict"] == "accepted":
         same_oil_and_rig = (runs["oil"] == run["oil"]) & (runs["rig"] == run["rig"])
         if (same_oil_and_rig & (runs["verdict"] == "accepted")).sum() < FEWEST_CURVES:
             yield {"gate": "odd_shape", "reason": RULES["lacking"]["other_curves"]}
@@ -459,61 +477,68 @@ def _has_what_gate_needs(
 
 
 # ---------------------------------------------------------------- text
-# Below, `log` is the report on a log that `judged_logs` gives.
+# Below, `log_report` is a report on a log as `reports_on_logs` returns it, `run_report` one on
+# its runs.
 
 
-def report(logs: Sequence[JsonObject]) -> str:
-    """The text of the reports on logs; only long names make it wider than `WIDTH` columns."""
+def report(log_reports: Sequence[JsonObject]) -> str:
+    """The text of the reports on logs; only long names make it wider than `TEXT_WIDTH` columns."""
     lines: list[str] = []
-    is_brief = len(logs) > _MOST_LOGS_IN_DETAIL
-    shared_notes = _shared_notes(logs)
-    for log in logs:
-        lines += verdict_lines(log, shared_notes)
-        if not is_brief or log["verdict"] == "refused":
-            lines += _reading_lines(log)
+    is_brief = len(log_reports) > _MAX_DETAILED_LOGS
+    shared_notes = _shared_notes(log_reports)
+    for log_report in log_reports:
+        lines += verdict_lines(log_report, shared_notes)
+        if not is_brief or log_report["verdict"] == "refused":
+            lines += _reading_lines(log_report)
             lines.append("")
     for note, count in shared_notes.items():
-        lines += _wrapped(f"{READING_NOTE} of {count} logs: {printable(note)}", "")
-    if len(logs) > 1:
-        lines.append(f"{len(logs)} logs: {_counted(log['verdict'] for log in logs)}")
-        lines += [f"  {printable(log['file'])}" for log in logs if log["verdict"] == "refused"]
+        lines += _wrapped_lines(f"{READING_NOTE} of {count} logs: {printable(note)}", "")
+    if len(log_reports) > 1:
+        verdicts = _counts_in_words(log_report["verdict"] for log_report in log_reports)
+        lines.append(f"{len(log_reports)} logs: {verdicts}")
+        for log_report in log_reports:
+            if log_report["verdict"] == "refused":
+                lines.append(f"  {printable(log_report['file'])}")
         if is_brief:
             lines.append("Name a log alone to see how it was understood, or add --json.")
     return "\n".join(lines).rstrip()
 
 
-def _shared_notes(logs: Sequence[JsonObject]) -> dict[str, int]:
+def _shared_notes(log_reports: Sequence[JsonObject]) -> dict[str, int]:
     """Notes on how a log was read that several logs have, with the number of these logs."""
-    counts: Counter[str] = Counter()
-    for log in logs:
-        refusals = log["refusals"]
-        counts.update({row["reason"] for row in refusals if row["rule"] == READING_NOTE})
-    return {note: count for note, count in counts.items() if count > 1}
+    log_count_by_note: Counter[str] = Counter()
+    for log_report in log_reports:
+        refusals = log_report["refusals"]
+        log_count_by_note.update({row["reason"] for row in refusals if row["rule"] == READING_NOTE})
+    return {note: count for note, count in log_count_by_note.items() if count > 1}
 
 
-def verdict_lines(log: JsonObject, shared_notes: Container[str] = ()) -> Iterator[str]:
+def verdict_lines(log_report: JsonObject, shared_notes: Container[str] = ()) -> Iterator[str]:
     """The verdict on each run; the reason and the advice are right below it.
 
     Args:
-        log: What was found in the log.
+        log_report: The report on the log.
         shared_notes: Notes on reading that are said once for all logs, and not here.
     """
-    runs = log["runs"]
-    file = printable(log["file"])
-    problems = _problems_by_run(log, shared_notes)
-    if not runs:
-        yield f"{file}: {log['verdict'].upper()}"
-    if len(runs) > _MOST_RUNS_LISTED:
-        verdicts = _counted(run["verdict"] for run in runs)
-        yield f"{file}: {len(runs)} runs: {verdicts}; --json shows all"
-        runs = [run for run in runs if problems[run["run_id"]]]
-    refused_first = sorted(runs, key=lambda run: run["verdict"] != "refused")
-    for run in refused_first[:_MOST_RUNS_LISTED]:
-        plateau_counts = f"{run['accepted_plateaus']} of {run['plateaus']} plateaus"
-        verdict = run["verdict"].upper()
-        yield f"{printable(run['run_id'])}: {verdict}, {plateau_counts}, {run['rows']} rows"
-        yield from problems[run["run_id"]]
-    yield from problems[_FILE]
+    run_reports = log_report["runs"]
+    path = printable(log_report["file"])
+    lines_by_run = _problem_lines_by_run(log_report, shared_notes)
+    if not run_reports:
+        yield f"{path}: {log_report['verdict'].upper()}"
+    if len(run_reports) > _MAX_LISTED_RUNS:
+        verdicts = _counts_in_words(run_report["verdict"] for run_report in run_reports)
+        yield f"{path}: {len(run_reports)} runs: {verdicts}; --json shows all"
+        run_reports = [
+            run_report for run_report in run_reports if lines_by_run[run_report["run_id"]]
+        ]
+    refused_first = sorted(run_reports, key=lambda run_report: run_report["verdict"] != "refused")
+    for run_report in refused_first[:_MAX_LISTED_RUNS]:
+        plateau_counts = f"{run_report['accepted_plateaus']} of {run_report['plateaus']} plateaus"
+        verdict = run_report["verdict"].upper()
+        run_id = run_report["run_id"]
+        yield f"{printable(run_id)}: {verdict}, {plateau_counts}, {run_report['rows']} rows"
+        yield from lines_by_run[run_id]
+    yield from lines_by_run[_FILE_KEY]
 
 
 @dataclass(frozen=True)
@@ -531,88 +556,95 @@ class _Problem:
     advice: str = ""
 
 
-def _problems_by_run(log: JsonObject, shared_notes: Container[str]) -> dict[str, list[str]]:
-    """Lines on what is wrong or doubtful and what to do, by run and for the file (`_FILE`).
+def _problem_lines_by_run(
+    log_report: JsonObject, shared_notes: Container[str]
+) -> dict[str, list[str]]:
+    """Lines on what is wrong or doubtful and what to do, by run and for the file (`_FILE_KEY`).
 
     Args:
-        log: What was found in the log.
+        log_report: The report on the log.
         shared_notes: Notes on reading that are said elsewhere.
     """
-    problems: dict[str, list[_Problem]] = {_FILE: []}
-    for run in log["runs"]:
-        problems[run["run_id"]] = []
-    for run_id, refusals in _refusals_by_rule(log, shared_notes):
-        problems_of_run = problems.get(run_id, problems[_FILE])
+    problems_by_run: dict[str, list[_Problem]] = {_FILE_KEY: []}
+    for run_report in log_report["runs"]:
+        problems_by_run[run_report["run_id"]] = []
+    for run_id, refusals in _refusals_by_rule(log_report, shared_notes):
+        problems_of_run = problems_by_run.get(run_id, problems_by_run[_FILE_KEY])
         problems_of_run.append(_problem_of_rule(refusals))
-    for run in log["runs"]:
-        problems_of_run = problems[run["run_id"]]
-        rules_named = {problem.rule for problem in problems_of_run}
-        if run["warning"]:
-            problems_of_run.append(_Problem("", f"WARNING: {run['warning']}"))
-        for failure in run["failed_gates"]:
-            if failure["gate"] not in rules_named:
+    for run_report in log_report["runs"]:
+        problems_of_run = problems_by_run[run_report["run_id"]]
+        named_rules = {problem.rule for problem in problems_of_run}
+        if run_report["warning"]:
+            problems_of_run.append(_Problem("", f"WARNING: {run_report['warning']}"))
+        for failure in run_report["failed_gates"]:
+            if failure["gate"] not in named_rules:
                 noun = "plateau" if failure["plateaus"] == 1 else "plateaus"
                 text = (
                     f"{failure['gate']}: {failure['plateaus']} {noun}, first at row "
                     f"{failure['first_row']}"
                 )
                 problems_of_run.append(_Problem(failure["gate"], text, failure["advice"]))
-    if log["run_sheet_rows"] == 0:
+    if log_report["run_sheet_rows"] == 0:
         advice = "Only its header counts. Correct the name in the sheet."
-        problems[_FILE].append(_Problem("", "the run sheet has no row for this log", advice))
-    return {
-        run_id: list(_lines_by_cause(found_problems)) for run_id, found_problems in problems.items()
-    }
+        problems_by_run[_FILE_KEY].append(
+            _Problem("", "the run sheet has no row for this log", advice)
+        )
+    return {run_id: list(_lines_by_cause(problems)) for run_id, problems in problems_by_run.items()}
 
 
 def _refusals_by_rule(
-    log: JsonObject, shared_notes: Container[str]
+    log_report: JsonObject, shared_notes: Container[str]
 ) -> Iterator[tuple[str, list[JsonObject]]]:
-    """The refusals of a log by run and rule, in the order in which they are first named.
+    """The refusals of a log, grouped by run and rule in the order in which they are first named.
 
     Args:
-        log: What was found in the log.
+        log_report: The report on the log.
         shared_notes: Notes on reading that are left out.
+
+    Yields:
+        The run, and its refusals by one rule.
     """
-    by_rule: dict[tuple[str, str], list[JsonObject]] = {}
-    for refusal in log["refusals"]:
+    refusals_by_run_and_rule: dict[tuple[str, str], list[JsonObject]] = {}
+    for refusal in log_report["refusals"]:
         if refusal["rule"] == READING_NOTE and refusal["reason"] in shared_notes:
             continue
-        by_rule.setdefault((refusal["run_id"], refusal["rule"]), []).append(refusal)
-    for (run_id, _), refusals in by_rule.items():
+        refusals_by_run_and_rule.setdefault((refusal["run_id"], refusal["rule"]), []).append(
+            refusal
+        )
+    for (run_id, _), refusals in refusals_by_run_and_rule.items():
         yield run_id, refusals
 
 
 def _problem_of_rule(refusals: Sequence[JsonObject]) -> _Problem:
     """Refusals of one run by one rule: the first one in words, the others counted."""
-    first, *others = refusals
-    text = f"{first['rule']}: {first['reason']}"
-    if others:
-        rows = sum(refusal["refused_rows"] for refusal in others)
-        row_note = f" ({rows} rows)" if rows else ""
-        text += f"; and {len(others)} more of this kind{row_note}: --json shows all"
-    return _Problem(first["rule"], text, first["advice"])
+    first_refusal, *other_refusals = refusals
+    text = f"{first_refusal['rule']}: {first_refusal['reason']}"
+    if other_refusals:
+        refused_rows = sum(refusal["refused_rows"] for refusal in other_refusals)
+        row_note = f" ({refused_rows} rows)" if refused_rows else ""
+        text += f"; and {len(other_refusals)} more of this kind{row_note}: --json shows all"
+    return _Problem(first_refusal["rule"], text, first_refusal["advice"])
 
 
 def _lines_by_cause(problems: Sequence[_Problem]) -> Iterator[str]:
     """Problems as lines: causes first, each with what may only follow from it below."""
     rules = {problem.rule for problem in problems}
     consequences: set[str] = set()
-    for rule in rules & CONSEQUENCES.keys():
-        consequences |= CONSEQUENCES[rule]
+    for rule in rules & CONSEQUENCES_BY_CAUSE.keys():
+        consequences |= CONSEQUENCES_BY_CAUSE[rule]
     # where two causes may follow from each other, neither is shown as the cause
-    cause_rules = CONSEQUENCES.keys() - consequences
+    cause_rules = CONSEQUENCES_BY_CAUSE.keys() - consequences
     causes = [problem for problem in problems if problem.rule in cause_rules]
     shown_rules: set[str] = set()
     for cause in causes:
         yield from _problem_lines(cause)
         shown_rules.add(cause.rule)
-        following_rules = (rules & CONSEQUENCES[cause.rule]) - shown_rules
+        following_rules = (rules & CONSEQUENCES_BY_CAUSE[cause.rule]) - shown_rules
         if following_rules:
             yield "    These may only follow from it:"
         for problem in problems:
             if problem.rule in following_rules:
-                yield from _wrapped(printable(problem.text), "      ")
+                yield from _wrapped_lines(printable(problem.text), "      ")
         shown_rules |= following_rules
     for problem in problems:
         if problem.rule not in shown_rules:
@@ -620,20 +652,22 @@ def _lines_by_cause(problems: Sequence[_Problem]) -> Iterator[str]:
 
 
 def _problem_lines(problem: _Problem) -> Iterator[str]:
-    yield from _wrapped(printable(problem.text), "  ")
+    """What was found, and below it what to do."""
+    yield from _wrapped_lines(printable(problem.text), "  ")
     if problem.advice:
-        yield from _wrapped(f"-> {printable(problem.advice)}", "    ")
+        yield from _wrapped_lines(f"-> {printable(problem.advice)}", "    ")
 
 
-def _counted(names: Iterable[str]) -> str:
-    """Each different name with its number, sorted by name."""
+def _counts_in_words(names: Iterable[str]) -> str:
+    """How often each name occurs, sorted by name: "2 accepted, 1 refused"."""
     return ", ".join(f"{count} {name}" for name, count in sorted(Counter(names).items()))
 
 
-def _wrapped(text: str, indent: str) -> list[str]:
+def _wrapped_lines(text: str, indent: str) -> list[str]:
+    """A text in lines of at most `TEXT_WIDTH` letters, further ones indented more."""
     return textwrap.wrap(
         text,
-        WIDTH,
+        TEXT_WIDTH,
         initial_indent=indent,
         subsequent_indent=f"{indent}  ",
         break_long_words=False,
@@ -641,61 +675,69 @@ def _wrapped(text: str, indent: str) -> list[str]:
     )
 
 
-def _reading_lines(log: JsonObject) -> Iterator[str]:
+def _reading_lines(log_report: JsonObject) -> Iterator[str]:
     """How a log was understood: format, columns, conditions, gates that could not be applied."""
-    format_facts = [log["format"]]
-    if log["encoding"]:
-        format_facts.append(log["encoding"])
-        format_facts.append(f"delimiter {log['delimiter']}")
-        format_facts.append(f"decimal {log['decimal_mark']}")
-    refused_note = f" ({log['refused_rows']} refused)" if log["refused_rows"] else ""
+    format_facts = [log_report["format"]]
+    if log_report["encoding"]:
+        format_facts.append(log_report["encoding"])
+        format_facts.append(f"delimiter {log_report['delimiter']}")
+        format_facts.append(f"decimal {log_report['decimal_mark']}")
+    refused_note = f" ({log_report['refused_rows']} refused)" if log_report["refused_rows"] else ""
     read_as = (
-        f"Read as {log['rig_kind']} log of campaign {log['campaign']}: {', '.join(format_facts)}"
+        f"Read as {log_report['rig_kind']} log of campaign {log_report['campaign']}: "
+        f"{', '.join(format_facts)}"
     )
-    yield from _wrapped(f"{read_as}, {log['rows']} rows{refused_note}", "  ")
-    runs = log["runs"]
-    if not runs:
+    yield from _wrapped_lines(f"{read_as}, {log_report['rows']} rows{refused_note}", "  ")
+    run_reports = log_report["runs"]
+    if not run_reports:
         return
-    rig_or_bearing = "rig" if log["rig_kind"] == "traction" else "bearing"
-    oils = sorted({f"{run['oil']} ({run['oil_source']})" for run in runs})
-    rigs = sorted({f"{run['rig']} ({run['rig_source']})" for run in runs})
+    rig_or_bearing = "rig" if log_report["rig_kind"] == "traction" else "bearing"
+    oils = sorted(
+        {f"{run_report['oil']} ({run_report['oil_source']})" for run_report in run_reports}
+    )
+    rigs = sorted(
+        {f"{run_report['rig']} ({run_report['rig_source']})" for run_report in run_reports}
+    )
     yield f"  Oil {', '.join(oils)}; {rig_or_bearing} {', '.join(rigs)}"
     yield ""
-    yield from _columns(runs)
-    yield from _conditions(log)
-    yield from _gates_not_applied(runs)
+    yield from _column_lines(run_reports)
+    yield from _condition_lines(log_report)
+    yield from _lines_on_unapplied_gates(run_reports)
 
 
-def _columns(runs: Sequence[JsonObject]) -> Iterator[str]:
+def _column_lines(run_reports: Sequence[JsonObject]) -> Iterator[str]:
     """Each column of a log with its range over all runs."""
-    columns = pd.DataFrame(chain.from_iterable(run["columns"] for run in runs))
+    columns = pd.DataFrame(chain.from_iterable(run_report["columns"] for run_report in run_reports))
     if len(columns):
         identity = ["name", "logged_unit", "quantity", "unit"]
-        over_runs = columns.groupby(identity, sort=False, as_index=False).agg(
+        columns_over_runs = columns.groupby(identity, sort=False, as_index=False).agg(
             {"minimum": "min", "maximum": "max", "count": "sum", "missing": "sum"}
         )
         for bound in ("minimum", "maximum"):
-            over_runs[bound] = [
-                "-" if pd.isna(value) else f"{value:.5g}" for value in over_runs[bound]
+            columns_over_runs[bound] = [
+                "-" if pd.isna(value) else f"{value:.5g}" for value in columns_over_runs[bound]
             ]
-        rows = over_runs.astype(str).to_numpy().tolist()
-        yield from text_table([_COLUMN_HEADS, *rows], right=4, indent="  ")
-    unused = dict.fromkeys(chain.from_iterable(run["unused_columns"] for run in runs))
-    if unused:
-        yield from _wrapped(f"Not read: {', '.join(map(printable, unused))}", "  ")
+        rows = columns_over_runs.astype(str).to_numpy().tolist()
+        yield from text_table([_COLUMN_HEADS, *rows], right_aligned_count=4, indent="  ")
+    all_unused = chain.from_iterable(run_report["unused_columns"] for run_report in run_reports)
+    unused_names = dict.fromkeys(all_unused)
+    if unused_names:
+        yield from _wrapped_lines(f"Not read: {', '.join(map(printable, unused_names))}", "  ")
 
 
-def _conditions(log: JsonObject) -> Iterator[str]:
+def _condition_lines(log_report: JsonObject) -> Iterator[str]:
     """Operating conditions and traction over all runs of a log."""
-    runs = log["runs"]
-    title = "Plateaus" if len(runs) == 1 else f"Plateaus of {len(runs)} runs"
+    run_reports = log_report["runs"]
+    title = "Plateaus" if len(run_reports) == 1 else f"Plateaus of {len(run_reports)} runs"
     rows = [[title, "Measured", "Set point"]]
-    for name in runs[0]["measured"]:
-        measured = list(chain.from_iterable(run["measured"][name].values() for run in runs))
-        set_points = [run["set_points"].get(name) for run in runs]
-        rows.append([name, _range(measured), _set_point_cell(set_points)])
+    for column in run_reports[0]["measured"]:
+        measured_bounds: list[float] = []
+        for run_report in run_reports:
+            measured_bounds += run_report["measured"][column].values()
+        set_points = [run_report["set_points"].get(column) for run_report in run_reports]
+        rows.append([column, _range_text(measured_bounds), _set_point_cell(set_points)])
     yield ""
-    yield from text_table(rows, right=2, indent="  ")
+    yield from text_table(rows, right_aligned_count=2, indent="  ")
 
 
 def _set_point_cell(set_points: Sequence[JsonObject | None]) -> str:
@@ -704,26 +746,31 @@ def _set_point_cell(set_points: Sequence[JsonObject | None]) -> str:
     if not stated:
         return "-"
     sources = sorted({set_point["source"] for set_point in stated})
-    return f"{_range([set_point['value'] for set_point in stated])} ({', '.join(sources)})"
+    return f"{_range_text([set_point['value'] for set_point in stated])} ({', '.join(sources)})"
 
 
-def _range(values: Sequence[float]) -> str:
+def _range_text(values: Sequence[float]) -> str:
     """The range of some numbers; small numbers have four decimals."""
-    rising = sorted(value for value in values if not isnan(value))
-    if not rising:
+    sorted_values = sorted(value for value in values if not isnan(value))
+    if not sorted_values:
         return "-"
     # z: no minus before a zero
-    number_format = "z.4f" if max(map(abs, rising)) < 10 else ".4g"
-    lowest = format(rising[0], number_format)
-    highest = format(rising[-1], number_format)
+    number_format = "z.4f" if max(map(abs, sorted_values)) < 10 else ".4g"
+    lowest = format(sorted_values[0], number_format)
+    highest = format(sorted_values[-1], number_format)
     return lowest if lowest == highest else f"{lowest}..{highest}"
 
 
-def _gates_not_applied(runs: Sequence[JsonObject]) -> Iterator[str]:
+def _lines_on_unapplied_gates(run_reports: Sequence[JsonObject]) -> Iterator[str]:
     """The gates that could not be applied to some or all runs, by what they lack."""
-    lacking = pd.DataFrame(chain.from_iterable(run["gates_not_applied"] for run in runs))
-    if len(lacking):
+    all_unapplied = chain.from_iterable(
+        run_report["gates_not_applied"] for run_report in run_reports
+    )
+    unapplied_gates = pd.DataFrame(all_unapplied)
+    if len(unapplied_gates):
         yield ""
         yield "  Gates that could not be applied"
-        for reason, gates in lacking.drop_duplicates().groupby("reason", sort=False)["gate"]:
-            yield from _wrapped(f"{', '.join(gates)}: {reason}", "    ")
+        for reason, gate_names in unapplied_gates.drop_duplicates().groupby("reason", sort=False)[
+            "gate"
+        ]:
+            yield from _wrapped_lines(f"{', '.join(gate_names)}: {reason}", "    ")

@@ -27,22 +27,23 @@ from oilfilm.logs.meaning import (
 )
 
 # A slide-roll ratio is at most 2 while both surfaces move in one direction: more is in %.
-_LARGEST_RATIO = 2.0
+_MAX_RATIO = 2.0
 # A sweep to a larger ratio is rare. Without a unit it may as well be one in %.
-_USUAL_RATIO = 0.5
-# A ratio that the speeds of both bodies confirm is within this of theirs, relative.
-_CONFIRMED = 0.02
-# Another definition is so many times as far from what the speeds say.
-_CLEARLY_FARTHER = 3.0
-# Two columns that say the same differ by less: digits and moduli of one material make 2 %.
-_CONTRADICTS = 0.05
-# Speeds of three digits leave so much of the ratio open, as `logged_twice` of logs has it.
-_OPEN_BY_DIGITS = 0.005
+_MAX_USUAL_RATIO = 0.5
+# The speeds of both bodies confirm a ratio whose relative difference from theirs is at most this.
+_CONFIRMED_WITHIN = 0.02
+# Another definition or unit must be so many times as far from the ratio of the speeds.
+_CLEARLY_FARTHER_FACTOR = 3.0
+# Two columns contradict each other if their relative difference is more than this. Digits and the
+# moduli of one material make 2 %.
+_CONTRADICTS_BEYOND = 0.05
+# Error of a ratio from speeds of three digits, as `logged_twice` of logs has it.
+_ERROR_OF_DIGITS = 0.005
 # Maximum over mean pressure of a circular contact (Hertz 1881).
 _MAXIMUM_OVER_MEAN = 1.5
 # Steel of bearings is indented by more than this.
-_LARGEST_PRESSURE_GPA = 5.0
-# What the user may say of a column that is none of the quantities.
+_MAX_PRESSURE_GPA = 5.0
+# The word by which a user says that a column is none of the quantities.
 NOTHING = "nothing"
 
 
@@ -68,13 +69,14 @@ class TableReading:
     """What the columns of a table say.
 
     Attributes:
-        values: Quantity -> numbers in its unit of `UNIT_OF` and its first definition.
-        names: Quantity -> name of its column.
-        notes: How each is known, in sentences.
+        numbers_by_quantity: Numbers of each quantity in its unit of `UNIT_BY_QUANTITY` and its
+            first definition, shape (rows,).
+        name_by_quantity: Name of the column of each quantity.
+        notes: How each meaning is known, in sentences.
     """
 
-    values: Mapping[str, FloatArray]
-    names: Mapping[str, str]
+    numbers_by_quantity: Mapping[str, FloatArray]
+    name_by_quantity: Mapping[str, str]
     notes: Sequence[str]
 
 
@@ -90,8 +92,8 @@ class AskedError(ValueError):
 # ---------------------------------------------------------------- what the user states
 
 
-def stated_columns(text: str | Mapping[str, str]) -> dict[str, Meaning]:
-    """What a user says of columns: name of the column -> its meaning.
+def stated_meanings(text: str | Mapping[str, str]) -> dict[str, Meaning]:
+    """What a user says of columns: the meaning of each by the name of the column.
 
     Args:
         text: `quantity=name [unit], definition`, several separated by semicolons; or the same as a
@@ -103,84 +105,86 @@ def stated_columns(text: str | Mapping[str, str]) -> dict[str, Meaning]:
         OilfilmError: A quantity is not known.
 
     Examples:
-        >>> stated_columns("slide_roll_ratio=Schlupf [%], over_sum")["Schlupf"].definition
+        >>> stated_meanings("slide_roll_ratio=Schlupf [%], over_sum")["Schlupf"].definition
         'over_sum'
     """
     entries: list[tuple[str, str]] = []
     if isinstance(text, str):
         for entry in filter(None, map(str.strip, text.split(";"))):
-            quantity, separator, column = entry.partition("=")
+            quantity, separator, column_text = entry.partition("=")
             if not separator:
-                raise OilfilmError(f"--columns: found {entry!r}; expected {_FORM}.")
-            entries.append((quantity.strip(), column.strip()))
+                raise OilfilmError(f"--columns: found {entry!r}; expected {_EXPECTED_FORM}.")
+            entries.append((quantity.strip(), column_text.strip()))
     else:
-        entries = [(str(quantity), str(column)) for quantity, column in text.items()]
+        entries = [(str(quantity), str(column_text)) for quantity, column_text in text.items()]
     meaning_by_name: dict[str, Meaning] = {}
-    for quantity, column in entries:
+    for quantity, column_text in entries:
         if quantity not in (*UNIT_BY_QUANTITY, NOTHING):
             expected = ", ".join((*UNIT_BY_QUANTITY, NOTHING))
             raise OilfilmError(f"--columns: found {quantity!r}; expected one of {expected}.")
         definitions = DEFINITIONS.get(quantity, ())
-        name_and_unit, separator, last_part = column.rpartition(",")
+        name_and_unit, separator, last_part = column_text.rpartition(",")
         definition = last_part.strip() if separator and last_part.strip() in definitions else ""
         # only a unit in brackets: the user types the name as the table has it
-        name, unit = split_unit(name_and_unit.strip() if definition else column)
+        name, unit = split_unit(name_and_unit.strip() if definition else column_text)
         meaning_by_name[name] = Meaning(quantity, definition, unit)
     return meaning_by_name
 
 
-_FORM = '"quantity=name [unit], definition", as "slide_roll_ratio=Schlupf [%], over_sum"'
+_EXPECTED_FORM = '"quantity=name [unit], definition", as "slide_roll_ratio=Schlupf [%], over_sum"'
 
 
 # ---------------------------------------------------------------- which column
 
 
-def columns_of(
-    names: Sequence[str],
+def chosen_columns(
+    column_names: Sequence[str],
     units: Sequence[str],
-    numbers: Mapping[int, FloatArray],
-    stated: Mapping[str, Meaning],
+    numbers_by_index: Mapping[int, FloatArray],
+    stated_by_name: Mapping[str, Meaning],
 ) -> tuple[dict[str, TableColumn], list[str]]:
-    """The column of each quantity, and notes on columns that were not taken.
+    """The column that is taken for each quantity, and notes on columns that were not taken.
 
     Args:
-        names: Names of all columns.
-        units: Unit beside each; empty where there is none.
-        numbers: Numbers of the columns that hold numbers, by index.
-        stated: What the user says, by name.
+        column_names: Names of all columns.
+        units: Unit beside the name of each; empty where there is none.
+        numbers_by_index: Numbers of the columns that hold numbers, by index.
+        stated_by_name: Meaning that the user states, by the name of the column.
 
     Raises:
         AskedError: Two columns may be one quantity, or a column that the user names is missing.
     """
-    candidates: dict[str, list[TableColumn]] = {}
-    not_found = dict(stated)
-    for index, name in enumerate(names):
-        key = key_of_stated(name, not_found)
-        if key is None:
-            meaning = meaning_of(name, units[index])
+    candidates_by_quantity: dict[str, list[TableColumn]] = {}
+    not_found = dict(stated_by_name)
+    for index, column_name in enumerate(column_names):
+        stated_name = stated_name_of(column_name, not_found)
+        if stated_name is None:
+            meaning = meaning_of(column_name, units[index])
         else:
-            meaning = _completed(not_found[key], name, units[index])
+            meaning = _completed_meaning(not_found[stated_name], column_name, units[index])
         is_nothing = meaning is None or meaning.quantity == NOTHING
-        if key is not None and (index in numbers or is_nothing):
-            del not_found[key]
-        if meaning is None or is_nothing or index not in numbers:
+        if stated_name is not None and (index in numbers_by_index or is_nothing):
+            del not_found[stated_name]
+        if meaning is None or is_nothing or index not in numbers_by_index:
             continue
-        column = TableColumn(name, meaning, numbers[index], by_user=key is not None)
-        candidates.setdefault(meaning.quantity, []).append(column)
+        column = TableColumn(
+            column_name, meaning, numbers_by_index[index], by_user=stated_name is not None
+        )
+        candidates_by_quantity.setdefault(meaning.quantity, []).append(column)
     if not_found:
-        missing = next(iter(not_found))
+        missing_name = next(iter(not_found))
         raise AskedError(
-            f"--columns names {missing!r}, which the table has not, or which holds no numbers; its "
-            f"columns are {cut(', '.join(map(repr, names)))}.",
+            f"--columns names {missing_name!r}, which the table has not, or which holds no "
+            f"numbers; its columns are {cut(', '.join(map(repr, column_names)))}.",
             "Write the name as the table has it.",
         )
-    chosen: dict[str, TableColumn] = {}
+    column_by_quantity: dict[str, TableColumn] = {}
     notes: list[str] = []
-    for quantity, columns in candidates.items():
-        ranks = [_rank(column) for column in columns]
+    for quantity, candidates in candidates_by_quantity.items():
+        ranks = [_rank_of_column(column) for column in candidates]
         best_rank = min(ranks)
         best_columns = [
-            column for column, rank in zip(columns, ranks, strict=True) if rank == best_rank
+            column for column, rank in zip(candidates, ranks, strict=True) if rank == best_rank
         ]
         if len(best_columns) > 1:
             names_of_best = " and ".join(repr(column.name) for column in best_columns)
@@ -188,37 +192,37 @@ def columns_of(
                 f"the columns {names_of_best} could both be the {quantity.replace('_', ' ')}.",
                 _line_to_paste(best_columns[0]),
             )
-        chosen[quantity] = best_columns[0]
-        names_not_taken = [column.name for column in columns if column is not best_columns[0]]
+        column_by_quantity[quantity] = best_columns[0]
+        names_not_taken = [column.name for column in candidates if column is not best_columns[0]]
         if names_not_taken:
             quoted_names = ", ".join(map(repr, names_not_taken))
             notes.append(f"not read as the {quantity.replace('_', ' ')}: {quoted_names}")
-    return chosen, notes
+    return column_by_quantity, notes
 
 
-def key_of_stated(name: str, stated: Mapping[str, Meaning]) -> str | None:
-    """The name under which the user states a column: with its unit or without; None if not."""
-    for key in (name, split_unit(name)[0], stated_unit(name)[0]):
-        if key in stated:
-            return key
+def stated_name_of(column_name: str, stated_by_name: Mapping[str, Meaning]) -> str | None:
+    """The name by which the user states a column, with its unit or without; None if not stated."""
+    for possible_name in (column_name, split_unit(column_name)[0], stated_unit(column_name)[0]):
+        if possible_name in stated_by_name:
+            return possible_name
     return None
 
 
-def _completed(stated: Meaning, name: str, unit_beside: str) -> Meaning:
-    """What the user says of a column, with unit and definition of its name where none is said."""
-    unit = stated.unit or unit_beside or stated_unit(name)[1]
-    definition = stated.definition
-    definitions = DEFINITIONS.get(stated.quantity, ())
+def _completed_meaning(stated_meaning: Meaning, column_name: str, unit_beside: str) -> Meaning:
+    """What the user says of a column, completed by unit and definition from its name."""
+    unit = stated_meaning.unit or unit_beside or stated_unit(column_name)[1]
+    definition = stated_meaning.definition
+    definitions = DEFINITIONS.get(stated_meaning.quantity, ())
     if not definition and definitions:
         definition = definitions[0]
-        likely_meaning = meaning_of(name, unit_beside)
-        if likely_meaning is not None and likely_meaning.quantity == stated.quantity:
+        likely_meaning = meaning_of(column_name, unit_beside)
+        if likely_meaning is not None and likely_meaning.quantity == stated_meaning.quantity:
             definition = likely_meaning.definition or definition
-    return replace(stated, unit=unit, definition=definition)
+    return replace(stated_meaning, unit=unit, definition=definition)
 
 
-def _rank(column: TableColumn) -> int:
-    """The smaller, the sooner a column is taken; what the user says comes first."""
+def _rank_of_column(column: TableColumn) -> int:
+    """Rank of a column among those of one quantity; the smallest is taken, the user's first."""
     return 0 if column.by_user else rank_of(column.meaning)
 
 
@@ -230,10 +234,10 @@ def _line_to_paste(column: TableColumn) -> str:
         "m/s" if meaning.definition == "sliding_speed" else UNIT_BY_QUANTITY[meaning.quantity]
     )
     unit = meaning.unit or unit_of_name or usual_unit
-    in_brackets = "" if unit == "1" else f" [{unit}]"
+    unit_in_brackets = "" if unit == "1" else f" [{unit}]"
     definitions = DEFINITIONS.get(meaning.quantity, ())
-    definition = f", {meaning.definition or definitions[0]}" if definitions else ""
-    line = f'--columns "{meaning.quantity}={bare_name}{in_brackets}{definition}"'
+    definition_part = f", {meaning.definition or definitions[0]}" if definitions else ""
+    line = f'--columns "{meaning.quantity}={bare_name}{unit_in_brackets}{definition_part}"'
     if len(definitions) > 1 and not meaning.definition:
         other_definitions = " or ".join(definitions[1:])
         return (
@@ -252,17 +256,17 @@ def _line_for_no_quantity(name: str) -> str:
 
 
 def reading_of(
-    chosen: Mapping[str, TableColumn],
+    column_by_quantity: Mapping[str, TableColumn],
     notes: Sequence[str],
-    pressure_of_load: FloatArray | None,
+    hertz_pressure_gpa: FloatArray | None,
     speed_m_s: float | None = None,
 ) -> TableReading:
     """The numbers of a table in the units and definitions of the project.
 
     Args:
-        chosen: The column of each quantity.
+        column_by_quantity: The column of each quantity.
         notes: Notes so far.
-        pressure_of_load: Maximum Hertz pressure of the load in GPa, shape (rows,), where load,
+        hertz_pressure_gpa: Maximum Hertz pressure of the load in GPa, shape (rows,), where load,
             radius and materials are known.
         speed_m_s: Mean speed of all rows, where the user gives it.
 
@@ -271,39 +275,43 @@ def reading_of(
             contradict each other.
     """
     notes = list(notes)
-    values: dict[str, FloatArray] = {}
-    names = {quantity: column.name for quantity, column in chosen.items()}
+    numbers_by_quantity: dict[str, FloatArray] = {}
+    name_by_quantity = {quantity: column.name for quantity, column in column_by_quantity.items()}
     # speeds first: they decide what a slip is
-    quantities_in_order = sorted(chosen, key=lambda quantity: quantity == "slide_roll_ratio")
+    quantities_in_order = sorted(
+        column_by_quantity, key=lambda quantity: quantity == "slide_roll_ratio"
+    )
     for quantity in quantities_in_order:
-        column = chosen[quantity]
+        column = column_by_quantity[quantity]
         numbers: FloatArray | None
         if quantity == "slide_roll_ratio":
-            numbers, how_known = _slide_roll_ratio(column, values, speed_m_s)
+            numbers, how_known = _slide_roll_ratio(column, numbers_by_quantity, speed_m_s)
         elif quantity == "max_hertz_pressure":
-            numbers, how_known = _maximum_pressure(column, pressure_of_load)
+            numbers, how_known = _max_hertz_pressure(column, hertz_pressure_gpa)
         elif quantity == "entrainment_speed":
-            numbers, how_known = _mean_speed(column, chosen)
+            numbers, how_known = _mean_speed(column, column_by_quantity)
         else:
             numbers, how_known = numbers_in_unit(column), ""
         if numbers is None:
             continue
-        values[quantity] = numbers
+        numbers_by_quantity[quantity] = numbers
         notes.append(_note_on_column(quantity, column, how_known))
-    _refuse_contradictions(values, names)
-    pressure = values.get("max_hertz_pressure")
-    if pressure is not None and pressure_of_load is not None:
-        if _relative_difference(pressure, pressure_of_load) > _CONTRADICTS:
+    _refuse_contradictions(numbers_by_quantity, name_by_quantity)
+    logged_pressure_gpa = numbers_by_quantity.get("max_hertz_pressure")
+    if logged_pressure_gpa is not None and hertz_pressure_gpa is not None:
+        if _relative_difference(logged_pressure_gpa, hertz_pressure_gpa) > _CONTRADICTS_BEYOND:
             raise AskedError(
-                f"the column {names['max_hertz_pressure']!r} is not the maximum Hertz pressure of "
-                f"{names['load']!r} with this ball radius and these materials: it is "
-                f"{np.nanmedian(pressure / pressure_of_load):.3g} times as much.",
+                f"the column {name_by_quantity['max_hertz_pressure']!r} is not the maximum Hertz "
+                f"pressure of {name_by_quantity['load']!r} with this ball radius and these "
+                "materials: it is "
+                f"{np.nanmedian(logged_pressure_gpa / hertz_pressure_gpa):.3g} times as much.",
                 "Correct the radius, the materials or the column that is wrong.",
             )
-    return TableReading(values, names, notes)
+    return TableReading(numbers_by_quantity, name_by_quantity, notes)
 
 
 def _note_on_column(quantity: str, column: TableColumn, how_known: str) -> str:
+    """A sentence on which column is a quantity, and how that is known."""
     unit = column.meaning.unit
     unit_note = f", in {unit}" if unit and unit != "1" else ""
     user_note = ", as --columns says" if column.by_user else ""
@@ -318,28 +326,29 @@ def numbers_in_unit(column: TableColumn) -> FloatArray:
     """
     meaning = column.meaning
     if meaning.question:
-        raise _asked(column)
-    target = UNIT_BY_QUANTITY[meaning.quantity]
+        raise _question_error(column)
+    target_unit = UNIT_BY_QUANTITY[meaning.quantity]
     if meaning.definition == "sliding_speed":
-        target = "m/s"
+        target_unit = "m/s"
     unit = meaning.unit
-    if not unit and target == "1":
+    if not unit and target_unit == "1":
         unit = "1"
     if not unit:
         quantity = meaning.quantity.replace("_", " ")
         raise AskedError(
             f"the column {column.name!r}, the {quantity}, has no unit.", _line_to_paste(column)
         )
-    to_unit = possible_conversion(unit, (target,))
+    to_unit = possible_conversion(unit, (target_unit,))
     if to_unit is None:
         raise AskedError(
-            f"the column {column.name!r} is in {unit!r}; expected {target}.",
+            f"the column {column.name!r} is in {unit!r}; expected {target_unit}.",
             "Correct the unit, or the name.",
         )
     return to_unit.convert(column.numbers)
 
 
-def _asked(column: TableColumn) -> AskedError:
+def _question_error(column: TableColumn) -> AskedError:
+    """The error for a column whose meaning is open, with the line that answers it."""
     quantity = column.meaning.quantity.replace("_", " ")
     return AskedError(
         f"the column {column.name!r} would be the {quantity}, but {column.meaning.question}.",
@@ -347,24 +356,27 @@ def _asked(column: TableColumn) -> AskedError:
     )
 
 
-def _relative_difference(values: FloatArray, reference: FloatArray) -> float:
-    """Median difference of two columns over the largest value of the second; else infinite."""
-    is_known = np.isfinite(values) & np.isfinite(reference)
-    size = float(np.max(np.abs(reference[is_known]), initial=0.0))
-    if size == 0:
+def _relative_difference(numbers: FloatArray, reference: FloatArray) -> float:
+    """Median difference of two columns over the largest number of the reference.
+
+    Infinite if the reference is zero in all rows.
+    """
+    is_known = np.isfinite(numbers) & np.isfinite(reference)
+    largest_reference = float(np.max(np.abs(reference[is_known]), initial=0.0))
+    if largest_reference == 0:
         return np.inf
-    return float(np.median(np.abs(values[is_known] - reference[is_known]))) / size
+    return float(np.median(np.abs(numbers[is_known] - reference[is_known]))) / largest_reference
 
 
-def _maximum_pressure(
-    column: TableColumn, pressure_of_load: FloatArray | None
+def _max_hertz_pressure(
+    column: TableColumn, hertz_pressure_gpa: FloatArray | None
 ) -> tuple[FloatArray, str]:
     """The maximum Hertz pressure, and how it is known."""
     meaning = column.meaning
-    if meaning.question and pressure_of_load is not None:
+    if meaning.question and hertz_pressure_gpa is not None:
         numbers = numbers_in_unit(replace(column, meaning=replace(meaning, question="")))
         for definition, factor in (("maximum", 1.0), ("mean", _MAXIMUM_OVER_MEAN)):
-            if _relative_difference(factor * numbers, pressure_of_load) <= _CONTRADICTS:
+            if _relative_difference(factor * numbers, hertz_pressure_gpa) <= _CONTRADICTS_BEYOND:
                 return factor * numbers, f", the {definition}: load and ball radius give it"
     numbers = numbers_in_unit(column)
     if meaning.definition == "mean":
@@ -376,11 +388,11 @@ def _maximum_pressure(
 
 
 def _mean_speed(
-    column: TableColumn, chosen: Mapping[str, TableColumn]
+    column: TableColumn, column_by_quantity: Mapping[str, TableColumn]
 ) -> tuple[FloatArray | None, str]:
     """The mean of both surface speeds, and how it is known; None where ball and disc give it."""
     meaning = column.meaning
-    if meaning.question and {"ball_speed", "disc_speed"} <= chosen.keys():
+    if meaning.question and {"ball_speed", "disc_speed"} <= column_by_quantity.keys():
         return None, ""
     numbers = numbers_in_unit(column)
     if meaning.definition == "sum":
@@ -389,15 +401,16 @@ def _mean_speed(
 
 
 def _slide_roll_ratio(
-    column: TableColumn, values: Mapping[str, FloatArray], speed_m_s: float | None
+    column: TableColumn, numbers_by_quantity: Mapping[str, FloatArray], speed_m_s: float | None
 ) -> tuple[FloatArray, str]:
     """The slide-roll ratio over the mean speed, and how unit and definition are known."""
     meaning = column.meaning
-    ratio_by_speeds = _ratio_of_speeds(values)
+    ratio_of_speeds = _ratio_of_speeds(numbers_by_quantity)
     if meaning.definition == "sliding_speed":
-        mean_speed: FloatArray | float | None = values.get("entrainment_speed", speed_m_s)
-        if mean_speed is None and ratio_by_speeds is not None:
-            mean_speed = (values["ball_speed"] + values["disc_speed"]) / 2
+        mean_speed: FloatArray | float | None
+        mean_speed = numbers_by_quantity.get("entrainment_speed", speed_m_s)
+        if mean_speed is None and ratio_of_speeds is not None:
+            mean_speed = (numbers_by_quantity["ball_speed"] + numbers_by_quantity["disc_speed"]) / 2
         if mean_speed is None:
             raise AskedError(
                 f"the column {column.name!r} is a sliding speed; the slide-roll ratio needs the "
@@ -406,25 +419,28 @@ def _slide_roll_ratio(
             )
         how_known = ", a sliding speed: divided by the mean speed"
         return numbers_in_unit(column) / mean_speed, how_known
-    if ratio_by_speeds is not None:
-        confirmed = _definition_by_speeds(column, ratio_by_speeds)
-        if confirmed is not None:
-            return confirmed
-        _refuse_other_ratio(column, ratio_by_speeds)
+    if ratio_of_speeds is not None:
+        confirmed_ratio = _definition_by_speeds(column, ratio_of_speeds)
+        if confirmed_ratio is not None:
+            return confirmed_ratio
+        _refuse_other_ratio(column, ratio_of_speeds)
     if meaning.question:
-        raise _asked(column)
-    largest = float(np.nanmax(np.abs(column.numbers), initial=0))
+        raise _question_error(column)
+    largest_number = float(np.nanmax(np.abs(column.numbers), initial=0))
     how_known = ""
     if not meaning.unit:
-        if largest > _LARGEST_RATIO:
-            how_known = f", in %: as a ratio it is at most 2, and it goes up to {largest:g}"
+        if largest_number > _MAX_RATIO:
+            how_known = f", in %: as a ratio it is at most 2, and it goes up to {largest_number:g}"
             meaning = replace(meaning, unit="%")
-        elif largest > _USUAL_RATIO:
-            question = f"it goes up to {largest:g} and has no unit: it may be a ratio or in %"
-            open_unit = replace(column, meaning=replace(meaning, question=question))
+        elif largest_number > _MAX_USUAL_RATIO:
+            question = (
+                f"it goes up to {largest_number:g} and has no unit: it may be a ratio or in %"
+            )
+            column_in_doubt = replace(column, meaning=replace(meaning, question=question))
             bare_name, _ = stated_unit(column.name)
             line = f'--columns "slide_roll_ratio={bare_name} [%], {meaning.definition}"'
-            raise AskedError(_asked(open_unit).sentence, f"State it: {line}, or [1] for a ratio.")
+            sentence = _question_error(column_in_doubt).sentence
+            raise AskedError(sentence, f"State it: {line}, or [1] for a ratio.")
     ratio = over_mean(numbers_in_unit(replace(column, meaning=meaning)), meaning.definition)
     if meaning.definition != "over_mean":
         how_known += f", {DEFINITION_IN_WORDS[meaning.definition]}: converted to that over the mean"
@@ -441,17 +457,18 @@ def over_mean(ratio: FloatArray, definition: str) -> FloatArray:
         return 2 * ratio
     if definition == "over_faster":
         # more than 2 is no ratio of this kind
-        size = np.where(np.abs(ratio) < 2, np.abs(ratio), np.nan)
-        return 2 * ratio / (2 - size)
+        absolute_ratio = np.where(np.abs(ratio) < 2, np.abs(ratio), np.nan)
+        return 2 * ratio / (2 - absolute_ratio)
     return ratio
 
 
-def _ratio_of_speeds(values: Mapping[str, FloatArray]) -> FloatArray | None:
+def _ratio_of_speeds(numbers_by_quantity: Mapping[str, FloatArray]) -> FloatArray | None:
     """The slide-roll ratio by the speeds of ball and disc; None where one is not known."""
-    if not {"ball_speed", "disc_speed"} <= values.keys():
+    if not {"ball_speed", "disc_speed"} <= numbers_by_quantity.keys():
         return None
-    mean = (values["ball_speed"] + values["disc_speed"]) / 2
-    return np.asarray((values["disc_speed"] - values["ball_speed"]) / mean)
+    ball_m_s = numbers_by_quantity["ball_speed"]
+    disc_m_s = numbers_by_quantity["disc_speed"]
+    return np.asarray((disc_m_s - ball_m_s) / ((ball_m_s + disc_m_s) / 2))
 
 
 class _RatioCandidate(NamedTuple):
@@ -464,9 +481,12 @@ class _RatioCandidate(NamedTuple):
 
 
 def _definition_by_speeds(
-    column: TableColumn, ratio_by_speeds: FloatArray
+    column: TableColumn, ratio_of_speeds: FloatArray
 ) -> tuple[FloatArray, str] | None:
-    """The ratio in the unit and definition that the speeds of both bodies confirm; None if none."""
+    """The ratio in the unit and definition that the speeds confirm, and how it is known.
+
+    None if they confirm none, or not clearly.
+    """
     meaning = column.meaning
     definitions = [meaning.definition]
     if meaning.question:
@@ -478,34 +498,35 @@ def _definition_by_speeds(
             to_unit = possible_conversion(unit, ("1",))
             if to_unit is not None:
                 ratio = over_mean(to_unit.convert(column.numbers), definition)
-                misfit = _misfit(ratio, ratio_by_speeds)
+                misfit = _misfit(ratio, ratio_of_speeds)
                 candidates.append(_RatioCandidate(misfit, definition, unit, ratio))
     if not candidates:
         return None
-    nearest, *others = sorted(candidates, key=lambda candidate: candidate.misfit)
-    is_clear = all(other.misfit > _CLEARLY_FARTHER * nearest.misfit for other in others)
-    if nearest.misfit > _CONFIRMED or not is_clear:
+    nearest_candidate, *others = sorted(candidates, key=lambda candidate: candidate.misfit)
+    clearly_farther = _CLEARLY_FARTHER_FACTOR * nearest_candidate.misfit
+    is_clear = all(other.misfit > clearly_farther for other in others)
+    if nearest_candidate.misfit > _CONFIRMED_WITHIN or not is_clear:
         return None
-    in_percent = ", in %" if nearest.unit == "%" and not meaning.unit else ""
-    definition_in_words = DEFINITION_IN_WORDS[nearest.definition]
-    return nearest.ratio, f"{in_percent}, {definition_in_words}: both speeds confirm it"
+    in_percent = ", in %" if nearest_candidate.unit == "%" and not meaning.unit else ""
+    definition_in_words = DEFINITION_IN_WORDS[nearest_candidate.definition]
+    return nearest_candidate.ratio, f"{in_percent}, {definition_in_words}: both speeds confirm it"
 
 
-def _misfit(ratio: FloatArray, ratio_by_speeds: FloatArray) -> float:
+def _misfit(ratio: FloatArray, ratio_of_speeds: FloatArray) -> float:
     """How far a ratio is from that of the speeds, as the factor between them less 1.
 
     The factor is that of least squares, with the error in the speeds: their digits, which at a low
     slip are as large as the slip, hardly move it. The sign of the slip is a matter of convention.
     """
-    is_known = np.isfinite(ratio) & np.isfinite(ratio_by_speeds)
-    squares = float(np.sum(ratio[is_known] ** 2))
-    if squares == 0:
+    is_known = np.isfinite(ratio) & np.isfinite(ratio_of_speeds)
+    sum_of_squares = float(np.sum(ratio[is_known] ** 2))
+    if sum_of_squares == 0:
         return np.inf
-    factor = float(np.sum(np.abs(ratio[is_known] * ratio_by_speeds[is_known]))) / squares
+    factor = float(np.sum(np.abs(ratio[is_known] * ratio_of_speeds[is_known]))) / sum_of_squares
     return abs(factor - 1)
 
 
-def _refuse_other_ratio(column: TableColumn, ratio_by_speeds: FloatArray) -> None:
+def _refuse_other_ratio(column: TableColumn, ratio_of_speeds: FloatArray) -> None:
     """Refuse a stated ratio that the speeds contradict in every unit that it may have.
 
     Raises:
@@ -519,8 +540,11 @@ def _refuse_other_ratio(column: TableColumn, ratio_by_speeds: FloatArray) -> Non
         if to_unit is None:
             return
         ratio = over_mean(to_unit.convert(column.numbers), meaning.definition)
-        difference = float(np.nanmedian(np.abs(np.abs(ratio) - np.abs(ratio_by_speeds))))
-        if _misfit(ratio, ratio_by_speeds) <= _CONTRADICTS or difference <= _OPEN_BY_DIGITS:
+        median_difference = float(np.nanmedian(np.abs(np.abs(ratio) - np.abs(ratio_of_speeds))))
+        if (
+            _misfit(ratio, ratio_of_speeds) <= _CONTRADICTS_BEYOND
+            or median_difference <= _ERROR_OF_DIGITS
+        ):
             return
     raise AskedError(
         f"the column {column.name!r} contradicts the speeds of ball and disc.",
@@ -528,29 +552,34 @@ def _refuse_other_ratio(column: TableColumn, ratio_by_speeds: FloatArray) -> Non
     )
 
 
-def _refuse_contradictions(values: Mapping[str, FloatArray], names: Mapping[str, str]) -> None:
+def _refuse_contradictions(
+    numbers_by_quantity: Mapping[str, FloatArray], name_by_quantity: Mapping[str, str]
+) -> None:
     """Refuse columns that contradict each other, or whose numbers are those of another quantity.
 
     Raises:
         AskedError: Two columns contradict each other.
     """
-    if {"ball_speed", "disc_speed", "entrainment_speed"} <= values.keys():
-        mean = (values["ball_speed"] + values["disc_speed"]) / 2
-        if _relative_difference(values["entrainment_speed"], mean) > _CONTRADICTS:
+    if {"ball_speed", "disc_speed", "entrainment_speed"} <= numbers_by_quantity.keys():
+        mean_m_s = (numbers_by_quantity["ball_speed"] + numbers_by_quantity["disc_speed"]) / 2
+        if (
+            _relative_difference(numbers_by_quantity["entrainment_speed"], mean_m_s)
+            > _CONTRADICTS_BEYOND
+        ):
             raise AskedError(
-                f"the column {names['entrainment_speed']!r} is not the mean of "
-                f"{names['ball_speed']!r} and {names['disc_speed']!r}.",
+                f"the column {name_by_quantity['entrainment_speed']!r} is not the mean of "
+                f"{name_by_quantity['ball_speed']!r} and {name_by_quantity['disc_speed']!r}.",
                 "Correct the column that is wrong, or leave it out.",
             )
-    pressure = values.get("max_hertz_pressure")
-    speed = values.get("entrainment_speed")
-    if pressure is not None and speed is not None:
-        median_gpa = float(np.nanmedian(pressure))
-        median_m_s = float(np.nanmedian(speed))
-        if median_gpa > _LARGEST_PRESSURE_GPA and median_m_s < _LARGEST_PRESSURE_GPA:
+    pressure_gpa = numbers_by_quantity.get("max_hertz_pressure")
+    speed_m_s = numbers_by_quantity.get("entrainment_speed")
+    if pressure_gpa is not None and speed_m_s is not None:
+        median_gpa = float(np.nanmedian(pressure_gpa))
+        median_m_s = float(np.nanmedian(speed_m_s))
+        if median_gpa > _MAX_PRESSURE_GPA and median_m_s < _MAX_PRESSURE_GPA:
             raise AskedError(
-                f"{names['max_hertz_pressure']!r} is {median_gpa:g} GPa in the median and "
-                f"{names['entrainment_speed']!r} is {median_m_s:g} m/s: their columns or units may "
-                "be swapped.",
+                f"{name_by_quantity['max_hertz_pressure']!r} is {median_gpa:g} GPa in the median "
+                f"and {name_by_quantity['entrainment_speed']!r} is {median_m_s:g} m/s: their "
+                "columns or units may be swapped.",
                 "Correct the names.",
             )

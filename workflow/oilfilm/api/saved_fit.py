@@ -33,11 +33,11 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import FIT_TABLES, SURFACE_TABLES
 from oilfilm.traction import LAWS
 
-_SAVED_TABLES = (
+_SAVED_TABLE_NAMES = (
     *("points", "runs", *FIT_TABLES, *SURFACE_TABLES),
     *("law_verdicts", "lack_of_fit", "soundness"),
 )
-# Titles and paths that the summary names.
+# What the summary says is in the folder: title and path.
 _CONTENTS = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
 
 
@@ -53,9 +53,9 @@ def save_fit(fit: ArrayFit, folder: Path) -> None:
     """
     if folder.exists():
         raise OilfilmError(f"{folder}: exists already. Name a new folder.")
-    name = safe_name(folder.resolve().name, folder)
-    results, settings, provenance = as_campaign(fit, name)
-    footer = {"campaign": name, "data": "measured", **provenance}
+    campaign_name = safe_name(folder.resolve().name, folder)
+    results, settings, provenance = as_campaign(fit, campaign_name)
+    footer = {"campaign": campaign_name, "data": "measured", **provenance}
     sections = [
         answer_section(results, settings),
         fits_section(results),
@@ -63,24 +63,24 @@ def save_fit(fit: ArrayFit, folder: Path) -> None:
         laws_section(results, settings),
     ]
     shown_sections = [section for section in sections if section]
-    with atomic_folder(folder) as temporary:
-        for table in _SAVED_TABLES:
-            file = temporary / f"tables/{table}.parquet"
-            tables.write(results.table(table), table, file, footer)
-        for name_of_export, content in export_campaign(results, settings, provenance).items():
-            write_bytes(content, temporary / "exports" / name_of_export)
-        summary = text_report(shown_sections, settings.campaign, _CONTENTS)
-        write_text(summary, temporary / "summary.txt")
+    with atomic_folder(folder) as temporary_folder:
+        for table_name in _SAVED_TABLE_NAMES:
+            file = temporary_folder / f"tables/{table_name}.parquet"
+            tables.write(results.table(table_name), table_name, file, footer)
+        for export_path, content in export_campaign(results, settings, provenance).items():
+            write_bytes(content, temporary_folder / "exports" / export_path)
+        summary_text = text_report(shown_sections, settings.campaign, _CONTENTS)
+        write_text(summary_text, temporary_folder / "summary.txt")
         # no run was refused, so that the folder of their pages is not read
-        page = html_report(
+        report_page = html_report(
             shown_sections,
             results,
             pngs=[],
-            refused_folder=temporary,
+            refused_folder=temporary_folder,
             settings=settings,
             provenance=provenance,
         )
-        write_text(page, temporary / "report.html")
+        write_text(report_page, temporary_folder / "report.html")
 
 
 def export_fit(fit: ArrayFit, path: Path) -> None:
@@ -93,59 +93,62 @@ def export_fit(fit: ArrayFit, path: Path) -> None:
     law = LAWS[settings.fit.law]
     identifier = make_identifiers([fit.oil])[fit.oil]
     description = describe(results, fit.oil, identifier, law, settings)
-    files = export_oil(description, provenance)
+    content_by_file = export_oil(description, provenance)
     content_by_ending: dict[str, bytes] = {}
-    for file, content in files.items():
+    for file_name, content in content_by_file.items():
         # the first of several files with one ending
-        content_by_ending.setdefault(Path(file).suffix, content)
+        content_by_ending.setdefault(Path(file_name).suffix, content)
     if path.suffix not in content_by_ending:
         reason = description.obstacle or f"expected {', '.join(sorted(content_by_ending))}"
         raise OilfilmError(f"{path}: there is no export of this kind: {reason}.")
     write_bytes(content_by_ending[path.suffix], path)
 
 
-def as_campaign(fit: ArrayFit, name: str) -> tuple[CampaignTables, Settings, dict[str, Any]]:
+def as_campaign(
+    fit: ArrayFit, campaign_name: str
+) -> tuple[CampaignTables, Settings, dict[str, Any]]:
     """The fit as a finished campaign: its tables, settings and provenance."""
     # a fit of arrays does not know its oil: its tables have another name
-    fitted_tables = {
-        table: fit.tables.table(table).assign(oil=fit.oil)
-        for table in (*FIT_TABLES, *SURFACE_TABLES)
+    table_by_name = {
+        table_name: fit.tables.table(table_name).assign(oil=fit.oil)
+        for table_name in (*FIT_TABLES, *SURFACE_TABLES)
     }
-    results = CampaignTables.in_memory(points=fit.table, runs=_runs(fit, name), **fitted_tables)
-    settings = _settings(fit, name)
+    runs = _runs_table(fit, campaign_name)
+    results = CampaignTables.in_memory(points=fit.table, runs=runs, **table_by_name)
+    settings = _settings_of_table(fit, campaign_name)
     results = results.replace(**finished_fits(results, settings))
-    source = Path(fit.source)
+    source_file = Path(fit.source)
     provenance = {
         # a campaign has digests here; the settings of this fit are arguments of a call
         "code": f"oilfilm {oilfilm.__version__}",
         "settings": None,
-        "inputs": {source.name: file_digest(source)} if source.is_file() else {},
+        "inputs": {source_file.name: file_digest(source_file)} if source_file.is_file() else {},
     }
     return results, settings, provenance
 
 
-def _runs(fit: ArrayFit, campaign: str) -> pd.DataFrame:
+def _runs_table(fit: ArrayFit, campaign_name: str) -> pd.DataFrame:
     """The table `runs` of a campaign, one row per curve; its set points are means."""
-    curves = fit.table.groupby("run_id", sort=False)
-    runs = pd.DataFrame({"accepted_points": curves.size(), "plateaus": curves.size()})
+    points_by_run = fit.table.groupby("run_id", sort=False)
+    runs = pd.DataFrame({"accepted_points": points_by_run.size(), "plateaus": points_by_run.size()})
     for column in SET_POINT_KEYS:
         if column in fit.table:
-            runs[f"nominal_{column}"] = curves[column].mean()
+            runs[f"nominal_{column}"] = points_by_run[column].mean()
     runs = runs.reset_index().assign(
-        campaign=campaign, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
+        campaign=campaign_name, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
     )
     return tables.filled(runs, "runs", "the table")
 
 
-def _settings(fit: ArrayFit, campaign: str) -> Settings:
+def _settings_of_table(fit: ArrayFit, campaign_name: str) -> Settings:
     """Settings of a campaign that has only this table."""
     # any campaign will do: the keys of the campaign are replaced
-    shipped = resolve(CONFIG, {"campaign": "etm-slim"}).plain()
+    shipped_settings = resolve(CONFIG, {"campaign": "etm-slim"}).plain()
     return Settings.of(
         {
-            **shipped,
+            **shipped_settings,
             "campaign": {
-                "name": campaign,
+                "name": campaign_name,
                 "data": "measured",
                 "description": f"table of traction coefficients {Path(fit.source).name}",
                 "rigs": ["unknown"],

@@ -24,11 +24,11 @@ from oilfilm.api.fit_keys import FitKeys
 from oilfilm.api.mu_columns import (
     AskedError,
     TableColumn,
-    columns_of,
-    key_of_stated,
+    chosen_columns,
     numbers_in_unit,
     reading_of,
-    stated_columns,
+    stated_meanings,
+    stated_name_of,
 )
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.plain_key import plain_key
@@ -53,15 +53,15 @@ _DISC_SPEED = "disc_speed_m_s"
 # Young's modulus in Pa and Poisson's ratio. Steel and silicon nitride are those of bearings (Harris
 # and Kotzalas, Rolling Bearing Analysis, 5th ed., 2007); the glass is Schott N-BK7.
 MATERIALS = {"steel": (206e9, 0.3), "silicon-nitride": (310e9, 0.26), "glass": (82e9, 0.206)}
-_COLUMNS = {PRESSURE, LOAD, SPEED, _BALL_SPEED, _DISC_SPEED, TEMPERATURE, SLIP, MU}
-# Quantity and unit of each column.
-_QUANTITY_OF_COLUMN = {
+_POINT_COLUMNS = {PRESSURE, LOAD, SPEED, _BALL_SPEED, _DISC_SPEED, TEMPERATURE, SLIP, MU}
+# Quantity and unit of each column that a table of mu may have under the project's own name.
+_QUANTITY_AND_UNIT_BY_COLUMN = {
     column: quantity
     for column, quantity in TRACTION.vocabulary.project_names.items()
-    if column in _COLUMNS
+    if column in _POINT_COLUMNS
 }
-VOCABULARY = NamesInWords("traction", "columns", _QUANTITY_OF_COLUMN, ())
-# Quantity of a name -> column of the points.
+VOCABULARY = NamesInWords("traction", "columns", _QUANTITY_AND_UNIT_BY_COLUMN, ())
+# Column of the points by the quantity that a name means.
 _COLUMN_BY_QUANTITY = {
     "max_hertz_pressure": PRESSURE,
     "load": LOAD,
@@ -72,23 +72,23 @@ _COLUMN_BY_QUANTITY = {
     "slide_roll_ratio": SLIP,
     "traction_coefficient": MU,
 }
-# Of the points at negative slip so many may have the other sign of mu; more is no slip of the pen.
-_MOST_ODD_SIGNS = 0.2
-_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
+# Share of the points at negative slip that may have the other sign of mu: a slip of the pen.
+_MAX_ODD_SIGN_SHARE = 0.2
+_DELIMITER_BY_NAME = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 # First bytes of a file.
 _PARQUET_SIGNATURE = b"PAR1"
-# Laws that are fitted to a table of load or of pressure if none is named.
-_LAW_OF_LOAD = "wang-deng-load"
-_LAW_OF_PRESSURE = PAPER_LAW.name
-_NAMES_OF_CONDITIONS = {
+# Names of the laws that are fitted to a table of load or of pressure if none is named.
+_LAW_NAME_OF_LOAD = "wang-deng-load"
+_LAW_NAME_OF_PRESSURE = PAPER_LAW.name
+_QUANTITY_IN_WORDS = {
     PRESSURE: "maximum Hertz pressure",
     LOAD: "load",
     SPEED: "entrainment speed",
     TEMPERATURE: "inlet temperature",
     MU: "traction coefficient",
 }
-# Options of the command that give a condition for all rows, as examples.
-_OPTIONS = {
+# Example of the option of the command that gives a condition for all rows.
+_OPTION_BY_COLUMN = {
     PRESSURE: "--stress 1.2GPa",
     SPEED: "--speed 2m/s",
     LOAD: "--load 50N",
@@ -154,63 +154,67 @@ def fit_table(
         pressure_of_load = partial(
             pressure_gpa_of_load, ball_radius_m=ball_radius_m, materials=materials
         )
-    stated = StatedByUser(
-        stated_columns(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
+    stated_by_user = StatedByUser(
+        stated_meanings(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
     )
-    read_table = read_mu_table(table, stated)
-    points = read_table.points.assign(**conditions_of_all_rows)
-    notes = list(read_table.notes)
-    points, oil = _points_of_oil(points, oil, read_table.name)
+    mu_table = read_mu_table(table, stated_by_user)
+    points = mu_table.points.assign(**conditions_of_all_rows)
+    notes = list(mu_table.notes)
+    points, oil = _points_of_oil(points, oil, mu_table.name)
     if LOAD in points and PRESSURE not in points and ball_radius_m is not None:
         points = with_pressure(points, ball_radius_m, materials)
         notes.append(f"{PRESSURE} follows from load, ball radius and materials ({materials})")
     if law is None:
-        law = _LAW_OF_PRESSURE
+        law = _LAW_NAME_OF_PRESSURE
         if LOAD in points and PRESSURE not in points:
-            law = _LAW_OF_LOAD
+            law = _LAW_NAME_OF_LOAD
             notes.append(
                 f"law of load, {law}, because the pressure is not known; with --ball-radius and "
                 "--materials a law of pressure can be fitted"
             )
     conditions = LAWS[law].conditions if law in LAWS else (PRESSURE, SPEED, TEMPERATURE)
-    _refuse_missing(points, conditions, read_table)
+    _refuse_missing_condition(points, conditions, mu_table)
     curve = points.pop("curve") if "curve" in points else None
     fitted = fit_points(points, conditions, law, curve, **settings)
     notes += fitted.notes
-    return replace(fitted, notes=tuple(notes), source=read_table.name, oil=oil)
+    return replace(fitted, notes=tuple(notes), source=mu_table.name, oil=oil)
 
 
-def _points_of_oil(points: pd.DataFrame, oil: str | None, name: str) -> tuple[pd.DataFrame, str]:
+def _points_of_oil(
+    points: pd.DataFrame, oil_name: str | None, table_name: str
+) -> tuple[pd.DataFrame, str]:
     """The points of one oil, and its name.
 
     Raises:
         OilfilmError: The table lacks the oil, or has several oils and none is named.
     """
     if "oil" not in points:
-        return points, oil or "oil"
-    oils = sorted(points["oil"].unique())
-    advice = f"Name one with --oil: {', '.join(oils)}."
-    if oil is None and len(oils) > 1:
-        raise OilfilmError(f"{name}: has several oils. {advice}")
-    if oil is not None and oil not in oils:
-        raise OilfilmError(f"{name}: has no oil {oil!r}. {advice}")
-    oil = oil or str(oils[0])
-    return points[points["oil"] == oil].drop(columns="oil"), oil
+        return points, oil_name or "oil"
+    oil_names = sorted(points["oil"].unique())
+    advice = f"Name one with --oil: {', '.join(oil_names)}."
+    if oil_name is None and len(oil_names) > 1:
+        raise OilfilmError(f"{table_name}: has several oils. {advice}")
+    if oil_name is not None and oil_name not in oil_names:
+        raise OilfilmError(f"{table_name}: has no oil {oil_name!r}. {advice}")
+    oil_name = oil_name or str(oil_names[0])
+    return points[points["oil"] == oil_name].drop(columns="oil"), oil_name
 
 
-def _refuse_missing(points: pd.DataFrame, conditions: tuple[str, ...], mu_table: "MuTable") -> None:
+def _refuse_missing_condition(
+    points: pd.DataFrame, condition_names: tuple[str, ...], mu_table: "MuTable"
+) -> None:
     """Refuse a table without a condition that the law needs.
 
     Raises:
         OilfilmError: A column is missing.
     """
-    for column in (*conditions, MU):
+    for column in (*condition_names, MU):
         if column not in points:
-            columns = cut(", ".join(map(repr, mu_table.columns)))
+            columns_in_words = cut(", ".join(map(repr, mu_table.column_names)))
             sentence = (
-                f"{mu_table.name}: no column is the {_NAMES_OF_CONDITIONS[column]}; its columns "
-                f"are {columns}. Add it, or give it for "
-                f"all rows, as {_OPTIONS.get(column, '')}."
+                f"{mu_table.name}: no column is the {_QUANTITY_IN_WORDS[column]}; its columns "
+                f"are {columns_in_words}. Add it, or give it for "
+                f"all rows, as {_OPTION_BY_COLUMN.get(column, '')}."
             )
             if column == PRESSURE:
                 sentence += " Where it has the load, give --ball-radius and --materials."
@@ -229,13 +233,13 @@ class MuTable:
         points: Conditions, slip and mu by their columns' names; `oil` and `curve` where the table
             has them. Pressure or load may be missing.
         notes: Meaning of each column, and how it is known, in sentences.
-        columns: Names of all columns.
+        column_names: Names of all columns.
     """
 
     name: str
     points: pd.DataFrame = field(default_factory=pd.DataFrame)
     notes: list[str] = field(default_factory=list)
-    columns: Sequence[str] = ()
+    column_names: Sequence[str] = ()
 
     def error(self, problem: str, advice: str) -> OilfilmError:
         """The error of a table that cannot be used.
@@ -252,54 +256,55 @@ class StatedByUser:
     """What the user says beside a table of mu.
 
     Attributes:
-        columns: Meaning of columns, by name.
-        pressure_of_load: Gives the maximum Hertz pressure in GPa of loads in N, where the contact
-            is known; else None.
+        meaning_by_name: Meaning of columns, by their names.
+        pressure_of_load: Function of loads in N, which returns their maximum Hertz pressure in GPa;
+            None where the contact is not known.
         speed_m_s: Mean speed of all rows; None where the table has it.
     """
 
-    columns: Mapping[str, Meaning] = field(default_factory=dict)
+    meaning_by_name: Mapping[str, Meaning] = field(default_factory=dict)
     pressure_of_load: Callable[[FloatArray], FloatArray] | None = None
     speed_m_s: float | None = None
 
 
 def read_mu_table(
-    table: Path | str | pd.DataFrame | Any, stated: StatedByUser | None = None
+    table: Path | str | pd.DataFrame | Any, stated_by_user: StatedByUser | None = None
 ) -> MuTable:
     """Read csv, tsv, xlsx, ods or Parquet, or a data frame.
 
     Args:
         table: The table.
-        stated: What the user says of it; None for nothing.
+        stated_by_user: What the user says of it; None if nothing.
 
     Raises:
         OilfilmError: A column is missing, doubtful or without a unit, or a number is impossible.
     """
     if not isinstance(table, (str, Path)):
-        name = "the data frame"
-        texts = [("", _tab_separated(_as_pandas(table)))]
+        table_name = "the data frame"
+        titled_texts = [("", _tab_separated(_as_pandas(table)))]
     else:
-        name = str(table)
-        texts = _file_texts(Path(table), MuTable(name))
+        table_name = str(table)
+        titled_texts = _file_texts(Path(table), MuTable(table_name))
+    statements = stated_by_user or StatedByUser()
     read_sheets: list[_TitledTable] = []
     fault_by_title: dict[str, OilfilmError] = {}
-    for title, text in texts:
+    for title, text in titled_texts:
         try:
-            sheet = _table_of_text(text, MuTable(name), stated or StatedByUser())
-            read_sheets.append(_TitledTable(title, sheet))
+            sheet_table = _table_of_text(text, MuTable(table_name), statements)
+            read_sheets.append(_TitledTable(title, sheet_table))
         except OilfilmError as error:
             fault_by_title[title] = error
     if not read_sheets:
-        # the sheet that comes nearest to a table has the most text
-        title_of_longest, _ = max(texts, key=lambda title_and_text: len(title_and_text[1]))
+        # no sheet is a table: the one with the most text comes nearest to one
+        title_of_longest, _ = max(titled_texts, key=lambda title_and_text: len(title_and_text[1]))
         raise fault_by_title[title_of_longest]
     mu_table = read_sheets[0].table
     if len(read_sheets) > 1:
-        mu_table = _joined_sheets(read_sheets, MuTable(name))
+        mu_table = _joined_sheets(read_sheets, MuTable(table_name))
     elif fault_by_title:
         mu_table.notes.append(f"the sheet {read_sheets[0].title!r} is read")
     for title, fault in fault_by_title.items():
-        reason = str(fault).removeprefix(f"{name}: ")
+        reason = str(fault).removeprefix(f"{table_name}: ")
         mu_table.notes.append(f"the sheet {title!r} is not read: {cut(reason)}")
     return mu_table
 
@@ -329,19 +334,25 @@ class _TitledTable(NamedTuple):
     table: MuTable
 
 
-def _joined_sheets(sheets: Sequence[_TitledTable], joined: MuTable) -> MuTable:
+def _joined_sheets(sheets: Sequence[_TitledTable], joined_table: MuTable) -> MuTable:
     """One table of several sheets. Where a sheet names no oil, its title does.
+
+    Args:
+        sheets: The tables of the sheets.
+        joined_table: An empty table, which is filled and returned.
 
     Raises:
         OilfilmError: The sheets have different conditions.
     """
-    columns = {title: set(map(str, sheet.points)) - {"oil", "curve"} for title, sheet in sheets}
-    if len(set(map(frozenset, columns.values()))) > 1:
-        listed = "; ".join(
-            f"{title!r}: {', '.join(sorted(names))}" for title, names in columns.items()
+    columns_by_title: dict[str, set[str]] = {}
+    for title, sheet in sheets:
+        columns_by_title[title] = set(map(str, sheet.points)) - {"oil", "curve"}
+    if len(set(map(frozenset, columns_by_title.values()))) > 1:
+        columns_in_words = "; ".join(
+            f"{title!r}: {', '.join(sorted(names))}" for title, names in columns_by_title.items()
         )
-        raise joined.error(
-            f"its sheets have different conditions: {listed}.",
+        raise joined_table.error(
+            f"its sheets have different conditions: {columns_in_words}.",
             "Give all sheets the same columns, or save the sheet to be fitted alone.",
         )
     frames: list[pd.DataFrame] = []
@@ -352,35 +363,41 @@ def _joined_sheets(sheets: Sequence[_TitledTable], joined: MuTable) -> MuTable:
         if "curve" in points:
             points = points.assign(curve=title + " " + points["curve"].astype(str))
         frames.append(points)
-    joined.points = pd.concat(frames, ignore_index=True)
+    joined_table.points = pd.concat(frames, ignore_index=True)
     titles = ", ".join(repr(title) for title, _ in sheets)
-    joined.columns = sheets[0].table.columns
-    joined.notes = [*sheets[0].table.notes, f"the sheets {titles} are read"]
+    joined_table.column_names = sheets[0].table.column_names
+    joined_table.notes = [*sheets[0].table.notes, f"the sheets {titles} are read"]
     for _, sheet in sheets[1:]:
-        joined.notes += [note for note in sheet.notes if note not in joined.notes]
-    return joined
+        joined_table.notes += [note for note in sheet.notes if note not in joined_table.notes]
+    return joined_table
 
 
-def _table_of_text(text: bytes, mu_table: MuTable, stated: StatedByUser) -> MuTable:
-    """The table in a text: of all blocks that repeat the line of names.
+def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser) -> MuTable:
+    """The table in a text, of all blocks that repeat the line of names.
+
+    Args:
+        text: The text.
+        mu_table: An empty table, which is filled and returned.
+        stated_by_user: What the user says of the columns.
 
     Raises:
         OilfilmError: As by `read_mu_table`.
     """
     try:
-        vocabulary = replace(VOCABULARY, stated=stated.columns)
-        form, blocks = delimited_text.tables(text, vocabulary)
+        vocabulary = replace(VOCABULARY, stated=stated_by_user.meaning_by_name)
+        text_form, logged_tables = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
         raise mu_table.error(f"{error.refusal.reason}.", advice) from None
     frames: list[pd.DataFrame] = []
     notes: list[str] = []
-    for logged in blocks:
-        mu_table.notes = list(logged.notes)
-        mu_table.columns = logged.names
+    for logged_table in logged_tables:
+        mu_table.notes = list(logged_table.notes)
+        mu_table.column_names = logged_table.names
         mu_table.points = pd.DataFrame()
-        names = _add_points(mu_table, logged, stated)
-        _add_labels(mu_table, logged, names.values(), _DELIMITERS.get(form.delimiter))
+        name_by_quantity = _add_points(mu_table, logged_table, stated_by_user)
+        delimiter = _DELIMITER_BY_NAME.get(text_form.delimiter)
+        _add_labels(mu_table, logged_table, name_by_quantity.values(), delimiter)
         frames.append(mu_table.points)
         notes += [note for note in mu_table.notes if note not in notes]
     mu_table.points = pd.concat(frames, ignore_index=True)
@@ -389,28 +406,37 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated: StatedByUser) -> MuTa
 
 
 def _add_labels(
-    mu_table: MuTable, logged: LoggedTable, names_read: Iterable[str], delimiter: str | None
+    mu_table: MuTable, logged_table: LoggedTable, read_names: Iterable[str], delimiter: str | None
 ) -> None:
-    """Add the columns of text, `oil` and `curve`, where the table has them."""
-    if logged.show is None:
+    """Add the columns of text, `oil` and `curve`, where the table has them.
+
+    Args:
+        mu_table: The table, which gets the columns.
+        logged_table: What was read.
+        read_names: Names of the columns that are quantities.
+        delimiter: Sign between the cells of a line; None for blanks.
+    """
+    if logged_table.show is None:
         return
     # columns without a name are no labels
-    names_in_use = {plain_key(name) for name in names_read} | {""}
-    for label in ("oil", "curve"):
-        index = _index_of_label(logged.names, label, names_in_use)
-        if index is None:
+    names_in_use = {plain_key(name) for name in read_names} | {""}
+    for label_column in ("oil", "curve"):
+        column_index = _index_of_label(logged_table.names, label_column, names_in_use)
+        if column_index is None:
             continue
-        texts = []
-        for number in range(logged.rows):
-            cells = logged.show(number).split(delimiter)
-            texts.append(cells[index].strip(' "') if index < len(cells) else "")
-        mu_table.points[label] = texts
+        labels = []
+        for row_index in range(logged_table.rows):
+            cells = logged_table.show(row_index).split(delimiter)
+            labels.append(cells[column_index].strip(' "') if column_index < len(cells) else "")
+        mu_table.points[label_column] = labels
 
 
-def _index_of_label(names: Sequence[str], label: str, names_in_use: set[str]) -> int | None:
+def _index_of_label(
+    column_names: Sequence[str], label_column: str, names_in_use: set[str]
+) -> int | None:
     """Index of the first free column whose name is that of a label; None if there is none."""
-    for index, name in enumerate(names):
-        if label_of(name) == label and plain_key(name) not in names_in_use:
+    for index, column_name in enumerate(column_names):
+        if label_of(column_name) == label_column and plain_key(column_name) not in names_in_use:
             return index
     return None
 
@@ -428,10 +454,10 @@ def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
         if content.startswith(workbook.SIGNATURE):
             is_opendocument = opendocument.recognises(content)
             reader = opendocument if is_opendocument else workbook
-            sheets = reader.sheet_texts(content)
-            if not sheets:
+            titled_texts = reader.sheet_texts(content)
+            if not titled_texts:
                 raise ValueError("no sheet has a cell")
-            return sheets
+            return titled_texts
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
         raise mu_table.error(reason, "Export it again, or as csv.") from error
@@ -439,48 +465,55 @@ def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
 
 
 def _tab_separated(frame: pd.DataFrame) -> bytes:
+    """A data frame as text with tabs between the cells, as a file would have it."""
     return frame.to_csv(sep="\t", index=False).encode()
 
 
-def _add_points(mu_table: MuTable, logged: LoggedTable, stated: StatedByUser) -> dict[str, str]:
-    """Add the numbers of a table and notes on the meaning of its columns; names by quantity.
+def _add_points(
+    mu_table: MuTable, logged_table: LoggedTable, stated_by_user: StatedByUser
+) -> dict[str, str]:
+    """Add the numbers of what was read to a table, and notes on the meaning of its columns.
+
+    Returns:
+        The name of the column of each quantity.
 
     Raises:
         OilfilmError: A meaning is not known, or mu or the slide-roll ratio is missing.
     """
-    meanings = [
-        meaning_of(name, unit) for name, unit in zip(logged.names, logged.units, strict=True)
-    ]
-    indices = [
+    names, units = logged_table.names, logged_table.units
+    stated = stated_by_user.meaning_by_name
+    column_indices = [
         index
-        for index, name in enumerate(logged.names)
-        if meanings[index] is not None or key_of_stated(name, stated.columns) is not None
+        for index, (name, unit) in enumerate(zip(names, units, strict=True))
+        if meaning_of(name, unit) is not None or stated_name_of(name, stated) is not None
     ]
-    values = zip(indices, logged.values(indices), strict=True)
-    numbers = {
-        index: np.asarray(column, dtype=float)
-        for index, column in values
-        if column.dtype.kind in "iuf"
+    values_of_columns = zip(column_indices, logged_table.values(column_indices), strict=True)
+    numbers_by_index = {
+        index: np.asarray(values, dtype=float)
+        for index, values in values_of_columns
+        if values.dtype.kind in "iuf"
     }
     try:
-        chosen, notes = columns_of(logged.names, logged.units, numbers, stated.columns)
-        chosen = {
+        column_by_quantity, notes = chosen_columns(names, units, numbers_by_index, stated)
+        column_by_quantity = {
             quantity: column
-            for quantity, column in chosen.items()
+            for quantity, column in column_by_quantity.items()
             if quantity in _COLUMN_BY_QUANTITY
         }
-        notes += _take_out_needless(chosen)
-        _refuse_incomplete(mu_table, logged.names, chosen)
-        pressure_of_load = None
-        if "load" in chosen and stated.pressure_of_load is not None:
-            pressure_of_load = stated.pressure_of_load(numbers_in_unit(chosen["load"]))
-        reading = reading_of(chosen, [*mu_table.notes, *notes], pressure_of_load, stated.speed_m_s)
+        notes += _remove_doubtful(column_by_quantity)
+        _refuse_without_mu_or_slip(mu_table, names, column_by_quantity)
+        pressure_gpa = None
+        if "load" in column_by_quantity and stated_by_user.pressure_of_load is not None:
+            load_n = numbers_in_unit(column_by_quantity["load"])
+            pressure_gpa = stated_by_user.pressure_of_load(load_n)
+        notes = [*mu_table.notes, *notes]
+        reading = reading_of(column_by_quantity, notes, pressure_gpa, stated_by_user.speed_m_s)
     except AskedError as asked:
         raise mu_table.error(asked.sentence, asked.advice) from None
     mu_table.notes = list(reading.notes)
     points = mu_table.points
-    for quantity, converted in reading.values.items():
-        points[_COLUMN_BY_QUANTITY[quantity]] = converted
+    for quantity, numbers in reading.numbers_by_quantity.items():
+        points[_COLUMN_BY_QUANTITY[quantity]] = numbers
     if {_BALL_SPEED, _DISC_SPEED} <= set(points):
         ball_m_s = points.pop(_BALL_SPEED)
         disc_m_s = points.pop(_DISC_SPEED)
@@ -488,46 +521,54 @@ def _add_points(mu_table: MuTable, logged: LoggedTable, stated: StatedByUser) ->
             points[SPEED] = (ball_m_s + disc_m_s) / 2
         if SLIP not in points:
             points[SLIP] = (disc_m_s - ball_m_s) / points[SPEED]
-    return dict(reading.names)
+    return dict(reading.name_by_quantity)
 
 
-def _take_out_needless(chosen: dict[str, TableColumn]) -> list[str]:
-    """Take out columns that may be a quantity that the table has in another way; notes on them.
+def _remove_doubtful(column_by_quantity: dict[str, TableColumn]) -> list[str]:
+    """Remove columns that only may be a quantity that the table has in another way.
 
     A force that may be the load is not asked about beside a pressure, nor a speed beside those of
     both bodies.
+
+    Returns:
+        Notes on the removed columns.
     """
-    given_by_others = {
+    quantities_in_place_of = {
         "load": {"max_hertz_pressure"},
         "entrainment_speed": {"ball_speed", "disc_speed"},
     }
     notes: list[str] = []
-    for quantity, others in given_by_others.items():
-        column = chosen.get(quantity)
-        if column is not None and column.meaning.question and others <= chosen.keys():
-            del chosen[quantity]
+    for quantity, other_quantities in quantities_in_place_of.items():
+        column = column_by_quantity.get(quantity)
+        has_others = other_quantities <= column_by_quantity.keys()
+        if column is not None and column.meaning.question and has_others:
+            del column_by_quantity[quantity]
             notes.append(f"not read: {column.name!r}: {column.meaning.question}")
     return notes
 
 
-def _refuse_incomplete(
-    mu_table: MuTable, names: Sequence[str], chosen: Mapping[str, TableColumn]
+def _refuse_without_mu_or_slip(
+    mu_table: MuTable, column_names: Sequence[str], column_by_quantity: Mapping[str, TableColumn]
 ) -> None:
     """Refuse a table without mu or without a slide-roll ratio.
 
     Raises:
         OilfilmError: One of them is missing.
     """
-    needed = ["traction_coefficient"]
-    if not {"ball_speed", "disc_speed"} <= chosen.keys():
-        needed.append("slide_roll_ratio")
-    missing = [quantity for quantity in needed if quantity not in chosen]
-    if missing:
-        quantities = " and the ".join(quantity.replace("_", " ") for quantity in missing)
-        columns = ", ".join(map(repr, names)) or "not known"
+    needed_quantities = ["traction_coefficient"]
+    if not {"ball_speed", "disc_speed"} <= column_by_quantity.keys():
+        needed_quantities.append("slide_roll_ratio")
+    missing_quantities = [
+        quantity for quantity in needed_quantities if quantity not in column_by_quantity
+    ]
+    if missing_quantities:
+        quantities_in_words = " and the ".join(
+            quantity.replace("_", " ") for quantity in missing_quantities
+        )
+        columns_in_words = ", ".join(map(repr, column_names)) or "not known"
         raise mu_table.error(
-            f"no column is the {quantities}; its columns are {cut(columns)}.",
-            f'Name it in the table, or here: --columns "{missing[0]}=NAME".',
+            f"no column is the {quantities_in_words}; its columns are {cut(columns_in_words)}.",
+            f'Name it in the table, or here: --columns "{missing_quantities[0]}=NAME".',
         )
 
 
@@ -539,10 +580,10 @@ def _without_gaps(mu_table: MuTable) -> MuTable:
     """
     numbers = mu_table.points.select_dtypes("number").to_numpy(dtype=float)
     is_complete = np.isfinite(numbers).all(axis=1)
-    n_incomplete = int(np.sum(~is_complete))
-    if n_incomplete:
+    incomplete_count = int(np.sum(~is_complete))
+    if incomplete_count:
         mu_table.notes.append(
-            f"{n_incomplete} of {len(is_complete)} rows are left out: a number is missing there"
+            f"{incomplete_count} of {len(is_complete)} rows are left out: a number is missing there"
         )
     points = mu_table.points.loc[is_complete].reset_index(drop=True)
     if points.empty:
@@ -563,29 +604,30 @@ def _at_positive_slip(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
     """
     is_backwards = points[SLIP] < 0
     is_negative = points[MU] < 0
-    n_backwards = int(is_backwards.sum())
-    n_negative = int((is_backwards & is_negative).sum())
-    if n_backwards == 0:
+    backwards_count = int(is_backwards.sum())
+    negative_count = int((is_backwards & is_negative).sum())
+    if backwards_count == 0:
         return points
-    mu_has_sign = 2 * n_negative > n_backwards
-    is_odd = is_backwards & (is_negative != mu_has_sign) & (points[MU] != 0)
-    n_odd = int(is_odd.sum())
-    if n_odd > _MOST_ODD_SIGNS * n_backwards:
+    mu_has_sign = 2 * negative_count > backwards_count
+    has_odd_sign = is_backwards & (is_negative != mu_has_sign) & (points[MU] != 0)
+    odd_count = int(has_odd_sign.sum())
+    if odd_count > _MAX_ODD_SIGN_SHARE * backwards_count:
         raise mu_table.error(
-            f"of {n_backwards} rows at negative slip {n_negative} have a negative mu.",
+            f"of {backwards_count} rows at negative slip {negative_count} have a negative mu.",
             "Give mu the sign of the slip in all rows, or in none.",
         )
-    if n_odd:
-        row = points.loc[is_odd].iloc[0]
+    if odd_count:
+        odd_point = points.loc[has_odd_sign].iloc[0]
         convention = "has the sign of the slip" if mu_has_sign else "has no sign"
         mu_table.notes.append(
-            f"{n_odd} of {len(points)} rows are left out: at negative slip mu "
-            f"{convention} in the other rows, and here it is {row[MU]:g} at S = {row[SLIP]:g}"
+            f"{odd_count} of {len(points)} rows are left out: at negative slip mu "
+            f"{convention} in the other rows, and here it is {odd_point[MU]:g} "
+            f"at S = {odd_point[SLIP]:g}"
         )
-    turned = points.assign(**{SLIP: points[SLIP].abs()})
+    turned_points = points.assign(**{SLIP: points[SLIP].abs()})
     if mu_has_sign:
-        turned.loc[is_backwards, MU] *= -1
-    return turned.loc[~is_odd].reset_index(drop=True)
+        turned_points.loc[is_backwards, MU] *= -1
+    return turned_points.loc[~has_odd_sign].reset_index(drop=True)
 
 
 def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) -> pd.DataFrame:
@@ -617,9 +659,9 @@ def pressure_gpa_of_load(load_n: FloatArray, ball_radius_m: float, materials: st
         OilfilmError: A material is not known.
     """
     try:
-        ball, disc = materials.split(",")
-        ball_modulus_pa, ball_poisson_ratio = _elastic_constants(ball.strip())
-        disc_modulus_pa, disc_poisson_ratio = _elastic_constants(disc.strip())
+        ball_material, disc_material = materials.split(",")
+        ball_modulus_pa, ball_poisson_ratio = _elastic_constants(ball_material.strip())
+        disc_modulus_pa, disc_poisson_ratio = _elastic_constants(disc_material.strip())
     except (KeyError, ValueError):
         raise OilfilmError(
             f"--materials: found {materials!r}; expected ball,disc, as steel,glass, each one of "

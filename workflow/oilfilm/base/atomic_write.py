@@ -1,9 +1,10 @@
 """Write files and folders completely or not at all: write under a hidden name, then rename.
 
-A killed run leaves a path that begins with a dot. The next run overwrites it. After a power failure
-a file has its old content or all of the new content. For this the content is flushed to disk before
-the rename, and the folder with the new name after it. A folder may also be missing then: the old
-one is removed before the new one gets its name, because a rename replaces only an empty folder.
+A killed run leaves a hidden file or folder: its name begins with a dot. The next run overwrites it.
+After a power failure a file has its old content or all of the new content. For this the content is
+flushed to disk before the rename, and the folder that holds the file after it. A folder may also be
+missing after a power failure. A rename replaces only an empty folder, so the old folder is removed
+before the new one gets its name.
 
 Decides: how a file is written completely or not at all.
 """
@@ -19,46 +20,47 @@ from pathlib import Path
 def atomic_file(path: Path) -> Iterator[Path]:
     """Yield a temporary path to write to; rename it to `path` when no error occurred."""
     make_folder(path.parent)
-    temporary = _temporary(path)
+    temporary_path = _temporary_path(path)
     try:
-        yield temporary
-        flush(temporary)
+        yield temporary_path
+        flush(temporary_path)
     except BaseException:
-        temporary.unlink(missing_ok=True)  # a full disk needs the space
+        temporary_path.unlink(missing_ok=True)  # a full disk needs the space
         raise
-    rename_flushed(temporary, path)
+    rename_flushed(temporary_path, path)
 
 
 @contextmanager
 def atomic_folder(path: Path) -> Iterator[Path]:
     """Yield a temporary folder to fill; it replaces `path` when no error occurred."""
-    temporary = _temporary(path)
-    shutil.rmtree(temporary, ignore_errors=True)
-    make_folder(temporary)
+    temporary_path = _temporary_path(path)
+    shutil.rmtree(temporary_path, ignore_errors=True)
+    make_folder(temporary_path)
     try:
-        yield temporary
-        flush(temporary)
+        yield temporary_path
+        flush(temporary_path)
     except BaseException:
-        shutil.rmtree(temporary, ignore_errors=True)
+        shutil.rmtree(temporary_path, ignore_errors=True)
         raise
     shutil.rmtree(path, ignore_errors=True)
-    rename_flushed(temporary, path)
+    rename_flushed(temporary_path, path)
 
 
 def write_bytes(content: bytes, path: Path) -> None:
     """Write a file completely or not at all."""
-    with atomic_file(path) as temporary:
-        temporary.write_bytes(content)
+    with atomic_file(path) as temporary_path:
+        temporary_path.write_bytes(content)
 
 
 def write_text(text: str, path: Path, encoding: str = "utf-8") -> None:
     """Write a text completely or not at all; line ends stay as they are."""
-    with atomic_file(path) as temporary:
-        temporary.write_text(text, encoding=encoding, newline="")
+    with atomic_file(path) as temporary_path:
+        temporary_path.write_text(text, encoding=encoding, newline="")
 
 
-def _temporary(path: Path) -> Path:
-    # programs that read all tables of a folder skip a name with a dot and another ending
+def _temporary_path(path: Path) -> Path:
+    """The hidden path, in the same folder, under which `path` is written."""
+    # programs that read all tables of a folder skip a hidden file with another ending
     return path.with_name(f".{path.name}.part")
 
 
@@ -71,17 +73,17 @@ def flush(path: Path) -> None:
     _flush_entry(path)
 
 
-def rename_flushed(temporary: Path, path: Path) -> None:
+def rename_flushed(temporary_path: Path, path: Path) -> None:
     """Rename a flushed file, a flushed folder or a link in one step, and flush the new name."""
-    temporary.replace(path)
+    temporary_path.replace(path)
     _flush_entry(path.parent)
 
 
 def make_folder(folder: Path) -> None:
     """Make a folder and the missing folders above it, and flush their names."""
-    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    missing_folders = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
-    for path in missing:
+    for path in missing_folders:
         _flush_entry(path.parent)
 
 

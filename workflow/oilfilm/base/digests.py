@@ -19,13 +19,13 @@ import yaml
 
 from oilfilm.base import studies
 
-# Modules that compute no number of a table:
+# Names of modules that compute no number of a table, so that a change of them reruns no rule:
 # - settings: their values are in the params of the rules;
 # - messages, the command line and the code around a job;
 # - reading and writing of tables, also in the module `tables` of a study: the declarations of a
 #   rule's tables have their own digest. `tables.failed_gates` does compute columns;
 # - the list of laws: a rule names the laws that it fits.
-_NO_NUMBERS = re.compile(
+_MODULES_WITHOUT_NUMBERS = re.compile(
     r"oilfilm(\.(cli|run|settings|base\.(atomic_write|digests|errors|home))(\..*)?"
     r"|\.tables(\.(?!failed_gates).*)?|\.traction\.laws)?|\w+\.tables"
 )
@@ -89,36 +89,46 @@ def code_digest(script: Path, *modules: Path) -> str:
         16 hexadecimal digits.
     """
     digest = hashlib.sha256()
-    for path in [script, *sorted(modules_behind(script, *modules))]:
+    for path in [script, *sorted(files_behind(script, *modules))]:
         digest.update(f"{path.name} {_code(path).digest}\n".encode())
     return digest.hexdigest()[:16]
 
 
-def modules_behind(script: Path, *modules: Path) -> set[Path]:
-    """The modules that count for a script: those that it imports, directly or indirectly."""
-    visited: set[Path] = set()
-    waiting = [script, *modules]
-    while waiting:
-        path = waiting.pop()
-        if path not in visited:
-            visited.add(path)
-            waiting.extend(_code(path).imports)
-    return visited - {script}
+def files_behind(script: Path, *modules: Path) -> set[Path]:
+    """The files that count for a script.
+
+    They are the modules that it imports, directly or indirectly, and the files of data that these
+    modules read.
+    """
+    visited_files: set[Path] = set()
+    waiting_files = [script, *modules]
+    while waiting_files:
+        path = waiting_files.pop()
+        if path not in visited_files:
+            visited_files.add(path)
+            waiting_files.extend(_code(path).needed_files)
+    return visited_files - {script}
 
 
 class _Code(NamedTuple):
-    """Digest of what a file computes, and the files that it imports or reads."""
+    """What a rule must know of one file of code or data.
+
+    Attributes:
+        digest: sha256 of what the file computes or contains, in hex.
+        needed_files: The files that it imports or reads.
+    """
 
     digest: str
-    imports: frozenset[Path]
+    needed_files: frozenset[Path]
 
 
 @cache
 def _code(path: Path) -> _Code:
-    """What a file computes: the syntax tree of a module, or the content of a file of data."""
+    """Digest of a module's syntax tree, or of the content of a file of data; what it needs."""
     content = path.read_bytes()
     if path.suffix != ".py":
-        return _Code(hashlib.sha256(_without_comments(path, content)).hexdigest(), frozenset())
+        digest = hashlib.sha256(_without_comments(path, content)).hexdigest()
+        return _Code(digest, frozenset())
     gc.disable()  # collecting garbage takes a third of the time of parsing a module
     try:
         tree = ast.parse(content)
@@ -130,12 +140,13 @@ def _code(path: Path) -> _Code:
     syntax_words: list[str] = []
     module_names: list[str] = []
     _walk(tree, package, syntax_words, module_names)
-    imports: set[Path] = set()
-    for name in module_names:
-        imports.update(_module_files(name))
-    data_files = [path.with_name(name.decode()) for name in _DATA_FILE.findall(content)]
-    imports.update(file for file in data_files if file.is_file())
-    return _Code(hashlib.sha256("\n".join(syntax_words).encode()).hexdigest(), frozenset(imports))
+    needed_files: set[Path] = set()
+    for module_name in module_names:
+        needed_files.update(_module_files(module_name))
+    data_files = [path.with_name(name.decode()) for name in _DATA_FILE_NAME.findall(content)]
+    needed_files.update(data_file for data_file in data_files if data_file.is_file())
+    digest = hashlib.sha256("\n".join(syntax_words).encode()).hexdigest()
+    return _Code(digest, frozenset(needed_files))
 
 
 def _without_comments(path: Path, content: bytes) -> bytes:
@@ -148,52 +159,53 @@ def _without_comments(path: Path, content: bytes) -> bytes:
     return content
 
 
-# How a module names a file beside it that it reads.
-_DATA_FILE = re.compile(rb'"(\w+\.(?:yaml|mplstyle))"')
+# A module names a file beside it that it reads by such a string.
+_DATA_FILE_NAME = re.compile(rb'"(\w+\.(?:yaml|mplstyle))"')
 
 
 def _walk(node: ast.AST, package: str, syntax_words: list[str], module_names: list[str]) -> None:
     """Add what a node computes to `syntax_words`, and what it imports to `module_names`.
 
-    Empty fields are left out, because newer versions of Python have more of them. Docstrings and
-    the messages of errors are left out, too.
+    The words are the types of the node and of the nodes below it, the names of their fields and
+    the constants in them, in the order of the source. Empty fields are left out, because newer
+    versions of Python have more of them. Docstrings and the messages of errors are left out, too.
     """
     if isinstance(node, ast.Import | ast.ImportFrom):
         module_names += _imported_names(node, package)
     elif isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
         node.exc = node.exc.func
     syntax_words.append(type(node).__name__)
-    for name in node._fields:
-        value = getattr(node, name, None)
-        if isinstance(value, ast.AST):
-            # its position in the tree shows whether a name is read or set
-            if name != "ctx":
-                syntax_words.append(name)
-                _walk(value, package, syntax_words, module_names)
-        elif isinstance(value, list):
+    for field_name in node._fields:
+        field_value = getattr(node, field_name, None)
+        if isinstance(field_value, ast.AST):
+            # ctx says whether a name is read or set; the position of the name shows this, too
+            if field_name != "ctx":
+                syntax_words.append(field_name)
+                _walk(field_value, package, syntax_words, module_names)
+        elif isinstance(field_value, list):
             has_docstring = (
-                name == "body"
-                and isinstance(node, _WITH_DOCSTRING)
+                field_name == "body"
+                and isinstance(node, _NODES_WITH_DOCSTRING)
                 and ast.get_docstring(node, clean=False) is not None
             )
-            children = value[1:] if has_docstring else value
+            children = field_value[1:] if has_docstring else field_value
             if children:
-                syntax_words.append(name)
+                syntax_words.append(field_name)
             for child in children:
                 if isinstance(child, ast.AST):
                     _walk(child, package, syntax_words, module_names)
                 else:
                     syntax_words.append(repr(child))
-        elif value is not None:
-            syntax_words.extend([name, repr(value)])
+        elif field_value is not None:
+            syntax_words.extend([field_name, repr(field_value)])
     syntax_words.append(")")
 
 
-_WITH_DOCSTRING = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+_NODES_WITH_DOCSTRING = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 def _imported_names(statement: ast.Import | ast.ImportFrom, package: str) -> Iterator[str]:
-    """Modules that a statement may import: `a` and `a.b` for `from a import b`."""
+    """Names of modules that a statement may import: `a` and `a.b` for `from a import b`."""
     if isinstance(statement, ast.Import):
         yield from (alias.name for alias in statement.names)
         return
@@ -203,15 +215,18 @@ def _imported_names(statement: ast.Import | ast.ImportFrom, package: str) -> Ite
 
 
 @cache
-def _module_files(name: str) -> tuple[Path, ...]:
-    """Files that run when a module of oilfilm or of a study is imported, if they count."""
-    parts = name.split(".")
+def _module_files(module_name: str) -> tuple[Path, ...]:
+    """Files that run when a module of oilfilm or of a study is imported.
+
+    Modules that compute no number are left out, and so are modules of other packages.
+    """
+    parts = module_name.split(".")
     if parts[0] not in ("oilfilm", *studies.available()):
         return ()
     files = []
     # importing a module runs the __init__ of each package above it
     for depth in range(1, len(parts) + 1):
-        if _NO_NUMBERS.fullmatch(".".join(parts[:depth])):
+        if _MODULES_WITHOUT_NUMBERS.fullmatch(".".join(parts[:depth])):
             continue
         path = studies.PACKAGES.joinpath(*parts[:depth])
         files += [path.with_suffix(".py"), path / "__init__.py"]

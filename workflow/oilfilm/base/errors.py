@@ -14,17 +14,17 @@ def printable(text: object) -> str:
     )
 
 
-def cut(text: object, longest: int = 200) -> str:
-    """Text of unknown origin for a message: only its beginning if it is longer than `longest`.
+def cut(text: object, max_letters: int = 200) -> str:
+    """Text of unknown origin for a message: only its beginning if it is longer than `max_letters`.
 
     Examples:
         >>> cut("x" * 9, 5)
         'xxxxx... (9 letters)'
     """
     whole_text = str(text)
-    if len(whole_text) <= longest:
+    if len(whole_text) <= max_letters:
         return whole_text
-    return f"{whole_text[:longest]}... ({len(whole_text)} letters)"
+    return f"{whole_text[:max_letters]}... ({len(whole_text)} letters)"
 
 
 class OilfilmError(Exception):

@@ -21,9 +21,9 @@ from typing import Any
 
 from oilfilm.base import studies
 
-_LIBRARY = Path(__file__).parents[1]
-# Section of the report, by family.
-_CATEGORIES = {"data": "Data quality", "law": "Fits", "bearing": "Bearing"}
+_LIBRARY_FOLDER = Path(__file__).parents[1]
+# Section of Snakemake's report, by the family of a figure.
+_CATEGORY_BY_FAMILY = {"data": "Data quality", "law": "Fits", "bearing": "Bearing"}
 
 
 @dataclass(frozen=True)
@@ -39,9 +39,10 @@ class FigureDeclaration:
         paragraphs: Paragraphs of the caption: what is drawn, with units.
         module: Module of the function that draws it.
         family: One job draws all figures of a family, because imports take longer than drawing.
-        tables: Finished tables with the drawn data.
-        settings: Settings that it depends on; `campaign.matrix` is a key of the campaign file.
-        references: Files of reference data that it shows, as names without `.yaml`.
+        tables: Names of the finished tables with the drawn data.
+        settings: Keys of the settings that it depends on; `campaign.matrix` is a key of the
+            campaign file.
+        references: Names of the files of reference data that it shows, without `.yaml`.
         counterpart: Its counterpart in the publication of a study, as "Fig. 2"; empty without one.
         shows_data: False where nothing comes from the campaign's logs.
         requires: Key of the campaign file without which there is nothing to draw.
@@ -62,7 +63,11 @@ class FigureDeclaration:
     @property
     def category(self) -> str:
         """Section of Snakemake's report; figures after a publication have one of their own."""
-        return studies.publication(self.study) if self.counterpart else _CATEGORIES[self.family]
+        return (
+            studies.publication(self.study)
+            if self.counterpart
+            else _CATEGORY_BY_FAMILY[self.family]
+        )
 
     @property
     def caption(self) -> str:
@@ -79,7 +84,7 @@ class FigureDeclaration:
 
     @property
     def study(self) -> str:
-        """The study that it belongs to; empty where every campaign may have it."""
+        """Name of the study that it belongs to; empty where every campaign may have it."""
         package = self.module.split(".")[0]
         return package if package in studies.available() else ""
 
@@ -96,50 +101,57 @@ def figures() -> Mapping[str, FigureDeclaration]:
     Raises:
         ValueError: A declaration is not made of literals.
     """
-    declared: dict[str, FigureDeclaration] = {}
-    for module_file in _modules_with_figures():
+    figure_by_name: dict[str, FigureDeclaration] = {}
+    for module_file in _module_files_with_figures():
         for node in ast.parse(module_file.read_text(encoding="utf-8")).body:
             if isinstance(node, ast.FunctionDef) and node.decorator_list:
                 name = node.name.replace("_", "-")
-                declared[name] = _declaration(name, node, module_file, declared)
-    return declared
+                figure_by_name[name] = _declaration(name, node, module_file, figure_by_name)
+    return figure_by_name
 
 
-def _modules_with_figures() -> list[Path]:
-    """Modules of figures: those of every campaign first, then those of the studies."""
-    folders = [_LIBRARY / "report/figures"]
+def _module_files_with_figures() -> list[Path]:
+    """Files of the modules that draw figures: those of the library first, then of the studies."""
+    folders = [_LIBRARY_FOLDER / "report/figures"]
     folders += [studies.folder(study) / "figures" for study in studies.available()]
-    files = []
+    module_files = []
     for folder in folders:
-        files += sorted(folder.glob("*.py"))
-    return files
+        module_files += sorted(folder.glob("*.py"))
+    return module_files
 
 
-def families(names: Iterable[str]) -> dict[str, list[FigureDeclaration]]:
-    """The named figures by family, in their order."""
-    grouped: dict[str, list[FigureDeclaration]] = {}
-    for name in names:
-        figure = figures()[name]
-        grouped.setdefault(figure.family, []).append(figure)
-    return grouped
+def figures_by_family(figure_names: Iterable[str]) -> dict[str, list[FigureDeclaration]]:
+    """The declarations of the named figures by their family, in the order of the names."""
+    grouped_figures: dict[str, list[FigureDeclaration]] = {}
+    for figure_name in figure_names:
+        figure = figures()[figure_name]
+        grouped_figures.setdefault(figure.family, []).append(figure)
+    return grouped_figures
 
 
 def _declaration(
-    name: str, function: ast.FunctionDef, path: Path, declared: Mapping[str, FigureDeclaration]
+    figure_name: str,
+    function: ast.FunctionDef,
+    module_file: Path,
+    figure_by_name: Mapping[str, FigureDeclaration],
 ) -> FigureDeclaration:
+    """The declaration of the figure that a function draws.
+
+    `figure_by_name` has the declarations before it, for the keyword `like`.
+    """
     (decorator,) = function.decorator_list
     keywords = decorator.keywords  # type: ignore[attr-defined]
-    registered = {keyword.arg: ast.literal_eval(keyword.value) for keyword in keywords}
+    registered_attributes = {keyword.arg: ast.literal_eval(keyword.value) for keyword in keywords}
     docstring = ast.get_docstring(function) or ""
     title, *paragraphs = (" ".join(text.split()) for text in docstring.split("\n\n"))
-    similar_figure = registered.pop("like", None)
+    similar_name = registered_attributes.pop("like", None)
     attributes: dict[str, Any] = {}
-    if similar_figure:
-        attributes = asdict(declared[similar_figure])
+    if similar_name:
+        attributes = asdict(figure_by_name[similar_name])
         paragraphs += attributes["paragraphs"][len(paragraphs) :]
-    attributes |= registered
-    attributes["name"] = name
+    attributes |= registered_attributes
+    attributes["name"] = figure_name
     attributes["title"] = title.rstrip(".")
     attributes["paragraphs"] = tuple(paragraphs)
-    attributes["module"] = ".".join(path.relative_to(studies.PACKAGES).with_suffix("").parts)
+    attributes["module"] = ".".join(module_file.relative_to(studies.PACKAGES).with_suffix("").parts)
     return FigureDeclaration(**attributes)

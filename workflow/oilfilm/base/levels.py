@@ -9,27 +9,28 @@ from oilfilm.base.ties import exceeds
 from oilfilm.base.units import FloatArray, IndexArray
 
 
-def clusters(values: FloatArray, width: float) -> IndexArray:
-    """Clusters of values no wider than `width`, counted from 0.
+def cluster_indices(values: FloatArray, width: float) -> IndexArray:
+    """Index of the cluster of each value; no cluster is wider than `width`.
 
+    Clusters are counted from 1, from the lowest values to the highest. Index 0 is for NaN only.
     A cluster begins at the lowest value that no other cluster holds, so that the order of the
-    values does not matter. Unknown values are the cluster 0, whether there are some or not.
+    values does not matter.
 
     Args:
-        values: Any values, shape (rows,).
+        values: Any values, shape (rows,); NaN where a value is not known.
         width: Largest difference of two values of one cluster.
 
     Examples:
-        >>> clusters(np.array([0.101, 0.02, 0.099, 0.021, np.nan]), 0.006)
+        >>> cluster_indices(np.array([0.101, 0.02, 0.099, 0.021, np.nan]), 0.006)
         array([2, 1, 2, 1, 0])
     """
-    cluster = np.zeros(len(values), dtype=np.int64)
-    cluster_number = 0
-    smallest_of_cluster = -np.inf
-    measured_rows = np.flatnonzero(~np.isnan(values))
-    for row in measured_rows[np.argsort(values[measured_rows], kind="stable")]:
-        if exceeds(values[row] - smallest_of_cluster, width):
-            cluster_number += 1
-            smallest_of_cluster = values[row]
-        cluster[row] = cluster_number
-    return cluster
+    cluster_of_row = np.zeros(len(values), dtype=np.int64)
+    cluster_index = 0
+    lowest_of_cluster = -np.inf
+    known_rows = np.flatnonzero(~np.isnan(values))
+    for row in known_rows[np.argsort(values[known_rows], kind="stable")]:
+        if exceeds(values[row] - lowest_of_cluster, width):
+            cluster_index += 1
+            lowest_of_cluster = values[row]
+        cluster_of_row[row] = cluster_index
+    return cluster_of_row

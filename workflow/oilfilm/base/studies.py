@@ -1,20 +1,22 @@
-"""Packages beside oilfilm: studies of one question, and what simulates logs.
+"""Packages beside oilfilm: studies of one question, and the simulator of logs.
 
 oilfilm names none of them and works without them. A campaign asks for one by its name
 (`studies: [NAME]`). Such a package has a file `oilfilm_study.yaml`. It lists the tables of the
 package, and the reference files that its part of the report and of the exports needs: the Snakefile
 must know these before it imports anything. A package may also have:
 
-- `study` with `STUDY`: sections of the report, exports;
-- `printed`, function of an oil: its law with published constants, for `predict --printed`,
-  which must not wait for the imports of `study`;
-- `config.yaml` with settings of its own, and `settings` with their model `StudySettings` and with
-  `contradictions` between them and a campaign;
-- `campaigns`, files of campaigns;
-- `shown_tables.yaml`, the tables that its part of the report shows;
-- `tables`: declares the package's tables when it is imported;
-- `plan`: names of the logs that it simulates, beside the rules in `rules/logs.smk`;
-- `rules/study.smk`, and folders `scripts`, `figures` and `reference`.
+- a module `study` with `STUDY`, an instance of `Study`: sections of the report, exports;
+- a function `printed` of the name of an oil: its law with published constants, for
+  `predict --printed`, which must not wait for the imports of the module `study`;
+- a file `config.yaml` with settings of its own, and a module `settings` with their model
+  `StudySettings` and with a function `contradictions` between them and a campaign;
+- a folder `campaigns` with files of campaigns;
+- a file `shown_tables.yaml`: the tables that its part of the report shows;
+- a module `tables`, which declares the package's tables when it is imported;
+- a module `plan`: names of the logs that it simulates, beside the rules in `rules/logs.smk`;
+- rules in `rules/study.smk`, and folders `scripts`, `figures` and `reference`.
+
+A package that has a module `study` is called a study here.
 
 Decides: what a package beside oilfilm may add to a campaign.
 """
@@ -29,8 +31,8 @@ from typing import Any, Literal
 
 # The folder of oilfilm and of the packages beside it.
 PACKAGES = Path(__file__).parents[2]
-_DECLARATION = "oilfilm_study.yaml"
-_RULES_OF_LOGS = "rules/logs.smk"
+_DECLARATION_FILE = "oilfilm_study.yaml"
+_LOG_RULES = "rules/logs.smk"
 
 
 @dataclass(frozen=True)
@@ -40,18 +42,19 @@ class Study:
     Attributes:
         sections: Function of the finished tables and the settings. It gives sections of the report
             (`oilfilm.report.document.Section`), which come after those of every campaign.
-        exports: Function of the oils by their identifiers, settings and provenance. It gives more
-            files for bearing codes; `oilfilm.exports.campaign.export_campaign` calls it.
-        exported: Sentence about such files for the index of the exports.
+        exports: Function of the oils by their identifiers, the settings and the provenance. It
+            gives the content of more files for bearing codes by their names;
+            `oilfilm.exports.campaign.export_campaign` calls it.
+        exports_sentence: Sentence about these files for the index of the exports.
         read_reference: Function that reads one of its reference files, for its figures.
-        describe_published: Function that gives such laws as
-            `oilfilm.exports.description.Description`, for the command `export`, and the file that
-            has their constants.
+        describe_published: Function that gives, for the command `export`, its laws with published
+            constants as `oilfilm.exports.description.Description`, and the file that has the
+            constants.
     """
 
     sections: Callable[..., list[Any]]
     exports: Callable[..., dict[str, bytes]]
-    exported: str
+    exports_sentence: str
     read_reference: Callable[[Path], Any]
     describe_published: Callable[[], tuple[list[Any], Path]]
 
@@ -59,95 +62,109 @@ class Study:
 @cache
 def available() -> tuple[str, ...]:
     """Names of all packages beside oilfilm that a campaign may ask for."""
-    return tuple(sorted(path.parent.name for path in PACKAGES.glob(f"*/{_DECLARATION}")))
+    return tuple(sorted(path.parent.name for path in PACKAGES.glob(f"*/{_DECLARATION_FILE}")))
 
 
-def folder(name: str) -> Path:
+def folder(package_name: str) -> Path:
     """The folder of a package."""
-    return PACKAGES / name
+    return PACKAGES / package_name
 
 
 @cache
-def _declaration(name: str) -> dict[str, Any]:
+def _package_declaration(package_name: str) -> dict[str, Any]:
+    """Content of the file `oilfilm_study.yaml` of a package."""
     # imported late, so that `oilfilm --help` is fast
     import yaml  # noqa: PLC0415
 
-    text = (folder(name) / _DECLARATION).read_text(encoding="utf-8")
+    text = (folder(package_name) / _DECLARATION_FILE).read_text(encoding="utf-8")
     declared: dict[str, Any] = yaml.safe_load(text)
     return declared
 
 
-def table_names_by_need(name: str) -> Mapping[tuple[str, ...], tuple[str, ...]]:
-    """Tables of a package, by the keys that a campaign must have for them, as `torque`, `twin`."""
-    entries = _declaration(name)["tables"]
+def table_names_by_need(package_name: str) -> Mapping[tuple[str, ...], tuple[str, ...]]:
+    """Names of the tables of a package, by the keys that a campaign must have for them.
+
+    Such keys are `torque` and `twin`.
+    """
+    entries = _package_declaration(package_name)["tables"]
     return {tuple(entry["needs"]): tuple(entry["names"]) for entry in entries}
 
 
-def declare_tables(names: Iterable[str]) -> None:
+def declare_tables(package_names: Iterable[str]) -> None:
     """Make the tables of some packages known to `oilfilm.tables`; an empty name is no package."""
-    for name in names:
-        if (folder(name) / "tables.py").is_file():
-            import_module(f"{name}.tables")
+    for package_name in package_names:
+        if (folder(package_name) / "tables.py").is_file():
+            import_module(f"{package_name}.tables")
 
 
-def modules(names: Iterable[str]) -> list[Path]:
-    """Files `study.py` of some packages; digests of code need them, as no import leads there."""
-    files = (folder(name) / "study.py" for name in names)
+def study_files(package_names: Iterable[str]) -> list[Path]:
+    """Files `study.py` of those packages that have one.
+
+    Digests of code need them, because no import leads to them.
+    """
+    files = (folder(package_name) / "study.py" for package_name in package_names)
     return [file for file in files if file.is_file()]
 
 
-def rule_files(names: Iterable[str]) -> list[Path]:
-    """Files of the rules of some studies."""
-    files = (folder(name) / "rules/study.smk" for name in names)
+def rule_files(package_names: Iterable[str]) -> list[Path]:
+    """Files with the rules of those packages that have some."""
+    files = (folder(package_name) / "rules/study.smk" for package_name in package_names)
     return [file for file in files if file.is_file()]
 
 
-def settings_file(name: str) -> Path:
-    """The file with the settings of a package; not every package has one."""
-    return folder(name) / "config.yaml"
+def settings_file(package_name: str) -> Path:
+    """The file with the settings of a package; it need not exist."""
+    return folder(package_name) / "config.yaml"
 
 
-def publication(name: str) -> str:
+def publication(package_name: str) -> str:
     """The publication whose figures the figures of a package are made after; empty without one."""
-    return str(_declaration(name).get("publication", ""))
+    return str(_package_declaration(package_name).get("publication", ""))
 
 
-def settings_module(name: str) -> ModuleType:
+def settings_module(package_name: str) -> ModuleType:
     """The module `settings` of a package that has settings."""
-    return import_module(f"{name}.settings")
+    return import_module(f"{package_name}.settings")
 
 
-def shown_tables(names: Iterable[str]) -> list[Path]:
-    """Files in which packages declare the tables that the report shows."""
-    files = (folder(name) / "shown_tables.yaml" for name in names)
+def shown_tables(package_names: Iterable[str]) -> list[Path]:
+    """Files in which some packages declare the tables that the report shows."""
+    files = (folder(package_name) / "shown_tables.yaml" for package_name in package_names)
     return [file for file in files if file.is_file()]
 
 
 def campaign_folders() -> list[Path]:
     """Folders of the campaign files of all packages."""
-    return [folder(name) / "campaigns" for name in available()]
+    return [folder(package_name) / "campaigns" for package_name in available()]
 
 
-def references(names: Iterable[str], purpose: Literal["reported", "exported"]) -> list[str]:
-    """Reference files that some studies need for the report or for the exports."""
-    return [file for name in names for file in _declaration(name).get(purpose, [])]
+def reference_names(
+    package_names: Iterable[str], purpose: Literal["reported", "exported"]
+) -> list[str]:
+    """Names of the reference files that some packages need for the report or for the exports."""
+    names: list[str] = []
+    for package_name in package_names:
+        names += _package_declaration(package_name).get(purpose, [])
+    return names
 
 
-def published_law(oil: str) -> Any:
-    """The law of an oil with published constants, of the one study that has some."""
-    (file,) = modules(available())
-    return import_module(file.parent.name).printed(oil)
+def published_law(oil_name: str) -> Any:
+    """The law of an oil with published constants, as the only study gives it."""
+    (file,) = study_files(available())
+    return import_module(file.parent.name).printed(oil_name)
 
 
-def load(names: Iterable[str]) -> list[Study]:
+def load(package_names: Iterable[str]) -> list[Study]:
     """The studies among some packages."""
-    return [import_module(f"{file.parent.name}.study").STUDY for file in modules(names)]
+    return [import_module(f"{file.parent.name}.study").STUDY for file in study_files(package_names)]
 
 
 def simulator() -> str:
     """Name of the package that simulates logs; empty where there is none."""
-    simulators = [name for name in available() if (folder(name) / _RULES_OF_LOGS).is_file()]
-    return simulators[0] if simulators else ""
+    for package_name in available():
+        if (folder(package_name) / _LOG_RULES).is_file():
+            return package_name
+    return ""
 
 
 def plan_of_simulator() -> ModuleType:
@@ -155,7 +172,12 @@ def plan_of_simulator() -> ModuleType:
     return import_module(f"{simulator()}.plan")
 
 
-def reference_file(name: str) -> Path | None:
-    """A file of reference data of a package, given without its ending; None where none has it."""
-    files = (folder(study) / f"reference/{name}.yaml" for study in available())
+def reference_file(reference_name: str) -> Path | None:
+    """The file of reference data with a name, given without its ending, in any of the packages.
+
+    None where no package has it.
+    """
+    files = (
+        folder(package_name) / f"reference/{reference_name}.yaml" for package_name in available()
+    )
     return next((file for file in files if file.is_file()), None)

@@ -11,20 +11,21 @@ from oilfilm.base.errors import printable
 Row = Sequence[str]
 
 
-def text_table(rows: Sequence[Row], *, right: int = 0, indent: str = "") -> list[str]:
+def text_table(rows: Sequence[Row], *, right_aligned_count: int = 0, indent: str = "") -> list[str]:
     """Lines of a table without rules; control characters in cells are escaped.
 
     Args:
         rows: Cells; each row has the same number of them.
-        right: Number of columns at the end that are aligned to the right.
+        right_aligned_count: Number of columns at the end that are aligned to the right.
         indent: Text before each line.
 
     Examples:
-        >>> print(*text_table([["oil", "points"], ["4102", "70"]], right=1), sep=chr(10))
+        >>> rows = [["oil", "points"], ["4102", "70"]]
+        >>> print(*text_table(rows, right_aligned_count=1), sep=chr(10))
         oil   points
         4102      70
     """
-    return [f"{indent}{'  '.join(cells)}".rstrip() for cells in _padded(rows, right)]
+    return [f"{indent}{'  '.join(cells)}".rstrip() for cells in _padded(rows, right_aligned_count)]
 
 
 def markdown_table(header: Row, rows: Sequence[Row]) -> list[str]:
@@ -38,9 +39,9 @@ def markdown_table(header: Row, rows: Sequence[Row]) -> list[str]:
     """
     if not rows:
         return []
-    padded = _padded([header, *rows], right=0)
-    lines = [f"| {' | '.join(cells)} |" for cells in padded]
-    separator = "|".join("-" * (width_of(cell) + 2) for cell in padded[0])
+    padded_rows = _padded([header, *rows], right_aligned_count=0)
+    lines = [f"| {' | '.join(cells)} |" for cells in padded_rows]
+    separator = "|".join("-" * (width_of(cell) + 2) for cell in padded_rows[0])
     lines.insert(1, f"|{separator}|")
     return lines
 
@@ -55,16 +56,16 @@ def width_of(text: str) -> int:
     return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
 
 
-def _padded(rows: Sequence[Row], right: int) -> list[list[str]]:
+def _padded(rows: Sequence[Row], right_aligned_count: int) -> list[list[str]]:
     """Cells with blanks, so that all cells of a column have one width."""
     padded_rows = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(width_of, column)) for column in zip(*padded_rows, strict=True)]
-    first_right = len(widths) - right
+    first_right_aligned = len(widths) - right_aligned_count
     for cells in padded_rows:
-        for column, width in enumerate(widths):
-            blanks = " " * (width - width_of(cells[column]))
-            if column < first_right:
-                cells[column] = cells[column] + blanks
+        for column_index, width in enumerate(widths):
+            blanks = " " * (width - width_of(cells[column_index]))
+            if column_index < first_right_aligned:
+                cells[column_index] = cells[column_index] + blanks
             else:
-                cells[column] = blanks + cells[column]
+                cells[column_index] = blanks + cells[column_index]
     return padded_rows

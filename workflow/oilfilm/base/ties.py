@@ -23,8 +23,8 @@ def exceeds(value: npt.ArrayLike, limit: npt.ArrayLike, size: npt.ArrayLike = 0.
     Args:
         value: Any shape.
         limit: A shape that broadcasts with that of `value`.
-        size: Size of the terms where both numbers are differences of larger terms. The rounding is
-            that of the terms then.
+        size: Absolute value of the terms, where both numbers are differences of larger terms. The
+            rounding is that of the terms then.
 
     Examples:
         >>> bool(exceeds(0.1 + 0.2, 0.3)), bool(exceeds(0.31, 0.3))
@@ -78,24 +78,25 @@ def first_smallest(values: npt.ArrayLike, axis: int = -1) -> IndexArray:
     return first_largest(-np.asarray(values, dtype=float), axis)
 
 
-def evened(values: FloatArray) -> FloatArray:
+def with_equal_ties(values: FloatArray) -> FloatArray:
     """The same numbers, shape (n,), with one value for numbers that differ by rounding only.
 
     A chain of numbers, each equal to the next one but for rounding, gets the smallest of them.
     Ranks, sorting and counts of different values then treat them as equal.
 
     Examples:
-        >>> len(np.unique([0.3, 0.1 + 0.2])), len(np.unique(evened(np.array([0.3, 0.1 + 0.2]))))
+        >>> values = np.array([0.3, 0.1 + 0.2])
+        >>> len(np.unique(values)), len(np.unique(with_equal_ties(values)))
         (2, 1)
     """
     order = np.argsort(values, kind="stable")
-    ranked = values[order]
+    sorted_values = values[order]
     # NaN comes last and stays NaN
-    is_new = exceeds(ranked[1:], ranked[:-1]) | np.isnan(ranked[1:])
-    starts_group = np.concatenate([[True], is_new])
+    is_new_number = exceeds(sorted_values[1:], sorted_values[:-1]) | np.isnan(sorted_values[1:])
+    is_group_start = np.concatenate([[True], is_new_number])
     # without any number there is no group
-    starts_group = starts_group[: len(values)]
-    group = np.cumsum(starts_group) - 1
-    evened_values = np.empty_like(values)
-    evened_values[order] = ranked[starts_group][group]
-    return evened_values
+    is_group_start = is_group_start[: len(values)]
+    group_of_rank = np.cumsum(is_group_start) - 1
+    result = np.empty_like(values)
+    result[order] = sorted_values[is_group_start][group_of_rank]
+    return result

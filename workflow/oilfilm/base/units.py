@@ -60,9 +60,10 @@ class Conversion:
 _FACTOR = r"(?:1|%|[^\W\d]+)(?:(?:\^|\*\*)-?\d|\u207b?[\u00b9\u00b2\u00b3])?"
 _PRODUCT = re.compile(rf"{_FACTOR}(?:\s*[*/\u00b7\s]\s*{_FACTOR})*")
 _BARE_EXPONENT = re.compile(r"([^\W\d_])(-?\d)")
-_LONGEST_UNIT = 40
-# Unit and target -> scale: the registry of all units takes a third of a second to load.
-_USUAL_SCALES = {
+_MAX_UNIT_LETTERS = 40
+# Scale by unit and target unit. The registry of all units takes a third of a second to load. These
+# pairs do not need it.
+_USUAL_SCALE_BY_UNITS = {
     ("kN", "N"): 1e3,
     ("kPa", "Pa"): 1e3,
     ("%", "1"): 0.01,
@@ -70,72 +71,74 @@ _USUAL_SCALES = {
 }
 
 
-def conversion(unit: str, targets: tuple[str, ...]) -> Conversion:
-    """The conversion of a logged unit to the first of `targets` that measures the same quantity.
+def conversion(unit: str, target_units: tuple[str, ...]) -> Conversion:
+    """The conversion of a logged unit to the first target unit that measures the same quantity.
 
-    A unit that is one of `targets` is kept.
+    A unit that is one of `target_units` is kept.
 
     Args:
         unit: Unit as a log writes it: N, kgf, lbf, rpm, rad/s, degC, K, degF, m/s, mm/s, GPa ...
-        targets: Units that the caller can use.
+        target_units: Units that the caller can use.
 
     Raises:
         ValueError: The unit is unknown or measures something else.
     """
-    to_target = possible_conversion(unit, targets)
+    to_target = possible_conversion(unit, target_units)
     if to_target is None:
         raise ValueError(
-            f"the unit {unit[:_LONGEST_UNIT]!r} is none of {' or '.join(targets)}, nor converts to "
-            "one"
+            f"the unit {unit[:_MAX_UNIT_LETTERS]!r} is none of {' or '.join(target_units)}, nor "
+            "converts to one"
         )
     return to_target
 
 
 @cache
-def possible_conversion(unit: str, targets: tuple[str, ...]) -> Conversion | None:
+def possible_conversion(unit: str, target_units: tuple[str, ...]) -> Conversion | None:
     """As `conversion`, but None where there is none."""
-    if unit in targets:
+    if unit in target_units:
         return Conversion(unit)
-    for target in targets:
-        if (unit, target) in _USUAL_SCALES:
-            return Conversion(target, _USUAL_SCALES[unit, target])
+    for target_unit in target_units:
+        if (unit, target_unit) in _USUAL_SCALE_BY_UNITS:
+            return Conversion(target_unit, _USUAL_SCALE_BY_UNITS[unit, target_unit])
     spelling = unit.strip()
-    pint_units = _pint_units()
-    pint_unit = pint_units.get(spelling) or pint_units.get(spelling.lower(), spelling)
+    pint_unit_by_spelling = _pint_unit_by_spelling()
+    pint_unit = pint_unit_by_spelling.get(spelling) or pint_unit_by_spelling.get(
+        spelling.lower(), spelling
+    )
     # mm s-1 (ISO 80000) and N/mm2 are read by pint as mm s^-1 and N/mm^2
     pint_unit = _BARE_EXPONENT.sub(r"\1^\2", pint_unit)
-    if len(pint_unit) > _LONGEST_UNIT or not _PRODUCT.fullmatch(pint_unit):
+    if len(pint_unit) > _MAX_UNIT_LETTERS or not _PRODUCT.fullmatch(pint_unit):
         return None
-    for target in targets:
+    for target_unit in target_units:
         try:
-            converted_zero = _converted(0.0, pint_unit, target)
-            converted_one = _converted(1.0, pint_unit, target)
+            converted_zero = _converted(0.0, pint_unit, target_unit)
+            converted_one = _converted(1.0, pint_unit, target_unit)
         except Exception:  # noqa: S112  (pint raises a dozen unrelated kinds)
             continue
-        return Conversion(target, scale=converted_one - converted_zero, offset=converted_zero)
+        return Conversion(target_unit, scale=converted_one - converted_zero, offset=converted_zero)
     return None
 
 
 @cache
-def _pint_units() -> dict[str, str]:
-    """Units as pint reads them, by their spellings in logs."""
+def _pint_unit_by_spelling() -> dict[str, str]:
+    """The name that pint knows a unit by, for each spelling in logs."""
     file = Path(__file__).with_name("units.yaml")
     spellings_by_unit = yaml.safe_load(file.read_text(encoding="utf-8"))
-    pint_units = {}
+    pint_unit_by_spelling = {}
     for pint_unit, spellings in spellings_by_unit.items():
         for spelling in spellings:
-            pint_units[spelling] = pint_unit
-    return pint_units
+            pint_unit_by_spelling[spelling] = pint_unit
+    return pint_unit_by_spelling
 
 
-def _converted(value: float, unit: str, target: str) -> float:
-    """A value in `unit`, converted to `target`."""
+def _converted(value: float, unit: str, target_unit: str) -> float:
+    """A value in `unit`, converted to `target_unit`."""
     registry = _registry()
     quantity = registry.Quantity(value, unit)
     # a plain frequency of a spindle counts revolutions; pint would take it for radians
-    if _has_radians(target) and not _has_radians(unit):
+    if _has_radians(target_unit) and not _has_radians(unit):
         quantity = quantity * registry.revolution
-    return float(quantity.to(target).magnitude)
+    return float(quantity.to(target_unit).magnitude)
 
 
 def _has_radians(unit: str) -> bool:

@@ -37,7 +37,7 @@ def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
     """
     folder = results or Path("results", read_config(config_folder(None)).campaign)
     if results is not None:
-        folder = _results_of(results)
+        folder = _results_folder(results)
     if not (folder / "tables").is_dir():
         if results is None and not Path("config/config.yaml").is_file():
             raise OilfilmError(
@@ -53,13 +53,17 @@ def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
     return folder, {name: str(footer.get(name)) for name in ("campaign", "data")}
 
 
-def _results_of(typed: Path) -> Path:
-    """A typed folder of results, or that which a typed project folder or campaign has."""
-    candidates = (typed, typed / "results" / typed.resolve().name, Path("results") / typed)
+def _results_folder(typed_folder: Path) -> Path:
+    """The folder of results that was typed, or that of the project or campaign that was typed."""
+    candidates = (
+        typed_folder,
+        typed_folder / "results" / typed_folder.resolve().name,
+        Path("results") / typed_folder,
+    )
     for folder in candidates:
         if (folder / "tables").is_dir():
             return folder
-    return typed
+    return typed_folder
 
 
 def typed_conditions(options: argparse.Namespace) -> dict[str, float]:
@@ -68,12 +72,12 @@ def typed_conditions(options: argparse.Namespace) -> dict[str, float]:
     Raises:
         OilfilmError: As in `quantity`.
     """
-    conditions = {}
-    for option, (name, _, _) in CONDITION_OPTIONS.items():
+    value_by_condition = {}
+    for option, (condition, _, _) in CONDITION_OPTIONS.items():
         text = getattr(options, option.removeprefix("--"))
         if text is not None:
-            conditions[name] = quantity(text, QUANTITIES[name].unit, option)
-    return conditions
+            value_by_condition[condition] = quantity(text, QUANTITIES[condition].unit, option)
+    return value_by_condition
 
 
 def quantity(text: str, unit: str, option: str) -> float:
@@ -86,10 +90,10 @@ def quantity(text: str, unit: str, option: str) -> float:
     expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
     if match is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
-    number, typed_unit = match.groups()
+    number_text, typed_unit = match.groups()
     try:
         to_unit = conversion(typed_unit or unit, (unit,))
-        value = float(to_unit.convert(np.array(float(number))))
+        value = float(to_unit.convert(np.array(float(number_text))))
         if not abs(value) < LARGEST_READING:
             raise ValueError(f"no quantity is {LARGEST_READING:g} {unit} or more")
         return value
@@ -97,7 +101,7 @@ def quantity(text: str, unit: str, option: str) -> float:
         raise OilfilmError(f"{option}: found {text!r}: {error}; {expected}.") from None
 
 
-def json_line(plain: Mapping[str, Any]) -> str:
+def json_line(values: Mapping[str, Any]) -> str:
     """Plain values as one line of JSON; NaN and infinity become null, because JSON has neither."""
-    with_nulls = json.loads(json.dumps(plain), parse_constant=lambda constant: None)
-    return json.dumps(with_nulls)
+    values_with_nulls = json.loads(json.dumps(values), parse_constant=lambda constant: None)
+    return json.dumps(values_with_nulls)

@@ -11,33 +11,29 @@ from oilfilm.cli.arguments import campaign_folder, json_line, quantity
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    folder, _ = campaign_folder(options.results)
-    load, speed, temperature = (
-        np.array([quantity(text, unit, option) for text in texts])
-        for texts, unit, option in (
-            (options.load, "N", "--load"),
-            (options.speed, "rpm", "--speed"),
-            (options.temperature, "degC", "--temperature"),
-        )
-    )
-    mesh = np.meshgrid(load, speed, temperature, indexing="ij")
-    load, speed, temperature = (values.ravel() for values in mesh)
+    results_folder, _ = campaign_folder(options.results)
+    loads_n = [quantity(text, "N", "--load") for text in options.load]
+    speeds_rpm = [quantity(text, "rpm", "--speed") for text in options.speed]
+    temperatures_c = [quantity(text, "degC", "--temperature") for text in options.temperature]
+    # all combinations, one operating point per number
+    meshes = np.meshgrid(loads_n, speeds_rpm, temperatures_c, indexing="ij")
+    load_n, speed_rpm, temperature_c = (mesh.ravel() for mesh in meshes)
     answer = bearing_torque(
         options.bearing,
-        load,
-        speed,
-        temperature,
+        load_n,
+        speed_rpm,
+        temperature_c,
         oil=options.oil or "",
-        results=folder,
+        results=results_folder,
         config=config_folder(options.config),
     )
     if not options.json:
         print(answer.summary())
         return 0
     for row in answer.to_frame().to_dict("records"):
-        with_nulls = {
+        row_with_nulls = {
             str(name): None if value is None or value != value else value  # noqa: PLR0124 - NaN
             for name, value in row.items()
         }
-        print(json_line({**with_nulls, "about": answer.about}))
+        print(json_line({**row_with_nulls, "about": answer.about}))
     return 0

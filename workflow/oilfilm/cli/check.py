@@ -5,7 +5,7 @@ import sys
 import textwrap
 
 import oilfilm
-from oilfilm.api.log_check import WIDTH
+from oilfilm.api.log_check import TEXT_WIDTH
 from oilfilm.cli.arguments import json_line
 
 
@@ -14,5 +14,5 @@ def run(options: argparse.Namespace) -> int:
     checked = oilfilm.check(*options.logs, campaign=options.campaign, config=options.config)
     print("\n".join(map(json_line, checked.logs)) if options.json else checked.summary())
     for note in checked.notes:
-        print(textwrap.fill(note, WIDTH, break_on_hyphens=False), file=sys.stderr)
+        print(textwrap.fill(note, TEXT_WIDTH, break_on_hyphens=False), file=sys.stderr)
     return int(not checked.accepted)

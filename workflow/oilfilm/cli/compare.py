@@ -30,7 +30,7 @@ _CONSTANT_COLUMNS = ("value", "lower", "upper")
 _DEFAULT_SLIPS = (0.01, 0.03, 0.05, 0.1, 0.2)
 _POINTS_PER_DRAWN_CURVE = 100
 _UNKNOWN_RIG = "unknown"
-_OBSTACLES = {
+_OBSTACLE_IN_WORDS = {
     Obstacle.SAME_RUNS: "both fits have the same runs",
     Obstacle.OTHER_CONDITIONS: "a law takes other conditions than pressure, speed and temperature",
     Obstacle.UNKNOWN_CONDITIONS: "the runs do not tell pressure, speed and temperature",
@@ -38,44 +38,46 @@ _OBSTACLES = {
 }
 
 
-class NamedFit(NamedTuple):
-    """The configured fit of one oil, and its origin.
+class ComparedFit(NamedTuple):
+    """The configured fit of one oil that is compared, and its origin.
 
     Attributes:
-        source: Law, campaign and kind of data, in words.
-        oil: The fitted law, and the runs.
+        origin: Law, campaign and kind of data, in words.
+        measured_oil: The fitted law, and the runs.
         constants: Rows of the table of coefficients.
     """
 
-    source: str
-    oil: MeasuredOil
+    origin: str
+    measured_oil: MeasuredOil
     constants: pd.DataFrame
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     refuse_plot(options.plot)
-    named_fits = read_fits(options.folders, options.oil)
-    fits = {name: named.oil.fit for name, named in named_fits.items()}
-    conditions = middle_of_tested(fits, typed_conditions(options))
-    largest_slip = min(float(fit.coefficients.box[-1, 1]) for fit in fits.values())
+    fit_by_name = read_fits(options.folders, options.oil)
+    law_by_name = {name: fit.measured_oil.fit for name, fit in fit_by_name.items()}
+    conditions = middle_of_tested(law_by_name, typed_conditions(options))
+    largest_slip = min(float(law.coefficients.box[-1, 1]) for law in law_by_name.values())
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     if not slips:
         slips = [slip for slip in _DEFAULT_SLIPS if slip <= largest_slip] or [largest_slip]
-    (_, first_fit), *other_fits = named_fits.items()
-    pairs = {name: oil_pair(first_fit.oil, named.oil) for name, named in other_fits}
-    table = side_by_side(fits, conditions, slips, pairs)
+    (_, first_fit), *other_fits = fit_by_name.items()
+    pair_by_name = {
+        name: oil_pair(first_fit.measured_oil, fit.measured_oil) for name, fit in other_fits
+    }
+    comparison = side_by_side(law_by_name, conditions, slips, pair_by_name)
     lines = chain(
-        _lines_of_origins(named_fits),
-        _lines_of_mu(table, conditions, list(fits)),
-        _lines_of_ratios(table, list(fits), pairs),
-        _lines_of_constants(named_fits),
+        _lines_of_origins(fit_by_name),
+        _lines_of_mu(comparison, conditions, list(law_by_name)),
+        _lines_of_ratios(comparison, list(law_by_name), pair_by_name),
+        _lines_of_constants(fit_by_name),
     )
     print("\n".join(lines))
     if options.plot:
         drawn_slips = np.linspace(0, largest_slip, _POINTS_PER_DRAWN_CURVE + 1)[1:]
-        curves = side_by_side(fits, conditions, drawn_slips, pairs)
-        has_simulated_data = any("simulated" in named.source for named in named_fits.values())
+        curves = side_by_side(law_by_name, conditions, drawn_slips, pair_by_name)
+        has_simulated_data = any("simulated" in fit.origin for fit in fit_by_name.values())
         # imported here, because it needs matplotlib
         from oilfilm.cli.compare_plot import draw  # noqa: PLC0415
 
@@ -87,75 +89,78 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def read_fits(folders: Sequence[Path], oils: Sequence[str] | None) -> dict[str, NamedFit]:
-    """The configured fits in folders of results, by folder and oil.
+def read_fits(folders: Sequence[Path], oil_names: Sequence[str] | None) -> dict[str, ComparedFit]:
+    """The configured fits in folders of results, by their names: folder and oil.
 
     Raises:
         OilfilmError: There are fewer than two.
     """
-    named_fits = {}
-    for typed in folders:
-        folder, footer = campaign_folder(typed)
+    fit_by_name = {}
+    for typed_folder in folders:
+        folder, footer = campaign_folder(typed_folder)
         coefficients = CampaignTables.in_folder(folder).configured.coefficients
-        for oil in map(str, coefficients["oil"].unique()):
-            constants = coefficients[coefficients["oil"] == oil]
+        for oil_name in map(str, coefficients["oil"].unique()):
+            constants = coefficients[coefficients["oil"] == oil_name]
             is_fitted = constants["value"].notna().any()
-            if is_fitted and (not oils or oil in oils):
-                measured = read_oil(folder, oil)
-                source = (
-                    f"{measured.fit.law.name}, from campaign {footer['campaign']}, "
+            if is_fitted and (not oil_names or oil_name in oil_names):
+                measured_oil = read_oil(folder, oil_name)
+                origin = (
+                    f"{measured_oil.fit.law.name}, from campaign {footer['campaign']}, "
                     f"{footer['data']} data"
                 )
-                named_fits[printable(f"{folder} {oil}")] = NamedFit(source, measured, constants)
-    if len(named_fits) < 2:
+                fit_name = printable(f"{folder} {oil_name}")
+                fit_by_name[fit_name] = ComparedFit(origin, measured_oil, constants)
+    if len(fit_by_name) < 2:
+        other_advice = ", or leave out --oil" if oil_names else ""
         raise OilfilmError(
-            f"{', '.join(map(str, folders))}: found {len(named_fits)} fitted oils; expected at "
-            f"least two. Name another folder of results{', or leave out --oil' if oils else ''}."
+            f"{', '.join(map(str, folders))}: found {len(fit_by_name)} fitted oils; expected at "
+            f"least two. Name another folder of results{other_advice}."
         )
-    return named_fits
+    return fit_by_name
 
 
-def _lines_of_origins(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
+def _lines_of_origins(fit_by_name: Mapping[str, ComparedFit]) -> Iterator[str]:
     """The origin of each fit, and the reasons why it is not sound."""
-    for name, named in named_fits.items():
-        yield f"{name}: {named.source}"
-        for reason in named.oil.fit.warnings:
-            yield f"{name} is NOT SOUND: {reason}"
+    for fit_name, compared_fit in fit_by_name.items():
+        yield f"{fit_name}: {compared_fit.origin}"
+        for reason in compared_fit.measured_oil.fit.warnings:
+            yield f"{fit_name} is NOT SOUND: {reason}"
 
 
 def _lines_of_mu(
-    table: pd.DataFrame, conditions: Mapping[str, float], names: Sequence[str]
+    comparison: pd.DataFrame, conditions: Mapping[str, float], fit_names: Sequence[str]
 ) -> Iterator[str]:
     """mu of each fit, one row per slide-roll ratio."""
     yield ""
     yield f"mu with the interval of the next good run, at {_conditions_text(conditions)}"
-    yield _table_by_slip(table, names, _mu_cell)
-    if table["outside"].any():
+    yield _table_by_slip(comparison, fit_names, _mu_cell)
+    if comparison["outside"].any():
         yield "!: outside the tested conditions of that fit"
-    if table["over_limit"].any():
+    if comparison["over_limit"].any():
         yield "IMPOSSIBLE: above the limiting shear stress, which no film carries"
 
 
 def _lines_of_ratios(
-    table: pd.DataFrame, names: Sequence[str], pairs: Mapping[str, OilPair]
+    comparison: pd.DataFrame, fit_names: Sequence[str], pair_by_name: Mapping[str, OilPair]
 ) -> Iterator[str]:
     """The ratio of each fit to the first one, one row per slip, and what it stands on."""
-    first_name, *other_names = names
+    first_name, *other_names = fit_names
     yield ""
     yield f"Ratio to {first_name}"
-    yield _table_by_slip(table, other_names, _ratio_cell)
-    rows_of_others = table[table["fit"] != first_name]
+    yield _table_by_slip(comparison, other_names, _ratio_cell)
+    rows_of_others = comparison[comparison["fit"] != first_name]
     if rows_of_others["ratio_outside"].any():
         yield "!: outside the tested conditions of one of the two; nothing is certain there"
-    for name in other_names:
-        yield f"{name}: {_basis_of_ratio(pairs[name])}"
-        ratio = pairs[name].ratio
+    for fit_name in other_names:
+        yield f"{fit_name}: {_basis_of_ratio(pair_by_name[fit_name])}"
+        ratio = pair_by_name[fit_name].ratio
         if isinstance(ratio, Obstacle):
             continue
-        for code in np.unique(rows_of_others.loc[rows_of_others["fit"] == name, "ratio_support"]):
-            if code != Support.SUPPORTED:
-                reason = why_no_support(Support(code).name.lower(), ratio.limits)
-                yield f"{name}: no support: {reason}"
+        rows_of_fit = rows_of_others[rows_of_others["fit"] == fit_name]
+        for support_code in np.unique(rows_of_fit["ratio_support"]):
+            if support_code != Support.SUPPORTED:
+                reason = why_no_support(Support(support_code).name.lower(), ratio.limits)
+                yield f"{fit_name}: no support: {reason}"
     if (rows_of_others["ratio_of"] == "runs").any():
         yield (
             "Not covered by the interval: a gain of the force that all runs of one oil share, as "
@@ -167,8 +172,8 @@ def _basis_of_ratio(pair: OilPair) -> str:
     """What a ratio stands on, and what is not in its interval, in sentences."""
     if isinstance(pair.ratio, Obstacle):
         return (
-            f"{_OBSTACLES[pair.ratio]}. This is the ratio of the two laws. Its interval takes "
-            "both as independent and their forms as true, so nothing is certain."
+            f"{_OBSTACLE_IN_WORDS[pair.ratio]}. This is the ratio of the two laws. Its interval "
+            "takes both as independent and their forms as true, so nothing is certain."
         )
     level = pair.ratio.interval_factors.level
     sentences = [
@@ -179,9 +184,9 @@ def _basis_of_ratio(pair: OilPair) -> str:
         sentences.append(
             f"{pair.unpaired} conditions of one oil alone count with what both oils have in common."
         )
-    two_levels = box_of(pair.ratio.runs.stacked).has_two_levels
-    for name in np.array(CONDITIONS)[two_levels]:
-        meaning = QUANTITIES[str(name)].short_meaning
+    has_two_levels = box_of(pair.ratio.runs.stacked).has_two_levels
+    for condition in np.array(CONDITIONS)[has_two_levels]:
+        meaning = QUANTITIES[str(condition)].short_meaning
         sentences.append(f"The {meaning} has two levels: a bend of the ratio between is not seen.")
     if not pair.ratio.converged:
         sentences.append("The search of the sizes of errors found no maximum: do not rely on it.")
@@ -189,30 +194,39 @@ def _basis_of_ratio(pair: OilPair) -> str:
     return " ".join(sentences)
 
 
-def _rigs_text(first: frozenset[str], second: frozenset[str]) -> str:
+def _rigs_text(first_rigs: frozenset[str], second_rigs: frozenset[str]) -> str:
     """Whether the calibration of the rigs cancels in a ratio."""
-    if _UNKNOWN_RIG in first | second:
+    if _UNKNOWN_RIG in first_rigs | second_rigs:
         return (
             "Their rigs are not known: if the oils were tested on different rigs, the calibration "
             "does not cancel and is not in the interval."
         )
-    if first == second:
+    if first_rigs == second_rigs:
         return "The calibration of the rig cancels."
     return (
-        f"Their rigs differ ({', '.join(sorted(first))}; {', '.join(sorted(second))}): the "
-        "calibration does not cancel and is not in the interval."
+        f"Their rigs differ ({', '.join(sorted(first_rigs))}; {', '.join(sorted(second_rigs))}): "
+        "the calibration does not cancel and is not in the interval."
     )
 
 
 def _table_by_slip(
-    table: pd.DataFrame, names: Sequence[str], cell: Callable[[Mapping[str, Any]], str]
+    comparison: pd.DataFrame,
+    fit_names: Sequence[str],
+    cell_text: Callable[[Mapping[str, Any]], str],
 ) -> str:
-    """Values as text: one row per slide-roll ratio, one column per fit."""
-    is_first_fit = table["fit"] == table["fit"].iloc[0]
-    cells: dict[str, Any] = {"S": table.loc[is_first_fit, SLIP]}
-    for name in names:
-        cells[name] = [cell(row) for row in tables.rows(table[table["fit"] == name])]
-    return pd.DataFrame(cells).to_string(index=False)
+    """Values as text: one row per slide-roll ratio, one column per fit.
+
+    Args:
+        comparison: Rows of `side_by_side`.
+        fit_names: Names of the fits that get a column.
+        cell_text: Function of a row that returns the text of its cell.
+    """
+    is_first_fit = comparison["fit"] == comparison["fit"].iloc[0]
+    cells_by_column: dict[str, Any] = {"S": comparison.loc[is_first_fit, SLIP]}
+    for fit_name in fit_names:
+        rows_of_fit = tables.rows(comparison[comparison["fit"] == fit_name])
+        cells_by_column[fit_name] = [cell_text(row) for row in rows_of_fit]
+    return pd.DataFrame(cells_by_column).to_string(index=False)
 
 
 def _mu_cell(row: Mapping[str, Any]) -> str:
@@ -242,32 +256,34 @@ def _ratio_cell(row: Mapping[str, Any]) -> str:
     return " ".join([text, *marks])
 
 
-def _lines_of_constants(named_fits: Mapping[str, NamedFit]) -> Iterator[str]:
-    cells = {}
-    for name, named in named_fits.items():
-        rows = tables.rows(named.constants)
-        cells[name] = {
-            row["constant"]: _interval_text(row, _CONSTANT_COLUMNS, digits=5) for row in rows
+def _lines_of_constants(fit_by_name: Mapping[str, ComparedFit]) -> Iterator[str]:
+    """The constants of each fit with their intervals, one row per constant."""
+    cells_by_fit = {}
+    for fit_name, compared_fit in fit_by_name.items():
+        constant_rows = tables.rows(compared_fit.constants)
+        cells_by_fit[fit_name] = {
+            row["constant"]: _interval_text(row, _CONSTANT_COLUMNS, digits=5)
+            for row in constant_rows
         }
     yield ""
     yield "Constants with their 95 % intervals"
-    yield pd.DataFrame(cells).fillna("-").to_string()
+    yield pd.DataFrame(cells_by_fit).fillna("-").to_string()
 
 
-def _conditions_text(conditions: Mapping[str, float]) -> str:
+def _conditions_text(value_by_condition: Mapping[str, float]) -> str:
     """The conditions of a comparison with symbols and units."""
     return ", ".join(
-        f"{QUANTITIES[name].symbol} = {value:.4g} {QUANTITIES[name].unit}"
-        for name, value in conditions.items()
+        f"{QUANTITIES[condition].symbol} = {value:.4g} {QUANTITIES[condition].unit}"
+        for condition, value in value_by_condition.items()
     )
 
 
 def _interval_text(row: Mapping[str, Any], columns: Sequence[str], digits: int) -> str:
     """A value with its interval."""
-    value, low, high = (row[name] for name in columns)
+    value, lower, upper = (row[column] for column in columns)
     if np.isnan(value):
         return "not known"
     text = f"{value:.{digits}f}"
-    if not np.isnan(low):
-        text += f" ({low:.{digits}f} to {high:.{digits}f})"
+    if not np.isnan(lower):
+        text += f" ({lower:.{digits}f} to {upper:.{digits}f})"
     return text

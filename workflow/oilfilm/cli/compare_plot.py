@@ -15,33 +15,35 @@ from oilfilm.surface.support import Support
 _WHAT_DOTTED_MEANS = ". Dotted: not tested, without support or above the limiting shear stress"
 
 
-def draw(curves: pd.DataFrame, conditions: str, *, has_simulated_data: bool) -> Figure:
-    """mu over slip of each fit with its interval; beside it the ratios to the first fit.
+def draw(curves: pd.DataFrame, conditions_text: str, *, has_simulated_data: bool) -> Figure:
+    """The figure: mu over slip of each fit with its interval; beside it the ratios to the first.
 
     Args:
         curves: Rows of `side_by_side`.
-        conditions: The operating point, with symbols and units.
+        conditions_text: The operating point, with symbols and units.
         has_simulated_data: Whether a fit is of simulated data.
     """
     figure = Figure(figsize=(style.DOUBLE_COLUMN_IN, 2.9), layout="constrained")
     mu_axes, ratio_axes = figure.subplots(1, 2)
-    curve_of_fit = {str(name): curve for name, curve in curves.groupby("fit", sort=False)}
-    names = list(curve_of_fit)
-    first_name = names[0]
-    for name, curve in curve_of_fit.items():
-        colour = style.oil_colour(name, names)
+    curve_by_fit = {str(fit_name): curve for fit_name, curve in curves.groupby("fit", sort=False)}
+    fit_names = list(curve_by_fit)
+    first_fit_name = fit_names[0]
+    for fit_name, curve in curve_by_fit.items():
+        colour = style.oil_colour(fit_name, fit_names)
         is_doubtful = (curve["outside"] | curve["over_limit"]).to_numpy()
-        _draw_curve(mu_axes, curve, MU_COLUMNS, is_doubtful, colour, name)
-        if name != first_name:
+        _draw_curve(mu_axes, curve, MU_COLUMNS, is_doubtful, colour, fit_name)
+        if fit_name != first_fit_name:
             no_support = curve["ratio_support"] != Support.SUPPORTED
             is_ratio_doubtful = (curve["ratio_outside"] | no_support).to_numpy()
-            label = name if curve["ratio_of"].iloc[0] == "runs" else f"{name}, of the two laws"
+            is_ratio_of_runs = curve["ratio_of"].iloc[0] == "runs"
+            label = fit_name if is_ratio_of_runs else f"{fit_name}, of the two laws"
             _draw_curve(ratio_axes, curve, RATIO_COLUMNS, is_ratio_doubtful, colour, label)
     ratio_axes.axhline(1, color=style.GREY, linewidth=0.6)
-    for axes, label in ((mu_axes, style.TRACTION_LABEL), (ratio_axes, f"Ratio to {first_name}")):
+    ratio_label = f"Ratio to {first_fit_name}"
+    for axes, label in ((mu_axes, style.TRACTION_LABEL), (ratio_axes, ratio_label)):
         axes.set(xlabel=style.CONDITION_LABELS[SLIP], ylabel=label)
         axes.legend()
-    title = conditions
+    title = conditions_text
     if has_simulated_data:
         title = f"SIMULATED data. {title}"
     if curves[["outside", "over_limit", "ratio_outside", "ratio_support"]].any(axis=None):

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from oilfilm.api.log_check import check_files, verdict_lines
+from oilfilm.api.log_check import reports_on_logs, verdict_lines
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import conversion
@@ -36,11 +36,11 @@ Ask = Callable[[str], str]
 # Shows a line of text.
 Say = Callable[[str], None]
 
-# Rounds of questions: each round asks for what the check of the last one lacked.
-_MOST_ROUNDS = 4
-# Different reasons for refusals that are shown, each with the first of its logs.
-_MOST_REASONS = 3
-_STEEL = {"youngs_modulus_pa": 206e9, "poisson_ratio": 0.3}
+# Number of rounds of questions: each round asks for what the check of the last one lacked.
+_MAX_ROUNDS = 4
+# Number of different reasons for refusals that are shown, each with the first of its logs.
+_MAX_SHOWN_REASONS = 3
+_STEEL_ELASTICITY = {"youngs_modulus_pa": 206e9, "poisson_ratio": 0.3}
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class OpenLine:
 
     @property
     def value(self) -> Any:
-        """What the line has already."""
+        """The value that the line has already."""
         return yaml.safe_load(self.text.strip())[self.key]
 
     @property
@@ -74,104 +74,112 @@ class OpenLine:
 
 
 @dataclass(frozen=True)
-class Checked:
-    """What `oilfilm check` says of a new project.
+class ProjectCheck:
+    """What `oilfilm check` finds in a new project.
 
     Attributes:
-        mistake: The mistake in the settings; empty where logs were judged.
-        logs: The reports on the logs, as `check_files` gives them.
-        rigs: Names of the rigs.
+        mistake: The mistake in the settings, as a sentence; empty where logs were judged.
+        log_reports: The reports on the logs, as `reports_on_logs` gives them.
+        rig_names: Names of the rigs.
     """
 
     mistake: str
-    logs: Sequence[dict[str, Any]] = ()
-    rigs: Sequence[str] = ()
+    log_reports: Sequence[dict[str, Any]] = ()
+    rig_names: Sequence[str] = ()
 
     @property
-    def refused(self) -> list[dict[str, Any]]:
+    def refused_reports(self) -> list[dict[str, Any]]:
         """The reports on refused logs."""
-        return [log for log in self.logs if log["verdict"] == "refused"]
+        return [log_report for log_report in self.log_reports if log_report["verdict"] == "refused"]
 
     @property
     def missing_rig_keys(self) -> dict[str, list[str]]:
-        """Lengths that the files of rigs lack, by rig."""
-        missing: dict[str, dict[str, None]] = {}
-        lengths = [key for key in Rig.model_fields if key.endswith("_m")]
-        for log in self.refused:
-            for refusal in log["refusals"]:
+        """Keys of lengths that the files of rigs lack, by the name of the rig."""
+        keys_by_rig: dict[str, dict[str, None]] = {}
+        length_keys = [key for key in Rig.model_fields if key.endswith("_m")]
+        for log_report in self.refused_reports:
+            for refusal in log_report["refusals"]:
                 if refusal["rule"] != "rig":
                     continue
-                for rig in self.rigs:
-                    if repr(rig) in refusal["reason"]:
-                        keys = [key for key in lengths if key in refusal["reason"]]
-                        missing.setdefault(rig, {}).update(dict.fromkeys(keys))
-        return {rig: list(keys) for rig, keys in missing.items()}
+                for rig_name in self.rig_names:
+                    if repr(rig_name) in refusal["reason"]:
+                        keys = [key for key in length_keys if key in refusal["reason"]]
+                        keys_by_rig.setdefault(rig_name, {}).update(dict.fromkeys(keys))
+        return {rig_name: list(keys) for rig_name, keys in keys_by_rig.items()}
 
 
-def open_lines(folder: Path, files: Sequence[str]) -> list[OpenLine]:
-    """The lines of a project's files that are to be filled in."""
+def open_lines(folder: Path, file_names: Sequence[str]) -> list[OpenLine]:
+    """The lines of a project's files that are to be filled in.
+
+    Args:
+        folder: The project.
+        file_names: Paths of the files below the folder.
+    """
     lines = []
-    for file in files:
-        text = (folder / file).read_text(encoding="utf-8-sig")
+    for file_name in file_names:
+        text = (folder / file_name).read_text(encoding="utf-8-sig")
         for number, line in enumerate(text.splitlines(), start=1):
             if FILL_IN in line:
-                lines.append(OpenLine(file, number, line))
+                lines.append(OpenLine(file_name, number, line))
     return lines
 
 
-def check_project(folder: Path, campaign: str) -> Checked:
+def check_project(folder: Path, campaign_name: str) -> ProjectCheck:
     """Check the logs of a new project as `oilfilm check` does."""
-    raw = folder / "data/raw"
+    raw_folder = folder / "data/raw"
     try:
         settings = resolve(folder / "config", {})
-        paths = [raw / campaign / name for name in raw_files(raw / campaign)]
-        logs = {str(path): partial(read_bytes, path) for path in paths}
-        return Checked("", check_files(logs, settings, raw), list(settings.rigs))
+        logs_folder = raw_folder / campaign_name
+        log_paths = [logs_folder / name for name in raw_files(logs_folder)]
+        reader_by_path = {str(path): partial(read_bytes, path) for path in log_paths}
+        log_reports = reports_on_logs(reader_by_path, settings, raw_folder)
+        return ProjectCheck("", log_reports, list(settings.rigs))
     except OilfilmError as mistake:
-        return Checked(str(mistake))
+        return ProjectCheck(str(mistake))
 
 
-def outcome_lines(checked: Checked, folder: Path) -> Iterator[str]:
-    """Lines on what the check says: a mistake, or numbers and the reasons for refusals."""
-    if checked.mistake:
-        yield f"check: {checked.mistake}"
+def outcome_lines(project_check: ProjectCheck, folder: Path) -> Iterator[str]:
+    """Lines on what the check finds: a mistake, or the number of accepted logs and the reasons."""
+    if project_check.mistake:
+        yield f"check: {project_check.mistake}"
         return
-    accepted = len(checked.logs) - len(checked.refused)
-    yield f"check: {accepted} of {len(checked.logs)} logs are accepted"
-    logs_by_reason: dict[str, list[dict[str, Any]]] = {}
-    for log in checked.refused:
-        logs_by_reason.setdefault(_first_reason(log), []).append(log)
-    for logs in list(logs_by_reason.values())[:_MOST_REASONS]:
-        for line in verdict_lines(logs[0]):
+    accepted_count = len(project_check.log_reports) - len(project_check.refused_reports)
+    yield f"check: {accepted_count} of {len(project_check.log_reports)} logs are accepted"
+    reports_by_rule: dict[str, list[dict[str, Any]]] = {}
+    for log_report in project_check.refused_reports:
+        reports_by_rule.setdefault(_most_frequent_rule(log_report), []).append(log_report)
+    for log_reports in list(reports_by_rule.values())[:_MAX_SHOWN_REASONS]:
+        for line in verdict_lines(log_reports[0]):
             yield f"  {line}".replace(f"{folder}/", "")
-        if len(logs) > 1:
-            yield f"  and {len(logs) - 1} more logs for this reason"
-    if len(logs_by_reason) > _MOST_REASONS:
-        yield f"  and {len(logs_by_reason) - _MOST_REASONS} other reasons: see `oilfilm check`"
+        if len(log_reports) > 1:
+            yield f"  and {len(log_reports) - 1} more logs for this reason"
+    if len(reports_by_rule) > _MAX_SHOWN_REASONS:
+        other_count = len(reports_by_rule) - _MAX_SHOWN_REASONS
+        yield f"  and {other_count} other reasons: see `oilfilm check`"
 
 
-def _first_reason(log: Mapping[str, Any]) -> str:
-    """The rule that refuses most runs of a log."""
-    rules = Counter(refusal["rule"] for refusal in log["refusals"])
-    for run in log["runs"]:
-        rules.update(failure["gate"] for failure in run["failed_gates"])
-    return rules.most_common(1)[0][0] if rules else ""
+def _most_frequent_rule(log_report: Mapping[str, Any]) -> str:
+    """The rule by which most parts of a log are refused; empty if none is."""
+    count_by_rule = Counter(refusal["rule"] for refusal in log_report["refusals"])
+    for run in log_report["runs"]:
+        count_by_rule.update(failure["gate"] for failure in run["failed_gates"])
+    return count_by_rule.most_common(1)[0][0] if count_by_rule else ""
 
 
 def converse(
     folder: Path,
-    campaign: str,
-    files: Sequence[str],
+    campaign_name: str,
+    file_names: Sequence[str],
     column_names: Sequence[str],
     ask: Ask,
     say: Say,
-) -> Checked | None:
+) -> ProjectCheck | None:
     """Ask for what is to be filled in, check, and ask again for what the check lacks.
 
     Args:
         folder: The project.
-        campaign: Its campaign.
-        files: Its settings files, below the folder.
+        campaign_name: Its campaign.
+        file_names: Paths of its settings files, below the folder.
         column_names: Names of the columns of the logs.
         ask: Asks a person.
         say: Shows a line.
@@ -179,64 +187,71 @@ def converse(
     Returns:
         The last check; None where a line was left open, so that nothing could be checked.
     """
-    checked = None
+    project_check = None
     try:
-        for _ in range(_MOST_ROUNDS):
-            lines = open_lines(folder, files)
-            if not lines and checked is not None:
+        for _ in range(_MAX_ROUNDS):
+            lines_to_fill_in = open_lines(folder, file_names)
+            if not lines_to_fill_in and project_check is not None:
                 break
-            answers = [_filled_in(line, column_names, ask, say) for line in lines]
-            _write_answers(folder, zip(lines, answers, strict=True))
-            if open_lines(folder, files):
+            answered_lines = [
+                _answered_line(line, column_names, ask, say) for line in lines_to_fill_in
+            ]
+            _write_answers(folder, zip(lines_to_fill_in, answered_lines, strict=True))
+            if open_lines(folder, file_names):
                 return None
-            checked = check_project(folder, campaign)
-            if _settled_rows(folder, campaign, checked, ask, say):
-                checked = check_project(folder, campaign)
-            for rig, keys in checked.missing_rig_keys.items():
-                _add_to_rig(folder / f"config/rigs/{rig}.yaml", keys)
+            project_check = check_project(folder, campaign_name)
+            if _ask_about_settled_rows(folder, campaign_name, project_check, ask, say):
+                project_check = check_project(folder, campaign_name)
+            for rig_name, keys in project_check.missing_rig_keys.items():
+                _add_to_rig(folder / f"config/rigs/{rig_name}.yaml", keys)
     except EOFError:
         return None
-    return None if open_lines(folder, files) else checked
+    return None if open_lines(folder, file_names) else project_check
 
 
-def _settled_rows(folder: Path, campaign: str, checked: Checked, ask: Ask, say: Say) -> bool:
+def _ask_about_settled_rows(
+    folder: Path, campaign_name: str, project_check: ProjectCheck, ask: Ask, say: Say
+) -> bool:
     """Ask whether rows that look like settled readings are, and note it in the run sheet.
 
     Returns:
         Whether the run sheet has changed.
     """
-    raw = folder / "data/raw" / campaign
-    sheet = raw / "runs.csv"
-    refused = {
-        Path(log["file"]).relative_to(raw).as_posix()
-        for log in checked.refused
-        if _first_reason(log) == "settled_readings"
+    raw_folder = folder / "data/raw" / campaign_name
+    sheet_file = raw_folder / "runs.csv"
+    settled_log_names = {
+        Path(log_report["file"]).relative_to(raw_folder).as_posix()
+        for log_report in project_check.refused_reports
+        if _most_frequent_rule(log_report) == "settled_readings"
     }
-    if not refused or not sheet.is_file():
+    if not settled_log_names or not sheet_file.is_file():
         return False
-    text = sheet.read_text(encoding="utf-8-sig")
+    text = sheet_file.read_text(encoding="utf-8-sig")
     separator = ";" if ";" in text.partition("\n")[0] else ","
     header, *rows = csv.reader(io.StringIO(text), delimiter=separator)
     if "log_kind" in header or "file" not in header:
         return False
-    say(f"{sheet.relative_to(folder)}, line 1: log_kind")
-    say(f"  {len(refused)} of {len(checked.logs)} logs have another slide-roll ratio in each row")
+    say(f"{sheet_file.relative_to(folder)}, line 1: log_kind")
+    counts = f"{len(settled_log_names)} of {len(project_check.log_reports)} logs"
+    say(f"  {counts} have another slide-roll ratio in each row")
     answer = ask(
         "  Is each row a settled reading whose zero is removed? yes or no: (Enter: later) "
     )
     if answer.strip().casefold() not in ("yes", "y"):
         return False
     file_column = header.index("file")
-    written = io.StringIO()
-    writer = csv.writer(written, delimiter=separator, lineterminator="\n")
+    new_sheet = io.StringIO()
+    writer = csv.writer(new_sheet, delimiter=separator, lineterminator="\n")
     writer.writerow([*header, "log_kind"])
-    writer.writerows([*row, "steps" if row[file_column] in refused else ""] for row in rows)
-    write_text(f"\ufeff{written.getvalue()}", sheet)
+    writer.writerows(
+        [*row, "steps" if row[file_column] in settled_log_names else ""] for row in rows
+    )
+    write_text(f"\ufeff{new_sheet.getvalue()}", sheet_file)
     return True
 
 
-def _filled_in(line: OpenLine, column_names: Sequence[str], ask: Ask, say: Say) -> str:
-    """A line with the answer of a person; as it is where the answer is empty."""
+def _answered_line(line: OpenLine, column_names: Sequence[str], ask: Ask, say: Say) -> str:
+    """The text of a line with the answer of a person; as it is where the answer is empty."""
     say(f"{line.file}, line {line.number}: {line.key}")
     say(f"  {line.reason}")
     indent = line.text[: len(line.text) - len(line.text.lstrip())]
@@ -254,12 +269,12 @@ def _filled_in(line: OpenLine, column_names: Sequence[str], ask: Ask, say: Say) 
             unit_line = OpenLine(
                 line.file, line.number, indent + settings_line(line.key, value, comment)
             )
-            return _filled_in(unit_line, column_names, ask, say)
+            return _answered_line(unit_line, column_names, ask, say)
         return indent + settings_line(line.key, value)
 
 
 def _prompt(line: OpenLine) -> str:
-    """What a line expects."""
+    """The question for the value of a line."""
     if line.key == "film_unjudged":
         return "Reason why points without a film thickness may be used:"
     if line.key == "zero":
@@ -276,7 +291,7 @@ def _prompt(line: OpenLine) -> str:
 
 
 def _value_of_answer(line: OpenLine, answer: str, column_names: Sequence[str]) -> Any:
-    """The value of an answer.
+    """The answer as the value of a line.
 
     Raises:
         OilfilmError: The line cannot take it.
@@ -288,13 +303,20 @@ def _value_of_answer(line: OpenLine, answer: str, column_names: Sequence[str]) -
         return answer
     if line.key.endswith("_m"):
         length_m = quantity(answer, "m", line.key)
-        values = {"name": "-", "source": "-", "ball": _STEEL, "disc": _STEEL, line.key: length_m}
-        _refuse_mistake(first_mistake(values, Rig))
+        # a rig of steel, so that only the length can be a mistake
+        rig_values = {
+            "name": "-",
+            "source": "-",
+            "ball": _STEEL_ELASTICITY,
+            "disc": _STEEL_ELASTICITY,
+            line.key: length_m,
+        }
+        _refuse_mistake(first_mistake(rig_values, Rig))
         return length_m
     if isinstance(line.value, dict) and "youngs_modulus_pa" in line.value:
         return _elasticity_of_answer(answer)
     if isinstance(line.value, dict) and line.value.get("name"):
-        _check_unit(line.key, answer)
+        _refuse_unit(line.key, answer)
         return {**line.value, "unit": answer}
     if isinstance(line.value, dict) and "name" in line.value:
         return _column_of_answer(line.key, answer, column_names)
@@ -302,19 +324,19 @@ def _value_of_answer(line: OpenLine, answer: str, column_names: Sequence[str]) -
 
 
 def _refuse_mistake(mistake: str) -> None:
-    """Refuse a mistake; an empty one is none."""
+    """Raise a mistake, given as a sentence; an empty one is none."""
     if mistake:
         raise OilfilmError(mistake)
 
 
 def _elasticity_of_answer(answer: str) -> dict[str, float]:
-    """Elastic constants of an answer.
+    """The elastic constants in an answer, as a group of keys.
 
     Raises:
         OilfilmError: It has no two numbers, or impossible ones.
     """
     if answer.casefold() in ("steel", "stahl", "acier", "acero", "acciaio"):
-        return _STEEL
+        return _STEEL_ELASTICITY
     try:
         modulus_pa, poisson_ratio = map(float, answer.replace(",", " ").split())
     except ValueError:
@@ -325,63 +347,63 @@ def _elasticity_of_answer(answer: str) -> dict[str, float]:
 
 
 def _column_of_answer(key: str, answer: str, column_names: Sequence[str]) -> dict[str, Any]:
-    """Name and unit of a column.
+    """Name and unit of the column that an answer names, as a group of keys.
 
     Raises:
         OilfilmError: The logs have no such column.
     """
-    matching = [name for name in column_names if answer in (name, split_unit(name)[0])]
-    if not matching:
+    matching_names = [name for name in column_names if answer in (name, split_unit(name)[0])]
+    if not matching_names:
         raise OilfilmError(
             f"no log has the column {answer!r}; there are {', '.join(column_names)}."
         )
-    name, unit = split_unit(matching[0])
+    column_name, unit = split_unit(matching_names[0])
     if unit:
-        return {"name": [name]}
-    _, unit = stated_unit(name)
+        return {"name": [column_name]}
+    _, unit = stated_unit(column_name)
     is_known = unit != "" and VOCABULARY.fits(key, unit)
-    return {"name": [name], "unit": unit if is_known else None}
+    return {"name": [column_name], "unit": unit if is_known else None}
 
 
-def _check_unit(key: str, unit: str) -> None:
-    """Check that a quantity can be given in a unit.
+def _refuse_unit(key: str, unit: str) -> None:
+    """Refuse a unit in which a quantity cannot be given.
 
     Raises:
         OilfilmError: It cannot.
     """
-    units = tuple(VOCABULARY.quantities[key])
+    usable_units = tuple(VOCABULARY.quantities[key])
     try:
-        conversion(unit, units).convert(np.array(1.0))
+        conversion(unit, usable_units).convert(np.array(1.0))
     except ValueError:
-        expected = " or ".join(units)
+        expected = " or ".join(usable_units)
         raise OilfilmError(f"found {unit!r}; expected a unit such as {expected}.") from None
 
 
-def _write_answers(folder: Path, answers: Iterable[tuple[OpenLine, str]]) -> None:
-    """Write the answers into the files, each file completely or not at all."""
+def _write_answers(folder: Path, answered_lines: Iterable[tuple[OpenLine, str]]) -> None:
+    """Write the lines with their answers into the files, each file completely or not at all."""
     lines_by_file: dict[str, list[str]] = {}
-    for line, answer in answers:
+    for line, answered_line in answered_lines:
         path = folder / line.file
         lines = lines_by_file.setdefault(line.file, path.read_text(encoding="utf-8").splitlines())
-        lines[line.number - 1] = answer
-    for file, lines in lines_by_file.items():
-        write_text("\n".join([*lines, ""]), folder / file)
+        lines[line.number - 1] = answered_line
+    for file_name, lines in lines_by_file.items():
+        write_text("\n".join([*lines, ""]), folder / file_name)
 
 
-def _add_to_rig(path: Path, keys: Sequence[str]) -> None:
+def _add_to_rig(rig_file: Path, keys: Sequence[str]) -> None:
     """Add keys to the file of a rig, to be filled in."""
-    if not path.is_file():
+    if not rig_file.is_file():
         # a rig that comes with oilfilm
         return
-    lines = path.read_text(encoding="utf-8").splitlines()
+    lines = rig_file.read_text(encoding="utf-8").splitlines()
     for key in keys:
-        numbers_of_lines = [
-            number for number, line in enumerate(lines) if line.lstrip("# ").startswith(f"{key}:")
+        line_indices = [
+            index for index, line in enumerate(lines) if line.lstrip("# ").startswith(f"{key}:")
         ]
         meaning = Rig.model_fields[key].description
         line = settings_line(key, None, f"{FILL_IN}: m. {meaning} The logs need it.")
-        if numbers_of_lines:
-            lines[numbers_of_lines[0]] = line
+        if line_indices:
+            lines[line_indices[0]] = line
         else:
             lines.append(line)
-    write_text("\n".join([*lines, ""]), path)
+    write_text("\n".join([*lines, ""]), rig_file)

@@ -14,19 +14,23 @@ from oilfilm.exports.campaign import export_oils
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     (study,) = studies.load(studies.available())
-    published_fits, path = study.describe_published()
-    fits = [fit for fit in published_fits if options.oil in (None, fit.oil)]
-    if not fits:
-        names = ", ".join(fit.oil for fit in published_fits)
-        raise OilfilmError(f"--oil {options.oil!r}: no constants are printed of it; of {names}.")
+    published, constants_file = study.describe_published()
+    descriptions = [
+        description for description in published if options.oil in (None, description.oil)
+    ]
+    if not descriptions:
+        oil_names = ", ".join(description.oil for description in published)
+        raise OilfilmError(
+            f"--oil {options.oil!r}: no constants are printed of it; of {oil_names}."
+        )
     provenance = {
         "code": f"oilfilm {oilfilm.__version__}",
         "settings": None,
-        "inputs": {portable(path.resolve()): file_digest(path)},
+        "inputs": {portable(constants_file.resolve()): file_digest(constants_file)},
     }
     if options.folder.exists():
         raise OilfilmError(f"{options.folder}: exists already. Name a new folder.")
-    for name, content in export_oils(fits, provenance).items():
-        write_bytes(content, options.folder / name)
-        print(options.folder / name)
+    for file_name, content in export_oils(descriptions, provenance).items():
+        write_bytes(content, options.folder / file_name)
+        print(options.folder / file_name)
     return 0

@@ -18,19 +18,21 @@ from oilfilm.traction.law import QUANTITIES
 def run(options: argparse.Namespace) -> int:
     """Run the command; exit code 1 where nothing could be fitted."""
     refuse_plot(options.plot)
-    radius = options.ball_radius
     if options.save is not None and options.save.exists():
         raise OilfilmError(f"{options.save}: exists already. Name a new folder with --save.")
+    ball_radius_m = None
+    if options.ball_radius is not None:
+        ball_radius_m = quantity(options.ball_radius, "m", "--ball-radius")
     fit = oilfilm.fit_table(
         options.table,
-        ball_radius_m=None if radius is None else quantity(radius, "m", "--ball-radius"),
+        ball_radius_m=ball_radius_m,
         materials=options.materials,
         law=options.law,
         oil=options.oil,
         at=typed_conditions(options),
         columns=options.columns,
     )
-    print("\n".join(map(printable, _lines(fit))))
+    print("\n".join(map(printable, _summary_lines(fit))))
     if options.plot:
         write_plot(fit.plot().figure, options.plot)
         print(f"Written: {printable(options.plot)}")
@@ -44,16 +46,17 @@ def run(options: argparse.Namespace) -> int:
 def _predict_command(fit: ArrayFit, folder: Path) -> str:
     """The command that predicts mu of a saved fit in the middle of its tested conditions."""
     words = ["oilfilm", "predict", "--results", str(folder), "--oil", fit.oil]
-    for option, (name, _, _) in CONDITION_OPTIONS.items():
-        if name in fit.law.law.conditions:
-            words += [option, f"{fit.points[name].median():.3g}{QUANTITIES[name].unit}"]
+    for option, (condition, _, _) in CONDITION_OPTIONS.items():
+        if condition in fit.law.law.conditions:
+            words += [option, f"{fit.points[condition].median():.3g}{QUANTITIES[condition].unit}"]
     words += ["--slip", f"{fit.points[SLIP].median():.2g}"]
     return shlex.join(words)
 
 
-def _lines(fit: ArrayFit) -> Iterator[str]:
-    n_curves = fit.points["run_id"].nunique()
-    yield f"{fit.source}: {len(fit.points)} points in {n_curves} curves"
+def _summary_lines(fit: ArrayFit) -> Iterator[str]:
+    """What was read, how it was understood, and the summary of the fit."""
+    curve_count = fit.points["run_id"].nunique()
+    yield f"{fit.source}: {len(fit.points)} points in {curve_count} curves"
     for note in fit.notes:
         yield f"  {note}"
     yield from fit.summary().splitlines()

@@ -23,9 +23,9 @@ from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.home import CONFIG, HOME
 from oilfilm.base.units import conversion
-from oilfilm.cli.dialogue import Checked, check_project, converse, open_lines, outcome_lines
+from oilfilm.cli.dialogue import ProjectCheck, check_project, converse, open_lines, outcome_lines
 from oilfilm.cli.settings_line import FILL_IN, settings_line
-from oilfilm.cli.sliding_rigs import does_not_roll
+from oilfilm.cli.sliding_rigs import why_not_rolling
 from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.logs.ingest import read_bytes
@@ -52,8 +52,8 @@ _COPIED_FILES = (
 )
 # Marks a value that only the film thickness needs. The run does not stop without it.
 FOR_FILM = "# for the film"
-# Why a source of the zero of the force suits some runs.
-_REASONS_FOR_ZERO = {
+# The comment on a source of the zero of the force: why it suits some runs.
+_COMMENT_BY_ZERO_SOURCE = {
     "rolling_phases": "guess: {which} begin and end with pure rolling",
     "opening_phase": "guess: {which} begin with pure rolling and do not end with it",
     "standstill": "guess: {which} stand still before the first level and have no pure rolling; is "
@@ -64,7 +64,7 @@ _REASONS_FOR_ZERO = {
 
 
 class Line(NamedTuple):
-    """A line of settings."""
+    """A line of settings before it is written: key, value and comment."""
 
     key: str
     value: object
@@ -76,16 +76,17 @@ class NewProject:
     """A project folder that was written.
 
     Attributes:
-        campaign: Name of the campaign.
+        campaign_name: Name of the campaign.
         findings: Guesses from the logs.
-        no_logs: Named files that are no logs; they are not copied.
-        texts: The texts of the new files by their path below the folder, without logs and copies.
+        other_files: Files that the user named and that are no logs; they are not copied.
+        text_by_path: The texts of the new files by their path below the folder, without logs and
+            copies.
     """
 
-    campaign: str
+    campaign_name: str
     findings: Findings
-    no_logs: Sequence[Sniffed]
-    texts: Mapping[str, str]
+    other_files: Sequence[Sniffed]
+    text_by_path: Mapping[str, str]
 
     @property
     def column_names(self) -> list[str]:
@@ -93,13 +94,13 @@ class NewProject:
         return list(dict.fromkeys(chain.from_iterable(log.names for log in self.findings.logs)))
 
     @property
-    def to_fill_in(self) -> list[tuple[str, int, str]]:
+    def lines_to_fill_in(self) -> list[tuple[str, int, str]]:
         """The lines that only the laboratory can fill in: file, line number, text."""
         marked_lines = []
-        for file, text in self.texts.items():
+        for file_name, text in self.text_by_path.items():
             for number, line in enumerate(text.splitlines(), start=1):
                 if FILL_IN in line:
-                    marked_lines.append((file, number, line))
+                    marked_lines.append((file_name, number, line))
         return marked_lines
 
 
@@ -108,20 +109,22 @@ def run(options: argparse.Namespace) -> int:
     project = make_project(options.folder, options.logs)
     _print(_opening_lines(project, str(options.folder)))
     if is_terminal() and not options.no_questions:
-        checked = converse(
+        project_check = converse(
             options.folder,
-            project.campaign,
-            list(project.texts),
+            project.campaign_name,
+            list(project.text_by_path),
             project.column_names,
             input,
             print,
         )
     else:
-        checked = None
-        if not project.to_fill_in:
-            checked = check_project(options.folder, project.campaign)
-    _print(_closing_lines(project, options.folder, checked))
-    all_refused = checked is not None and len(checked.refused) == len(checked.logs)
+        project_check = None
+        if not project.lines_to_fill_in:
+            project_check = check_project(options.folder, project.campaign_name)
+    _print(_closing_lines(project, options.folder, project_check))
+    all_refused = False
+    if project_check is not None:
+        all_refused = len(project_check.refused_reports) == len(project_check.log_reports)
     return int(all_refused or any(log.problem for log in project.findings.logs))
 
 
@@ -135,38 +138,42 @@ def _print(lines: Iterable[str]) -> None:
 
 
 def _opening_lines(project: NewProject, folder: str) -> Iterator[str]:
-    yield f"{folder}: a project with the campaign {project.campaign}"
+    """What was understood of the logs, and what was written."""
+    yield f"{folder}: a project with the campaign {project.campaign_name}"
     for line in lines_on_forms(project.findings):
         yield f"  {line}"
-    for log in project.no_logs:
+    for log in project.other_files:
         yield f"  {log.file} is no log and was not copied: {log.problem}"
     for quantity, names in project.findings.columns.items():
         yield f"  {quantity}: {', '.join(names)} (guess)"
-    yield f"Written: {', '.join(project.texts)}"
+    yield f"Written: {', '.join(project.text_by_path)}"
     yield from lines_on_abilities(project.findings)
 
 
-def _closing_lines(project: NewProject, folder: Path, checked: Checked | None) -> Iterator[str]:
+def _closing_lines(
+    project: NewProject, folder: Path, project_check: ProjectCheck | None
+) -> Iterator[str]:
     """What is left to fill in, what the check says, and the next commands."""
-    lines_still_open = open_lines(folder, list(project.texts))
+    lines_still_open = open_lines(folder, list(project.text_by_path))
     if lines_still_open:
         yield f"To fill in, because only you can know it: {len(lines_still_open)}"
         for line in lines_still_open:
             yield f"  {line.file}, line {line.number}: {' '.join(line.text.split())}"
-    files_for_film = [file for file, text in project.texts.items() if FOR_FILM in text]
+    files_for_film = [path for path, text in project.text_by_path.items() if FOR_FILM in text]
     if files_for_film:
         yield f"For pressure and film thickness, fill in as well: {', '.join(files_for_film)}"
-    if checked is not None:
-        yield from outcome_lines(checked, folder)
-    yield f"Then: cd {quote(str(folder))}; oilfilm check data/raw/{project.campaign}; oilfilm run"
+    if project_check is not None:
+        yield from outcome_lines(project_check, folder)
+    check_command = f"oilfilm check data/raw/{project.campaign_name}"
+    yield f"Then: cd {quote(str(folder))}; {check_command}; oilfilm run"
 
 
 def lines_on_abilities(findings: Findings) -> Iterator[str]:
     """What the logs can give and what they cannot give, as far as their columns show it."""
     unnamed_quantities = [quantity.replace("_", " ") for quantity in findings.doubtful]
     if unnamed_quantities:
-        listed = ", ".join(unnamed_quantities)
-        yield f"The logs give no curve until these columns are named: {listed}."
+        quantities_in_words = ", ".join(unnamed_quantities)
+        yield f"The logs give no curve until these columns are named: {quantities_in_words}."
     else:
         yield "The logs can give traction coefficients over slip, with speed and temperature."
     runs = list(findings.runs)
@@ -192,51 +199,58 @@ def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
         OilfilmError: The folder is not empty, its name cannot be that of a campaign, or no log can
             be read.
     """
-    name = safe_name(folder.resolve().name, folder)
+    campaign_name = safe_name(folder.resolve().name, folder)
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise OilfilmError(
             f"{folder}: exists already and is not empty. Name a new or an empty folder."
         )
-    logs, sheets = _logs_and_sheets(paths)
-    findings, no_logs = _findings_and_no_logs(logs)
-    raw = f"data/raw/{name}"
-    texts = _texts(name, findings)
-    if not sheets:
-        texts[f"{raw}/runs.csv"] = run_sheet(findings)
-    sources = {f"{raw}/{log.file}": logs[log.file] for log in findings.logs}
-    for sheet in sheets:
-        sources[f"{raw}/{sheet.name}"] = sheet
-    for file in _COPIED_FILES:
-        sources[file] = HOME / file
+    path_by_log_name, sheet_files = _logs_and_sheets(paths)
+    findings, other_files = _findings_and_other_files(path_by_log_name)
+    raw_path = f"data/raw/{campaign_name}"
+    text_by_path = _text_by_path(campaign_name, findings)
+    if not sheet_files:
+        text_by_path[f"{raw_path}/runs.csv"] = run_sheet_text(findings)
+    source_by_path = {f"{raw_path}/{log.file}": path_by_log_name[log.file] for log in findings.logs}
+    for sheet_file in sheet_files:
+        source_by_path[f"{raw_path}/{sheet_file.name}"] = sheet_file
+    for file_name in _COPIED_FILES:
+        source_by_path[file_name] = HOME / file_name
     # beside the settings, where editors find them
-    for schema in sorted((HOME / "workflow/schemas").glob("*.schema.json")):
-        sources[f"config/schemas/{schema.name}"] = schema
-    _write(folder, texts, sources)
-    return NewProject(name, findings, no_logs, texts)
+    for schema_file in sorted((HOME / "workflow/schemas").glob("*.schema.json")):
+        source_by_path[f"config/schemas/{schema_file.name}"] = schema_file
+    _write_project(folder, text_by_path, source_by_path)
+    return NewProject(campaign_name, findings, other_files, text_by_path)
 
 
-def _write(folder: Path, texts: Mapping[str, str], sources: Mapping[str, Path]) -> None:
+def _write_project(
+    folder: Path, text_by_path: Mapping[str, str], source_by_path: Mapping[str, Path]
+) -> None:
     """Write texts and copies into a new folder, all of them or nothing.
+
+    Args:
+        folder: The folder.
+        text_by_path: Text of each new file, by its path below the folder.
+        source_by_path: File of which a copy is made, by the path of the copy below the folder.
 
     Raises:
         OilfilmError: They cannot be written, for example because the disk is full.
     """
     # an empty folder that is there already may be the current one: it keeps its place
-    target = folder.resolve()
-    new_folder = target / "project" if target.exists() else target
+    target_folder = folder.resolve()
+    new_folder = target_folder / "project" if target_folder.exists() else target_folder
     try:
-        with atomic_folder(new_folder) as temporary:
-            for file, text in texts.items():
-                (temporary / file).parent.mkdir(parents=True, exist_ok=True)
+        with atomic_folder(new_folder) as temporary_folder:
+            for file_name, text in text_by_path.items():
+                (temporary_folder / file_name).parent.mkdir(parents=True, exist_ok=True)
                 # a byte order mark, so that spreadsheets read umlauts
-                encoding = "utf-8-sig" if file.endswith(".csv") else "utf-8"
-                (temporary / file).write_text(text, encoding=encoding, newline="\n")
-            for file, source in sources.items():
-                (temporary / file).parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(source, temporary / file)
-        if new_folder != target:
+                encoding = "utf-8-sig" if file_name.endswith(".csv") else "utf-8"
+                (temporary_folder / file_name).write_text(text, encoding=encoding, newline="\n")
+            for file_name, source in source_by_path.items():
+                (temporary_folder / file_name).parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(source, temporary_folder / file_name)
+        if new_folder != target_folder:
             for entry in new_folder.iterdir():
-                entry.rename(target / entry.name)
+                entry.rename(target_folder / entry.name)
             new_folder.rmdir()
     except OSError as error:
         raise OilfilmError(
@@ -245,8 +259,8 @@ def _write(folder: Path, texts: Mapping[str, str], sources: Mapping[str, Path]) 
         ) from error
 
 
-def _findings_and_no_logs(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
-    """Guesses from the logs, and the files that are no logs.
+def _findings_and_other_files(path_by_log_name: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
+    """Guesses from the logs, and the other files, which are no logs.
 
     Raises:
         OilfilmError: No file can be understood as a log.
@@ -257,98 +271,111 @@ def _findings_and_no_logs(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed
         for source in BEST_FIRST
     }
     source_of_zero = partial(zero_source, settings_by_source=settings_by_source)
-    sniffed = [sniff(file, read_bytes(path), source_of_zero) for file, path in logs.items()]
-    findings = Findings([log for log in sniffed if log.is_log])
-    _refuse_sliding_rigs(sniffed, logs)
+    sniffed_files = [
+        sniff(log_name, read_bytes(path), source_of_zero)
+        for log_name, path in path_by_log_name.items()
+    ]
+    findings = Findings([log for log in sniffed_files if log.is_log])
+    _refuse_sliding_rigs(sniffed_files, path_by_log_name)
     if not findings.named:
-        problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed)
+        problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed_files)
         raise OilfilmError(
             "Nothing was written, because nothing can be understood as a log of a traction rig:\n"
             f"{problems}\n`oilfilm fit` takes a table of traction coefficients. data/raw/README.md "
             "of oilfilm says what logs need."
         )
-    return findings, [log for log in sniffed if not log.is_log]
+    return findings, [log for log in sniffed_files if not log.is_log]
 
 
-def _refuse_sliding_rigs(sniffed: Sequence[Sniffed], logs: Mapping[str, Path]) -> None:
+def _refuse_sliding_rigs(
+    sniffed_files: Sequence[Sniffed], path_by_log_name: Mapping[str, Path]
+) -> None:
     """Refuse logs of which none is of a rig that rolls.
 
     Raises:
         OilfilmError: Every file is of a rig that does not roll.
     """
-    reasons = {log.file: does_not_roll(log, read_bytes(logs[log.file])) for log in sniffed}
-    if reasons and all(reasons.values()):
-        file, reason = next(iter(reasons.items()))
-        raise OilfilmError(f"{file}: {reason} Nothing was written.")
+    reason_by_file: dict[str, str] = {}
+    for log in sniffed_files:
+        content = read_bytes(path_by_log_name[log.file])
+        reason_by_file[log.file] = why_not_rolling(log, content)
+    if reason_by_file and all(reason_by_file.values()):
+        file_name, reason = next(iter(reason_by_file.items()))
+        raise OilfilmError(f"{file_name}: {reason} Nothing was written.")
 
 
 def _logs_and_sheets(paths: Iterable[Path]) -> tuple[dict[str, Path], list[Path]]:
-    """The logs by their names in the project, and the run sheet if there is one.
+    """The paths of logs by their names in the project, and the run sheet if there is one.
 
     Raises:
         OilfilmError: A name cannot be used, two logs have one name, or there are two run sheets.
     """
-    logs: dict[str, Path] = {}
-    sheets: list[Path] = []
+    path_by_log_name: dict[str, Path] = {}
+    sheet_files: list[Path] = []
     for path in paths:
-        logs_of_path: dict[str, Path] = {}
+        named_logs: dict[str, Path] = {}
         if path.is_dir():
-            logs_of_path = {name: path / name for name in raw_files(path)}
-            sheet = find_sheet(path)
-            if sheet:
-                sheets.append(sheet)
+            named_logs = {name: path / name for name in raw_files(path)}
+            sheet_file = find_sheet(path)
+            if sheet_file:
+                sheet_files.append(sheet_file)
         elif is_sheet(path, path.parent):
-            sheets.append(path)
+            sheet_files.append(path)
         else:
-            logs_of_path = {path.name: path}
-        for file, log in logs_of_path.items():
-            fault = unfit_name(file, log)
+            named_logs = {path.name: path}
+        for log_name, log_path in named_logs.items():
+            fault = unfit_name(log_name, log_path)
             if fault:
                 raise OilfilmError(fault)
-            first_log = logs.setdefault(file, log)
-            if first_log.resolve() != log.resolve():
+            first_path = path_by_log_name.setdefault(log_name, log_path)
+            if first_path.resolve() != log_path.resolve():
                 raise OilfilmError(
-                    f"{log}: has the name of {first_log}. Rename one, or put both into one folder "
-                    "with subfolders and name that folder."
+                    f"{log_path}: has the name of {first_path}. Rename one, or put both into one "
+                    "folder with subfolders and name that folder."
                 )
-    if len(sheets) > 1:
-        raise OilfilmError(f"{sheets[1]}: is a second run sheet beside {sheets[0]}. Leave one out.")
-    return logs, sheets
+    if len(sheet_files) > 1:
+        raise OilfilmError(
+            f"{sheet_files[1]}: is a second run sheet beside {sheet_files[0]}. Leave one out."
+        )
+    return path_by_log_name, sheet_files
 
 
-def _texts(campaign: str, findings: Findings) -> dict[str, str]:
+def _text_by_path(campaign_name: str, findings: Findings) -> dict[str, str]:
     """The texts of Snakefile and settings with the guesses, by their path below the folder."""
-    files = {
-        "Snakefile": template("Snakefile"),
-        "config/config.yaml": template("config.yaml.jinja", name=campaign),
-        f"config/campaigns/{campaign}.yaml": campaign_yaml(campaign, findings),
+    text_by_path = {
+        "Snakefile": template_text("Snakefile"),
+        "config/config.yaml": template_text("config.yaml.jinja", name=campaign_name),
+        f"config/campaigns/{campaign_name}.yaml": campaign_yaml(campaign_name, findings),
     }
-    for rig in findings.rigs:
-        if rig not in shipped_names("rigs").values():
-            text = template(
-                "rig.yaml.jinja", name=rig, findings=findings, needs_radii=_needs_radii(findings)
+    for rig_name in findings.rigs:
+        if rig_name not in shipped_names("rigs").values():
+            rig_text = template_text(
+                "rig.yaml.jinja",
+                name=rig_name,
+                findings=findings,
+                needs_radii=_needs_radii(findings),
             )
-            files[f"config/rigs/{rig}.yaml"] = text
-    for oil in findings.oils:
-        if oil not in shipped_names("oils").values():
-            files[f"config/oils/{oil}.yaml"] = oil_yaml(oil, findings)
-    return files
+            text_by_path[f"config/rigs/{rig_name}.yaml"] = rig_text
+    for oil_name in findings.oils:
+        if oil_name not in shipped_names("oils").values():
+            text_by_path[f"config/oils/{oil_name}.yaml"] = oil_yaml(oil_name, findings)
+    return text_by_path
 
 
 def _needs_radii(findings: Findings) -> bool:
     """Whether a speed is, or may be, that of a spindle: then the radii of the tracks are needed."""
     if findings.needs_radii:
         return True
-    speeds = {"ball_speed", "disc_speed"}
-    names: Iterable[str] = ()
-    if speeds & findings.doubtful.keys():
-        names = chain.from_iterable(log.names for log in findings.named)
-    return any(_unit_as(name, "ball_speed") == "rpm" for name in names)
+    body_speeds = {"ball_speed", "disc_speed"}
+    column_names: Iterable[str] = ()
+    if body_speeds & findings.doubtful.keys():
+        column_names = chain.from_iterable(log.names for log in findings.named)
+    return any(_converted_unit(column_name, "ball_speed") == "rpm" for column_name in column_names)
 
 
-def _unit_as(name: str, quantity: str) -> str:
-    """The unit into which that in a column's name converts for a quantity; empty without one."""
-    _, unit = stated_unit(name)
+def _converted_unit(column_name: str, quantity: str) -> str:
+    """The unit of a quantity to which the unit in a column's name converts; empty without one."""
+    _, unit = stated_unit(column_name)
     if not unit or not VOCABULARY.fits(quantity, unit):
         return ""
     return conversion(unit, tuple(VOCABULARY.quantities[quantity])).unit
@@ -357,8 +384,8 @@ def _unit_as(name: str, quantity: str) -> str:
 # ---------------------------------------------------------------- the files
 
 
-def template(file: str, /, **values: object) -> str:
-    """The text of a file from its template."""
+def template_text(file_name: str, /, **values: object) -> str:
+    """The text of a file, made from its template and the values that the template names."""
     environment = Environment(
         loader=PackageLoader("oilfilm.cli"),
         undefined=StrictUndefined,
@@ -367,29 +394,34 @@ def template(file: str, /, **values: object) -> str:
         keep_trailing_newline=True,
         autoescape=False,  # noqa: S701 - YAML, whose values and comments `settings_line` writes
     )
-    return environment.get_template(file).render(line=settings_line, **values)
+    return environment.get_template(file_name).render(line=settings_line, **values)
 
 
-def campaign_yaml(name: str, findings: Findings) -> str:
-    """`config/campaigns/<name>.yaml`."""
-    shipped_oils = shipped_names("oils").values()
-    own_oils = [oil for oil in findings.oils if oil not in shipped_oils]
-    aliases = {}
-    for oil, labels in findings.oils.items():
-        if labels and labels != [oil]:
-            aliases[oil] = labels
-    return template(
+def campaign_yaml(campaign_name: str, findings: Findings) -> str:
+    """Text of `config/campaigns/<name>.yaml`."""
+    all_shipped = shipped_names("oils").values()
+    shipped_oil_names = [oil_name for oil_name in findings.oils if oil_name in all_shipped]
+    own_oil_names = [oil_name for oil_name in findings.oils if oil_name not in all_shipped]
+    unnamed_oil_comment = ""
+    if findings.oils == {"my-oil": []}:
+        unnamed_oil_comment = "guess: no log names its oil; "
+    has_known_contacts = all(_has_known_contact(rig_name) for rig_name in findings.rigs)
+    labels_by_oil = {}
+    for oil_name, labels in findings.oils.items():
+        if labels and labels != [oil_name]:
+            labels_by_oil[oil_name] = labels
+    return template_text(
         "campaign.yaml.jinja",
-        name=name,
+        campaign_name=campaign_name,
         findings=findings,
         # names come from logs: a line end among them would end the comment
-        summary=[printable(line) for line in lines_on_forms(findings)],
-        shipped=[oil for oil in findings.oils if oil in shipped_oils],
-        own=own_oils,
-        unnamed="guess: no log names its oil; " if findings.oils == {"my-oil": []} else "",
-        aliases=aliases,
-        no_film=bool(own_oils) or not all(_has_known_contact(rig) for rig in findings.rigs),
-        groups={
+        summary_lines=[printable(line) for line in lines_on_forms(findings)],
+        shipped_oil_names=shipped_oil_names,
+        own_oil_names=own_oil_names,
+        unnamed_oil_comment=unnamed_oil_comment,
+        labels_by_oil=labels_by_oil,
+        film_is_unknown=bool(own_oil_names) or not has_known_contacts,
+        lines_by_group={
             "columns": list(_column_lines(findings)),
             "header": [Line(key, names, "guess") for key, names in findings.header.items()],
             "semantics": list(_semantics_lines(findings)),
@@ -397,18 +429,18 @@ def campaign_yaml(name: str, findings: Findings) -> str:
     )
 
 
-def _has_known_contact(rig: str) -> bool:
+def _has_known_contact(rig_name: str) -> bool:
     """Whether a rig comes with oilfilm and its contact was recorded."""
-    if rig not in shipped_names("rigs").values():
+    if rig_name not in shipped_names("rigs").values():
         return False
-    return load(CONFIG / f"rigs/{rig}.yaml", Rig).contact() is not None
+    return load(CONFIG / f"rigs/{rig_name}.yaml", Rig).contact() is not None
 
 
 def lines_on_forms(findings: Findings) -> Iterator[str]:
     """The forms of the logs with their numbers, one line per form; then the unreadable logs."""
-    forms = Counter((log.format, log.form) for log in findings.logs).most_common()
-    for (name, form), count in forms:
-        attributes = [name]
+    log_count_by_form = Counter((log.format, log.form) for log in findings.logs).most_common()
+    for (format_name, form), count in log_count_by_form:
+        attributes = [format_name]
         if form.encoding:
             attributes.append(form.encoding)
         if form.delimiter:
@@ -422,29 +454,29 @@ def lines_on_forms(findings: Findings) -> Iterator[str]:
 def _column_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `columns`."""
     for quantity in VOCABULARY.quantities:
-        names = findings.columns.get(quantity)
+        column_names = findings.columns.get(quantity)
         unit, unit_is_unknown = findings.unit(quantity)
         if quantity in findings.doubtful:
-            names_left = [_offered_name(name, quantity) for name in findings.doubtful[quantity]]
-            choice = ", ".join(names_left) or "no column is left"
-            comment = f"{FILL_IN}: the name of the column; perhaps {choice}"
-            yield Line(quantity, {"name": names}, comment)
-        elif names and _question(findings, quantity):
+            offered_names = [_offered_name(name, quantity) for name in findings.doubtful[quantity]]
+            choices = ", ".join(offered_names) or "no column is left"
+            comment = f"{FILL_IN}: the name of the column; perhaps {choices}"
+            yield Line(quantity, {"name": column_names}, comment)
+        elif column_names and _open_question(findings, quantity):
             # a name that leaves its meaning open is confirmed, never taken
-            question = _question(findings, quantity)
-            comment = f"{FILL_IN}: the name of the column; perhaps {names[0]}: {question}"
+            question = _open_question(findings, quantity)
+            comment = f"{FILL_IN}: the name of the column; perhaps {column_names[0]}: {question}"
             yield Line(quantity, {"name": None}, comment)
-        elif names and unit_is_unknown:
+        elif column_names and unit_is_unknown:
             units = " or ".join(VOCABULARY.quantities[quantity])
             comment = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
-            yield Line(quantity, {"name": names, "unit": None}, comment)
-        elif names and unit:
-            yield Line(quantity, {"name": names, "unit": unit}, "guess")
-        elif names:
-            yield Line(quantity, {"name": names}, "guess")
+            yield Line(quantity, {"name": column_names, "unit": None}, comment)
+        elif column_names and unit:
+            yield Line(quantity, {"name": column_names, "unit": unit}, "guess")
+        elif column_names:
+            yield Line(quantity, {"name": column_names}, "guess")
 
 
-def _question(findings: Findings, quantity: str) -> str:
+def _open_question(findings: Findings, quantity: str) -> str:
     """What names and units of a quantity's columns leave open; empty where it is nothing."""
     for log in findings.named:
         for name, unit in log.candidates.get(quantity, ()):
@@ -454,26 +486,26 @@ def _question(findings: Findings, quantity: str) -> str:
     return ""
 
 
-def _offered_name(name: str, quantity: str) -> str:
-    """A column to choose; a torque is offered as a torque, never as a force."""
-    if quantity == "traction_force" and "torque" in concepts_in(name):
-        return f"{name} (a torque: the rig file needs torque_arm_m)"
-    return name
+def _offered_name(column_name: str, quantity: str) -> str:
+    """The name of a column to choose; a torque is offered as a torque, never as a force."""
+    if quantity == "traction_force" and "torque" in concepts_in(column_name):
+        return f"{column_name} (a torque: the rig file needs torque_arm_m)"
+    return column_name
 
 
 def _semantics_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `semantics`."""
     if findings.zeros:
         ((source, count),) = findings.zeros.most_common(1)
-        total = findings.zeros.total()
-        which_runs = "the runs" if count == total else f"{count} of {total} runs"
-        reason = _REASONS_FOR_ZERO[source].format(which=which_runs)
+        run_count = findings.zeros.total()
+        which_runs = "the runs" if count == run_count else f"{count} of {run_count} runs"
+        reason = _COMMENT_BY_ZERO_SOURCE[source].format(which=which_runs)
         if findings.needs_radii and source in ("rolling_phases", "opening_phase"):
             reason += "; true where the radii of the tracks make the beginning pure rolling"
         yield Line("zero", source, reason)
     if findings.slip_is_logged:
-        names = findings.columns.get("slide_roll_ratio", ["slide_roll_ratio"])
-        meanings = [meaning_of(name) for name in names]
+        column_names = findings.columns.get("slide_roll_ratio", ["slide_roll_ratio"])
+        meanings = [meaning_of(name) for name in column_names]
         if all(meaning is not None and meaning.definition == "over_mean" for meaning in meanings):
             yield Line("slide_roll_ratio", "over_mean", "as the name says")
         else:
@@ -481,11 +513,11 @@ def _semantics_lines(findings: Findings) -> Iterator[Line]:
             yield Line("slide_roll_ratio", None, comment)
 
 
-def oil_yaml(oil: str, findings: Findings) -> str:
-    """`config/oils/<id>.yaml`: the shipped template without its numbers."""
-    label = next(iter(findings.oils[oil]), oil)
-    values = {
-        "id": oil,
+def oil_yaml(oil_name: str, findings: Findings) -> str:
+    """Text of `config/oils/<id>.yaml`: the shipped template without its numbers."""
+    label = next(iter(findings.oils[oil_name]), oil_name)
+    own_value_by_key = {
+        "id": oil_name,
         "name": label,
         "display_name": label,
         "note": "not documented yet",
@@ -493,27 +525,29 @@ def oil_yaml(oil: str, findings: Findings) -> str:
     }
 
     def with_own_value(line: re.Match[str]) -> str:
+        """A line of the template with the oil's own value, or with none."""
         key, example = line.groups()
         if key in ("stand_in", "model"):
             return line[0]
-        if key in values:
-            return settings_line(key, values[key])
+        if key in own_value_by_key:
+            return settings_line(key, own_value_by_key[key])
         return settings_line(key, None, f"{FOR_FILM}: as {' '.join(example.split())}")
 
-    text = (CONFIG / "oils/template.yaml").read_text(encoding="utf-8")
-    keys = re.sub(r"(?m)^( *\w+): +(.+)$", with_own_value, text[text.index("id:") :])
+    shipped_text = (CONFIG / "oils/template.yaml").read_text(encoding="utf-8")
+    example_lines = shipped_text[shipped_text.index("id:") :]
+    lines_of_keys = re.sub(r"(?m)^( *\w+): +(.+)$", with_own_value, example_lines)
     return (
         "# yaml-language-server: $schema=../schemas/oil.schema.json\n"
         "# Read when the campaign file lists the oil under `oils`: fill in all of it before.\n"
-        f"{keys}"
+        f"{lines_of_keys}"
     )
 
 
-def run_sheet(findings: Findings) -> str:
-    """`data/raw/<name>/runs.csv`: what the headers of the logs do not contain."""
+def run_sheet_text(findings: Findings) -> str:
+    """Text of `data/raw/<name>/runs.csv`: what the headers of the logs do not contain."""
     rows = pd.DataFrame(chain.from_iterable(_rows_of_log(log, findings) for log in findings.logs))
-    used = [name for name in ("run", "oil", "log_kind", *SET_POINT_KEYS) if name in rows]
-    columns = ["file", *used, "exclude", "remarks"]
+    used_columns = [name for name in ("run", "oil", "log_kind", *SET_POINT_KEYS) if name in rows]
+    columns = ["file", *used_columns, "exclude", "remarks"]
     return rows.reindex(columns=columns).to_csv(
         index=False,
         sep=";" if findings.decimal_comma else ",",
@@ -530,9 +564,9 @@ def _rows_of_log(log: Sniffed, findings: Findings) -> Iterator[dict[str, object]
         if run.name_in_file:
             row["run"] = run.name_in_file
         remarks = []
-        medians = set_points(run)
-        if medians:
-            row |= medians
+        median_by_set_point = set_points(run)
+        if median_by_set_point:
+            row |= median_by_set_point
             remarks.append("guess: set points are medians of the log")
         if findings.unnamed_oil:
             row["oil"] = ""

@@ -17,32 +17,32 @@ import oilfilm
 from oilfilm.base import studies
 from oilfilm.base.errors import OilfilmError, cut
 
-# Options of `predict`, `compare` and `fit` -> the condition of a law, its meaning, an example.
+# Condition of a law, its meaning and an example, by the option of `predict`, `compare` and `fit`.
 CONDITION_OPTIONS = {
     "--stress": ("max_hertz_pressure_gpa", "maximum Hertz pressure", "1.2GPa"),
     "--load": ("load_n", "normal load", "50N"),
     "--speed": ("entrainment_speed_m_s", "entrainment speed, mean of both surface speeds", "30m/s"),
     "--temperature": ("inlet_temperature_c", "oil temperature at the inlet", "70degC"),
 }
-# Options and a command for constants from print are those of a study.
-_HAS_PUBLISHED_LAWS = bool(studies.modules(studies.available()))
+# Some options, and the command `export`, are for published constants, which only a study has.
+_HAS_PUBLISHED_LAWS = bool(studies.study_files(studies.available()))
 DUTY_EXAMPLE = "10000N,12000rpm,100degC"
 
 
 class Command(argparse.ArgumentParser):
-    """One command."""
+    """The parser of one command, with methods that add the arguments that commands share."""
 
-    def text(self, name: str, meaning: str, **others: Any) -> None:
+    def text(self, name: str, meaning: str, **argparse_options: Any) -> None:
         """Add an argument."""
-        self.add_argument(name, help=meaning, **others)
+        self.add_argument(name, help=meaning, **argparse_options)
 
-    def path(self, name: str, metavar: str | None, meaning: str, **others: Any) -> None:
+    def path(self, name: str, metavar: str | None, meaning: str, **argparse_options: Any) -> None:
         """Add the path of a file or folder."""
-        self.add_argument(name, type=Path, metavar=metavar, help=meaning, **others)
+        self.add_argument(name, type=Path, metavar=metavar, help=meaning, **argparse_options)
 
-    def flag(self, name: str, meaning: str, **others: Any) -> None:
+    def flag(self, name: str, meaning: str, **argparse_options: Any) -> None:
         """Add an option without a value."""
-        self.add_argument(name, action="store_true", help=meaning, **others)
+        self.add_argument(name, action="store_true", help=meaning, **argparse_options)
 
     def conditions(self, help_text: str) -> None:
         """Add the conditions of a law.
@@ -305,7 +305,7 @@ _COMMANDS_OF_RELEASES = (verify, fetch, diff, pin)
 
 def parser() -> argparse.ArgumentParser:
     """The parser of the command line; `module` of the parsed options names the running module."""
-    top = argparse.ArgumentParser(
+    top_parser = argparse.ArgumentParser(
         prog="oilfilm",
         description="Check traction-rig logs, predict traction from fitted laws, plan tests, and "
         "verify and compare releases. The workflow is run by `oilfilm run` or snakemake.",
@@ -314,24 +314,27 @@ def parser() -> argparse.ArgumentParser:
         "interrupted.",
     )
     version = f"oilfilm {oilfilm.__version__}"
-    top.add_argument("--version", action="version", version=version, help="print it and stop")
-    commands = top.add_subparsers(
+    top_parser.add_argument(
+        "--version", action="version", version=version, help="print it and stop"
+    )
+    commands = top_parser.add_subparsers(
         dest="command", required=True, metavar="COMMAND", title="commands", parser_class=Command
     )
-    for declare in COMMANDS:
-        docstring = " ".join((declare.__doc__ or "").split())
-        text, _, example = docstring.partition(" Example: ")
-        purpose, _, _ = text.partition(".")
-        name = declare.__name__
+    for declare_command in COMMANDS:
+        docstring = " ".join((declare_command.__doc__ or "").split())
+        description, _, example = docstring.partition(" Example: ")
+        purpose, _, _ = description.partition(".")
+        command_name = declare_command.__name__
         command: Command = commands.add_parser(
-            name,
+            command_name,
             help=purpose[:1].lower() + purpose[1:],
-            description=text,
+            description=description,
             epilog=f"Example: {example}",
         )
-        declare(command)
-        command.set_defaults(module="releases" if declare in _COMMANDS_OF_RELEASES else name)
-    return top
+        declare_command(command)
+        is_about_releases = declare_command in _COMMANDS_OF_RELEASES
+        command.set_defaults(module="releases" if is_about_releases else command_name)
+    return top_parser
 
 
 def check_command(words: Sequence[str]) -> None:
@@ -340,12 +343,16 @@ def check_command(words: Sequence[str]) -> None:
     Raises:
         OilfilmError: It is none; the message names the command that was probably meant.
     """
-    names = [declare.__name__ for declare in COMMANDS]
+    command_names = [declare_command.__name__ for declare_command in COMMANDS]
     word = words[0] if words else "--help"
-    if word in names or word.startswith("-"):
+    if word in command_names or word.startswith("-"):
         return
-    similar = difflib.get_close_matches(word[:80], names, n=1)
-    hint = f"Did you mean {similar[0]!r}?" if similar else f"Expected one of {', '.join(names)}."
+    similar_names = difflib.get_close_matches(word[:80], command_names, n=1)
+    hint = (
+        f"Did you mean {similar_names[0]!r}?"
+        if similar_names
+        else f"Expected one of {', '.join(command_names)}."
+    )
     if Path(word[:200]).exists():
         hint = "Write `oilfilm check` before logs, `oilfilm fit` before a table of mu."
     raise OilfilmError(f"{cut(word)!r} is no command. {hint}")

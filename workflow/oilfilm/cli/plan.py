@@ -14,7 +14,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.cli.arguments import campaign_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.fits.measured_curves import uncertainties, uncertainty
-from oilfilm.settings.resolve import named_file, resolve
+from oilfilm.settings.resolve import named_content, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import CAUSES, Budget
@@ -24,8 +24,8 @@ from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs
 from oilfilm.torque.wanted_quantities import BEARING_TARGETS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
-# The target of a plan of runs; the others are those of `oilfilm.torque.wanted_quantities`.
-_CAMPAIGN = "campaign"
+# The value of --for that plans runs; the others are targets of `oilfilm.torque.wanted_quantities`.
+_CAMPAIGN_TARGET = "campaign"
 _DUTY_UNITS = ("N", "rpm", "degC")
 # How the uncertainty of each target is printed: name, factor, unit.
 _PRINTED_TARGETS = {
@@ -35,7 +35,7 @@ _PRINTED_TARGETS = {
 }
 _RUN_COLUMNS = [*CONDITIONS, "load_n", "slide_roll_ratio", "lambda_ratio"]
 # Why a run is made, by the codes of the column `run_reason`.
-_REASONS = {
+_SENTENCE_BY_REASON = {
     "reference": (
         "every sixth run, always at the same condition. It shows whether the rig has changed, and "
         "joins the new runs to the old ones"
@@ -47,7 +47,7 @@ _REASONS = {
     "repeat": "a condition that was measured, to know how runs scatter and drift",
     "first_plan": "nothing was measured yet: three pressures, four speeds, six temperatures",
 }
-_CONDITION_NAMES = {
+_CONDITION_IN_WORDS = {
     "max_hertz_pressure_gpa": "pressure",
     "entrainment_speed_m_s": "speed",
     "inlet_temperature_c": "temperature",
@@ -62,24 +62,27 @@ ASSUMPTION = (
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    config = config_folder(options.config)
+    settings_folder = config_folder(options.config)
     if options.campaign is not None:
         if options.results is not None:
             raise OilfilmError(
                 "--campaign: found beside --results; expected one of the two: --results names a "
                 "campaign that has results, --campaign one that need not have any."
             )
-        folder = project_folder(options.config) / "results" / options.campaign
-        if not (folder / "tables").is_dir():
-            return _first_plan(options, resolve(config, {"campaign": options.campaign}))
-        options.results = folder
-    folder, footer = campaign_folder(options.results)
-    settings = resolve(config, {"campaign": footer["campaign"]})
-    results = CampaignTables.in_folder(folder)
-    texts, reasons = _texts_of_runs(options, results, settings, str(folder))
-    if options.target != _CAMPAIGN:
-        request = _requested_plan(options, settings, config)
-        more_texts, more_reasons = _texts_of_tests(options, results, settings, request, str(folder))
+        results_folder = project_folder(options.config) / "results" / options.campaign
+        if not (results_folder / "tables").is_dir():
+            settings = resolve(settings_folder, {"campaign": options.campaign})
+            return _print_first_plan(options, settings)
+        options.results = results_folder
+    results_folder, footer = campaign_folder(options.results)
+    settings = resolve(settings_folder, {"campaign": footer["campaign"]})
+    results = CampaignTables.in_folder(results_folder)
+    texts, reasons = _plans_of_runs(options, results, settings, str(results_folder))
+    if options.target != _CAMPAIGN_TARGET:
+        request = _requested_plan(options, settings, settings_folder)
+        more_texts, more_reasons = _plans_of_tests(
+            options, results, settings, request, str(results_folder)
+        )
         texts += more_texts
         reasons += more_reasons
     if not texts:
@@ -90,39 +93,40 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
-def _texts_of_runs(
-    options: argparse.Namespace, results: CampaignTables, settings: Settings, folder: str
+def _plans_of_runs(
+    options: argparse.Namespace, results: CampaignTables, settings: Settings, results_folder: str
 ) -> tuple[list[str], list[str]]:
     """Plans of runs as texts, unless only tests are wanted, and the reasons for missing plans."""
     texts: list[str] = []
     reasons: list[str] = []
-    if options.target not in (None, _CAMPAIGN):
+    if options.target not in (None, _CAMPAIGN_TARGET):
         return texts, reasons
-    for oil in _chosen_oils(options, list(settings.oils), f"{folder}: no oil"):
+    for oil_name in _chosen_oils(options, list(settings.oils), f"{results_folder}: no oil"):
         try:
-            plan = plan_runs(MeasuredRuns.from_results(results, settings, oil), settings, oil)
+            measured_runs = MeasuredRuns.from_results(results, settings, oil_name)
+            plan = plan_runs(measured_runs, settings, oil_name)
             texts.append("\n".join(_lines_of_runs(plan)))
         except OilfilmError as reason:
             reasons.append(str(reason))
     return texts, reasons
 
 
-def _texts_of_tests(
+def _plans_of_tests(
     options: argparse.Namespace,
     results: CampaignTables,
     settings: Settings,
     request: Request,
-    folder: str,
+    results_folder: str,
 ) -> tuple[list[str], list[str]]:
-    """Plans of tests as texts, and the reasons for missing plans."""
+    """Plans of tests as texts, one per oil and target, and the reasons for missing plans."""
     texts: list[str] = []
     reasons: list[str] = []
     fitted_oils = set(results.configured.coefficients["oil"])
-    fitted = [oil for oil in settings.oils if oil in fitted_oils]
-    for oil in _chosen_oils(options, fitted, f"{folder}: no fit of oil"):
+    fitted_oil_names = [oil_name for oil_name in settings.oils if oil_name in fitted_oils]
+    for oil_name in _chosen_oils(options, fitted_oil_names, f"{results_folder}: no fit of oil"):
         try:
-            for tests in plan_oil(results, settings, oil, request):
-                texts.append("\n".join(_lines_of_tests(tests, request.count, settings)))
+            for next_tests in plan_oil(results, settings, oil_name, request):
+                texts.append("\n".join(_lines_of_tests(next_tests, request.count, settings)))
         except OilfilmError as reason:
             reasons.append(str(reason))
     if texts:
@@ -130,46 +134,54 @@ def _texts_of_tests(
     return texts, reasons
 
 
-def _first_plan(options: argparse.Namespace, settings: Settings) -> int:
+def _print_first_plan(options: argparse.Namespace, settings: Settings) -> int:
     """Print the runs to make first in a campaign without results."""
-    name = settings.campaign.name
-    if options.target not in (None, _CAMPAIGN):
+    campaign_name = settings.campaign.name
+    if options.target not in (None, _CAMPAIGN_TARGET):
         raise OilfilmError(
-            f"--for {options.target}: needs a fit, and the campaign {name} has no results yet. "
-            "Leave out --for: then the first runs are planned."
+            f"--for {options.target}: needs a fit, and the campaign {campaign_name} has no results "
+            "yet. Leave out --for: then the first runs are planned."
         )
-    oils = _chosen_oils(options, list(settings.oils), f"config/campaigns/{name}.yaml: no oil")
+    message_start = f"config/campaigns/{campaign_name}.yaml: no oil"
+    oil_names = _chosen_oils(options, list(settings.oils), message_start)
     texts = []
-    for oil in oils:
-        plan = plan_runs(MeasuredRuns.none(), settings, oil)
+    for oil_name in oil_names:
+        plan = plan_runs(MeasuredRuns.none(), settings, oil_name)
         texts.append("\n".join(_lines_of_runs(plan)))
     print("\n\n".join(texts))
-    print(f"from campaign {name}, which has no results yet")
+    print(f"from campaign {campaign_name}, which has no results yet")
     return 0
 
 
-def _chosen_oils(options: argparse.Namespace, oils: list[str], lack: str) -> list[str]:
+def _chosen_oils(
+    options: argparse.Namespace, oil_names: list[str], message_start: str
+) -> list[str]:
     """The typed oil, else all oils.
 
     Raises:
-        OilfilmError: The typed oil is not among them; the sentence begins with `lack`.
+        OilfilmError: The typed oil is not among them; the sentence begins with `message_start`.
     """
     if options.oil is None:
-        return oils
-    if options.oil not in oils:
-        names = ", ".join(oils) or "none"
-        kind_of_names = "fits of " if lack.endswith("fit of oil") else ""
+        return oil_names
+    if options.oil not in oil_names:
+        known_names = ", ".join(oil_names) or "none"
+        kind_of_names = "fits of " if message_start.endswith("fit of oil") else ""
         raise OilfilmError(
-            f"{lack} {options.oil!r}; there are {kind_of_names}{names}. Name one of these with "
-            "--oil."
+            f"{message_start} {options.oil!r}; there are {kind_of_names}{known_names}. Name one of "
+            "these with --oil."
         )
     return [options.oil]
 
 
-def _requested_plan(options: argparse.Namespace, settings: Settings, config: Path) -> Request:
+def _requested_plan(
+    options: argparse.Namespace, settings: Settings, settings_folder: Path
+) -> Request:
     """What the plan shall contain, by the options, else by the settings."""
-    name = options.bearing
-    geometry = named_file(config, "bearing", name, "--bearing").bearing(name) if name else None
+    bearing_name = options.bearing
+    geometry = None
+    if bearing_name:
+        bearing_file = named_content(settings_folder, "bearing", bearing_name, "--bearing")
+        geometry = bearing_file.bearing(bearing_name)
     request = request_from_settings(settings, geometry)
     if options.duty:
         request = replace(request, duty=np.array([_duty_point(text) for text in options.duty]))
@@ -189,10 +201,10 @@ def _requested_plan(options: argparse.Namespace, settings: Settings, config: Pat
 
 def _duty_point(text: str) -> list[float]:
     """Axial load in N, speed in rpm and oil temperature in degC of an operating point."""
-    numbers = text.split(",")
-    pairs = zip(numbers, _DUTY_UNITS, strict=False)
-    values = [quantity(number, unit, "--duty") for number, unit in pairs]
-    if len(numbers) != len(_DUTY_UNITS) or min(values) <= 0:
+    number_texts = text.split(",")
+    texts_with_units = zip(number_texts, _DUTY_UNITS, strict=False)
+    values = [quantity(number_text, unit, "--duty") for number_text, unit in texts_with_units]
+    if len(number_texts) != len(_DUTY_UNITS) or min(values) <= 0:
         raise OilfilmError(
             f"--duty: found {text!r}; expected axial load, speed and oil temperature, three "
             f"numbers above 0, as {DUTY_EXAMPLE}."
@@ -200,8 +212,8 @@ def _duty_point(text: str) -> list[float]:
     return values
 
 
-def _as_text(table: pd.DataFrame) -> str:
-    """A table of a plan."""
+def _table_text(table: pd.DataFrame) -> str:
+    """A table of a plan as text."""
     return table.to_string(index=False, float_format="{:.4g}".format)
 
 
@@ -212,10 +224,10 @@ def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
         table = plan.table()
         reasons = []
         for reason, new_levels in zip(table["run_reason"], table["new_levels"], strict=True):
-            symbols = ", ".join(QUANTITIES[name].symbol for name in new_levels)
+            symbols = ", ".join(QUANTITIES[condition].symbol for condition in new_levels)
             reasons.append(f"{reason} of {symbols}" if symbols else reason)
-        yield _as_text(table[["run_order", *_RUN_COLUMNS]].assign(reason=reasons))
-        for reason, sentence in _REASONS.items():
+        yield _table_text(table[["run_order", *_RUN_COLUMNS]].assign(reason=reasons))
+        for reason, sentence in _SENTENCE_BY_REASON.items():
             if reason in set(table["run_reason"]):
                 yield f"{reason}: {sentence}."
     else:
@@ -226,29 +238,33 @@ def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
     if not plan.film_is_judged:
         yield "The film of these runs is not judged: the properties of the oil are not known."
     if plan.ordered_by:
-        name = _CONDITION_NAMES[plan.ordered_by]
+        condition_in_words = _CONDITION_IN_WORDS[plan.ordered_by]
         yield (
-            f"The names of the accepted runs are in the order of {name}. If the runs were made in "
-            f"this order, a drift of the rig looks like an effect of the {name}. In simulated "
+            f"The names of the accepted runs are in the order of {condition_in_words}. If the "
+            "runs were made in this order, a drift of the rig looks like an effect of the "
+            f"{condition_in_words}. In simulated "
             "campaigns of 24 such runs five reference runs raised the share of faults that are "
             "named from 46 to 82 % where the law is true, and from 12 to 62 % where it is wrong."
         )
 
 
-def _lines_of_budget(oil: str, target: str, budget: Budget, irreducible: float) -> Iterator[str]:
+def _lines_of_budget(
+    oil_name: str, target: str, budget: Budget, irreducible: float
+) -> Iterator[str]:
     """The whole uncertainty of a target in a bearing, and what to measure in place of traction.
 
     Args:
-        oil: Name of the oil.
+        oil_name: Name of the oil.
         target: The target.
         budget: What makes the target uncertain.
         irreducible: Part of the uncertainty that no test of traction reduces.
     """
-    name, _, _ = _PRINTED_TARGETS[target]
+    target_in_words, _, _ = _PRINTED_TARGETS[target]
     yield (
-        f"{oil}: standard uncertainty of the {name} from everything that is known to be uncertain: "
-        f"{_with_unit(target, budget.uncertainty)}. Traction has a share of {budget.law_share:.0%} "
-        f"in its variance. With exact traction it would be {_with_unit(target, irreducible)}."
+        f"{oil_name}: standard uncertainty of the {target_in_words} from everything that is known "
+        f"to be uncertain: {_uncertainty_text(target, budget.uncertainty)}. Traction has a share "
+        f"of {budget.law_share:.0%} in its variance. With exact traction it would be "
+        f"{_uncertainty_text(target, irreducible)}."
     )
     if budget.is_by_traction:
         return
@@ -277,52 +293,55 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         yield from _lines_of_budget(plan.oil, target, plan.budget, plan.irreducible)
         if target == "torque" and not plan.budget.is_by_traction:
             return
-    name, _, _ = _PRINTED_TARGETS[target]
+    target_in_words, _, _ = _PRINTED_TARGETS[target]
     information = plan.information
     in_bearing = f" in {plan.bearing}" if plan.bearing else ""
     yield (
-        f"{plan.oil}{in_bearing}: standard uncertainty of the {name} from the law, root mean "
-        f"square over {len(plan.wanted.labels)} operating points: "
-        f"{_with_unit(target, plan.design.before)}; largest "
+        f"{plan.oil}{in_bearing}: standard uncertainty of the {target_in_words} from the law, root "
+        f"mean square over {len(plan.wanted.labels)} operating points: "
+        f"{_uncertainty_text(target, plan.design.before)}; largest "
         f"{_largest_with_point(plan, information.precision)}."
     )
     if information.calibration.any():
         precision, gradients = information.without_calibration(
             information.precision, plan.gradients
         )
-        with_exact_sensors = _with_unit(target, float(uncertainty(precision, gradients)))
+        with_exact_sensors = _uncertainty_text(target, float(uncertainty(precision, gradients)))
         what_is_left = "the rest is their calibration, which all tests on this rig share"
         yield f"With exact sensors it would be {with_exact_sensors}: {what_is_left}."
     else:
         yield "The calibration of the rig's sensors is not stated, so it is not included."
     for reason in plan.wanted.left_out:
         yield f"left out: {reason}"
-    not_possible = limits_with_counts(plan.candidates.left_out)
-    note_on_beyond = f"; the others are beyond {not_possible}" if not_possible else ""
+    limits_in_words = limits_with_counts(plan.candidates.left_out)
+    note_on_beyond = f"; the others are beyond {limits_in_words}" if limits_in_words else ""
     yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{note_on_beyond}."
     tests = plan.table().query("test_order > 0").sort_values("test_order")
     if len(tests):
-        columns = {
-            "law_uncertainty_then": [_with_unit(target, by_law) for by_law in plan.design.after]
+        new_columns = {
+            "law_uncertainty_then": [
+                _uncertainty_text(target, law_uncertainty) for law_uncertainty in plan.design.after
+            ]
         }
         if plan.irreducible:
-            columns["uncertainty_then"] = [
-                _with_unit(target, whole_uncertainty)
+            new_columns["uncertainty_then"] = [
+                _uncertainty_text(target, whole_uncertainty)
                 for whole_uncertainty in tests["uncertainty_with_plan"]
             ]
-        yield _as_text(tests[["test_order", *_RUN_COLUMNS]].assign(**columns))
+        yield _table_text(tests[["test_order", *_RUN_COLUMNS]].assign(**new_columns))
         largest_part = _largest_with_point(plan, plan.design.final_precision)
         yield f"Largest part by the law after the plan: {largest_part}."
     if len(tests) < count:
         more = "more " if len(tests) else ""
         yield (
             f"No {more}test is worth measuring: each reduces the law's part of the uncertainty of "
-            f"the {name} by less than {settings.plan.smallest_gain:.2g} of it (plan.smallest_gain)."
+            f"the {target_in_words} by less than {settings.plan.smallest_gain:.2g} of it "
+            "(plan.smallest_gain)."
         )
 
 
-def _with_unit(target: str, standard_uncertainty: float) -> str:
-    """An uncertainty of a target with its unit."""
+def _uncertainty_text(target: str, standard_uncertainty: float) -> str:
+    """A standard uncertainty of a target as text, with its unit."""
     if np.isnan(standard_uncertainty):
         return "unknown"
     _, factor, unit = _PRINTED_TARGETS[target]
@@ -337,8 +356,8 @@ def _largest_with_point(plan: NextTests, precision: FloatArray) -> str:
         precision: Precision of the parameters, shape (n, n).
     """
     uncertainty_of_points = np.nan_to_num(uncertainties(precision, plan.gradients))
-    worst = int(uncertainty_of_points.argmax())
+    worst_index = int(uncertainty_of_points.argmax())
     return (
-        f"{_with_unit(plan.wanted.target, uncertainty_of_points[worst])} at "
-        f"{plan.wanted.labels[worst]}"
+        f"{_uncertainty_text(plan.wanted.target, uncertainty_of_points[worst_index])} at "
+        f"{plan.wanted.labels[worst_index]}"
     )

@@ -18,94 +18,100 @@ from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
 from oilfilm.fits.support_sentences import why_no_support
 from oilfilm.fits.surface_sentences import next_rig_sentences
 
-_PRESSURE, _LOAD = "max_hertz_pressure_gpa", "load_n"
+_PRESSURE_COLUMN, _LOAD_COLUMN = "max_hertz_pressure_gpa", "load_n"
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     operating_point = {SLIP: quantity(options.slip, "dimensionless", "--slip")}
     operating_point |= typed_conditions(options)
-    fit: FittedLaw
+    fitted_law: FittedLaw
     if options.printed:
-        fit, source = studies.published_law(options.oil), "published constants"
+        fitted_law, source = studies.published_law(options.oil), "published constants"
     else:
         folder, campaign_facts = campaign_folder(options.results)
-        fit = read_fit(folder, options.oil)
+        fitted_law = read_fit(folder, options.oil)
         source = f"from campaign {campaign_facts['campaign']}, {campaign_facts['data']} data"
-    predicted, sentences = prediction(fit, options.oil, operating_point, options.rig)
+    predicted_row, sentences = prediction(fitted_law, options.oil, operating_point, options.rig)
     sentences.append(source)
     if options.json:
-        print(json_line({**predicted, "law": fit.law.name, "sentences": sentences}))
+        print(json_line({**predicted_row, "law": fitted_law.law.name, "sentences": sentences}))
     else:
         print("\n".join(sentences))
     return 0
 
 
 def prediction(
-    fit: FittedLaw, oil: str, operating_point: Mapping[str, float], rig: str | None = None
+    fitted_law: FittedLaw,
+    oil_name: str,
+    operating_point: Mapping[str, float],
+    rig_name: str | None = None,
 ) -> tuple[dict[str, Any], list[str]]:
     """Prediction of a fit at one operating point: a row of `Prediction.to_frame`, and sentences.
 
     Args:
-        fit: The fitted law.
-        oil: Name of its oil.
+        fitted_law: The fitted law.
+        oil_name: Name of its oil.
         operating_point: Slide-roll ratio and conditions by their columns' names. A condition that
             the fit does not follow may be left out. mu is then given at its tested level.
-        rig: Rig of the next run, as `FittedLaw.predict` takes it.
+        rig_name: Rig of the next run, as `FittedLaw.predict` takes it.
 
     Raises:
         OilfilmError: The fit has no value there, or a condition is missing or too many.
     """
-    operating_point, pressure_of_load = _with_pressure(fit, operating_point)
-    _refuse_other_conditions(fit, oil, operating_point)
-    for name, value in operating_point.items():
-        refuse_impossible(np.array([value]), name)
+    operating_point, pressure_sentences = _with_pressure(fitted_law, operating_point)
+    _refuse_other_conditions(fitted_law, oil_name, operating_point)
+    for column, value in operating_point.items():
+        refuse_impossible(np.array([value]), column)
     slip = np.array([operating_point[SLIP]])
-    conditions = np.array([[operating_point.get(name, np.nan) for name in fit.law.conditions]])
-    if rig is not None and fit.surface is None:
+    law_columns = fitted_law.law.conditions
+    conditions = np.array([[operating_point.get(column, np.nan) for column in law_columns]])
+    if rig_name is not None and fitted_law.surface is None:
         raise OilfilmError(
-            f"{oil}: --rig {rig} needs the interval of a run; {fit.why_no_interval}."
+            f"{oil_name}: --rig {rig_name} needs the interval of a run; "
+            f"{fitted_law.why_no_interval}."
         )
     try:
-        predicted = fit.predict(conditions, slip, rig=rig)
+        predicted = fitted_law.predict(conditions, slip, rig=rig_name)
     except ValueError as error:
-        raise OilfilmError(f"{oil}: {error}.") from None
-    if np.isnan(fit.coefficients.constants).any():
-        raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    conditions_off_tested = fit.off_tested_levels(conditions)
+        raise OilfilmError(f"{oil_name}: {error}.") from None
+    if np.isnan(fitted_law.coefficients.constants).any():
+        raise OilfilmError(f"{oil_name}: nothing could be fitted; see results/*/summary.txt.")
+    conditions_off_tested = fitted_law.off_tested_levels(conditions)
     if conditions_off_tested:
         advice = "Give a tested value. Without the option the tested value is used."
-        if any(condition.level is None for condition in conditions_off_tested):
+        if any(fixed_condition.level is None for fixed_condition in conditions_off_tested):
             advice = (
                 "Leave the option out. For a pressure, fill in `ball_radius_m`, `ball` and `disc` "
                 "of the rig's file (roughness is not needed). Then run again. Or fit a law of load."
             )
-        reasons = "; ".join(condition.sentence() for condition in conditions_off_tested)
-        raise OilfilmError(f"{oil}: mu is not known there: {reasons}. {advice}")
+        reasons = "; ".join(fixed_condition.sentence() for fixed_condition in conditions_off_tested)
+        raise OilfilmError(f"{oil_name}: mu is not known there: {reasons}. {advice}")
     (row,) = tables.rows(predicted.to_frame())
     if not np.isfinite(row["traction_coefficient"]):
-        raise OilfilmError(f"{oil}: the law {fit.law.name} has no value there.")
-    evaluated_conditions = fit.at_tested_levels(conditions)
-    sentences = [*_lines_of_intervals(fit, oil, row), *pressure_of_load]
-    if fit.surface is not None and not fit.surface.sizes.converged:
+        raise OilfilmError(f"{oil_name}: the law {fitted_law.law.name} has no value there.")
+    evaluated_conditions = fitted_law.at_tested_levels(conditions)
+    sentences = [*_lines_of_intervals(fitted_law, oil_name, row), *pressure_sentences]
+    if fitted_law.surface is not None and not fitted_law.surface.sizes.converged:
         sentences.append(
             "NOT SURE: the search of the surface ended before its maximum; the interval rests on "
             "its last step"
         )
-    if fit.surface is not None:
-        sentences += next_rig_sentences(fit.surface, rig)
-    sentences += fit.remarks(evaluated_conditions, slip)
-    sentences += [f"NOT SOUND: {reason}" for reason in fit.warnings]
-    for condition in fit.coefficients.fixed:
+    if fitted_law.surface is not None:
+        sentences += next_rig_sentences(fitted_law.surface, rig_name)
+    sentences += fitted_law.remarks(evaluated_conditions, slip)
+    sentences += [f"NOT SOUND: {reason}" for reason in fitted_law.warnings]
+    for fixed_condition in fitted_law.coefficients.fixed:
         sentences.append(
-            f"mu and its interval are those where it was tested: {condition.sentence()}"
+            f"mu and its interval are those where it was tested: {fixed_condition.sentence()}"
         )
-    sentences += _lines_of_warnings(fit, [*evaluated_conditions[0], operating_point[SLIP]], row)
+    evaluated_point = [*evaluated_conditions[0], operating_point[SLIP]]
+    sentences += _lines_of_warnings(fitted_law, evaluated_point, row)
     return row, sentences
 
 
 def _with_pressure(
-    fit: FittedLaw, operating_point: Mapping[str, float]
+    fitted_law: FittedLaw, operating_point: Mapping[str, float]
 ) -> tuple[dict[str, float], list[str]]:
     """The operating point with the pressure in place of the load, and a sentence that says so.
 
@@ -115,86 +121,97 @@ def _with_pressure(
     Raises:
         OilfilmError: The contact is not known, or the runs have several.
     """
-    point = dict(operating_point)
-    if _LOAD not in point or _LOAD in fit.law.conditions or _PRESSURE in point:
-        return point, []
-    load_n = point.pop(_LOAD)
-    refuse_impossible(np.array([load_n]), _LOAD)
-    load_at_1_gpa = np.nan if fit.surface is None else fit.surface.contact.load_at_1_gpa
+    new_point = dict(operating_point)
+    law_takes_load = _LOAD_COLUMN in fitted_law.law.conditions
+    if _LOAD_COLUMN not in new_point or law_takes_load or _PRESSURE_COLUMN in new_point:
+        return new_point, []
+    load_n = new_point.pop(_LOAD_COLUMN)
+    refuse_impossible(np.array([load_n]), _LOAD_COLUMN)
+    load_at_1_gpa = np.nan
+    if fitted_law.surface is not None:
+        load_at_1_gpa = fitted_law.surface.contact.load_at_1_gpa
     if not np.isfinite(load_at_1_gpa):
         raise OilfilmError(
             "--load: the law takes the maximum Hertz pressure, and the contact that gives it is "
             "not known: the runs of the fit have no load, several contacts or no surface. Give the "
             "pressure: --stress 1.2GPa."
         )
-    point[_PRESSURE] = float(np.cbrt(load_n / load_at_1_gpa))
-    sentence = (
-        f"{load_n:g} N is a maximum pressure of {point[_PRESSURE]:.4g} GPa in the rig's contact"
-    )
-    return point, [sentence]
+    pressure_gpa = float(np.cbrt(load_n / load_at_1_gpa))
+    new_point[_PRESSURE_COLUMN] = pressure_gpa
+    sentence = f"{load_n:g} N is a maximum pressure of {pressure_gpa:.4g} GPa in the rig's contact"
+    return new_point, [sentence]
 
 
-def _lines_of_intervals(fit: FittedLaw, oil: str, row: Mapping[str, Any]) -> Iterator[str]:
+def _lines_of_intervals(
+    fitted_law: FittedLaw, oil_name: str, row: Mapping[str, Any]
+) -> Iterator[str]:
     """mu with its two intervals, or the reason why there are none."""
-    source = "surface of measured mu" if row["from_surface"] else fit.law.name
-    mu = f"{oil}, {source}: mu = {row['traction_coefficient']:.5f}"
+    source = "surface of measured mu" if row["from_surface"] else fitted_law.law.name
+    mu_text = f"{oil_name}, {source}: mu = {row['traction_coefficient']:.5f}"
     if row["from_surface"]:
-        yield f"no law fits (misfit {fit.misfit:.1%}): mu is that of the measurements"
+        yield f"no law fits (misfit {fitted_law.misfit:.1%}): mu is that of the measurements"
     if np.isnan(row["obs_ci_lower"]):
-        reason = fit.why_no_interval
-        if fit.surface is not None:
-            reason = why_no_support(row["support"], fit.surface.limits) or "mu is 0 at pure rolling"
-        yield f"{mu}, no interval, because {reason}"
+        reason = fitted_law.why_no_interval
+        if fitted_law.surface is not None:
+            reason = why_no_support(row["support"], fitted_law.surface.limits)
+            reason = reason or "mu is 0 at pure rolling"
+        yield f"{mu_text}, no interval, because {reason}"
         return
-    name_of_interval = f"{fit.interval_level():.0%} interval of the next good run"
-    yield f"{mu}, {name_of_interval} {row['obs_ci_lower']:.5f} to {row['obs_ci_upper']:.5f}"
-    mean_curve = "mean curve of the oil, with calibration and misfit of the law"
-    yield f"{mean_curve}: {row['mean_ci_lower']:.5f} to {row['mean_ci_upper']:.5f}"
+    interval_name = f"{fitted_law.interval_level():.0%} interval of the next good run"
+    yield f"{mu_text}, {interval_name} {row['obs_ci_lower']:.5f} to {row['obs_ci_upper']:.5f}"
+    mean_curve_name = "mean curve of the oil, with calibration and misfit of the law"
+    yield f"{mean_curve_name}: {row['mean_ci_lower']:.5f} to {row['mean_ci_upper']:.5f}"
 
 
 def _lines_of_warnings(
-    fit: FittedLaw, values: Sequence[float], row: Mapping[str, Any]
+    fitted_law: FittedLaw, values: Sequence[float], row: Mapping[str, Any]
 ) -> Iterator[str]:
     """Warnings about mu outside the tested conditions, or above what any film carries."""
-    names = (*fit.law.conditions, SLIP)
-    for name, value, (low, high) in zip(names, values, fit.widened_box.tolist(), strict=True):
+    columns = (*fitted_law.law.conditions, SLIP)
+    box = fitted_law.widened_box.tolist()
+    for column, value, (lowest, highest) in zip(columns, values, box, strict=True):
         # a condition without tested levels has no range
-        if np.isfinite([low, value]).all() and not low <= abs(value) <= high:
-            tested = f"{name} {value:g}, tested {low:.4g} to {high:.4g}"
-            yield f"OUTSIDE the tested box: {tested} {tables.COLUMNS[name].shown_unit}".rstrip()
+        if np.isfinite([lowest, value]).all() and not lowest <= abs(value) <= highest:
+            value_and_range = f"{column} {value:g}, tested {lowest:.4g} to {highest:.4g}"
+            unit = tables.COLUMNS[column].shown_unit
+            yield f"OUTSIDE the tested box: {value_and_range} {unit}".rstrip()
     if row["over_limit"]:
         yield (
             "IMPOSSIBLE: mu is the mean shear stress over the mean pressure; no film of the oil "
-            f"carries more than {fit.coefficients.limiting_stress_ratio:g} of it"
+            f"carries more than {fitted_law.coefficients.limiting_stress_ratio:g} of it"
         )
     if row["spacings"] > 1:
-        steps = f"{row['spacings']:.1f} of their own steps away"
-        yield f"OUTSIDE: the nearest tested conditions are {steps}"
+        steps_away = f"{row['spacings']:.1f} of their own steps away"
+        yield f"OUTSIDE: the nearest tested conditions are {steps_away}"
     if row["distance"] > 0:
-        ranges = f"{row['distance']:.1f} tested ranges outside"
-        yield f"{ranges}: the interval holds only if the law does"
+        distance_text = f"{row['distance']:.1f} tested ranges outside"
+        yield f"{distance_text}: the interval holds only if the law does"
 
 
 def _refuse_other_conditions(
-    fit: FittedLaw, oil: str, operating_point: Mapping[str, float]
+    fitted_law: FittedLaw, oil_name: str, operating_point: Mapping[str, float]
 ) -> None:
     """Refuse conditions that the law does not take, and missing ones that it needs.
 
     Raises:
         OilfilmError: There is one.
     """
-    conditions = set(fit.law.conditions)
-    conditions_too_many = operating_point.keys() - conditions - {SLIP}
-    if conditions_too_many:
-        option_by_condition = {name: option for option, (name, _, _) in CONDITION_OPTIONS.items()}
+    law_conditions = set(fitted_law.law.conditions)
+    other_conditions = operating_point.keys() - law_conditions - {SLIP}
+    if other_conditions:
+        option_by_condition = {
+            condition: option for option, (condition, _, _) in CONDITION_OPTIONS.items()
+        }
+        refused_options = [option_by_condition[name] for name in sorted(other_conditions)]
+        taken_options = [option_by_condition.get(name, name) for name in fitted_law.law.conditions]
         raise OilfilmError(
-            f"{oil}: the law {fit.law.name} does not take "
-            f"{', '.join(option_by_condition[name] for name in sorted(conditions_too_many))}. "
-            "It takes "
-            f"{', '.join(option_by_condition.get(name, name) for name in fit.law.conditions)}."
+            f"{oil_name}: the law {fitted_law.law.name} does not take "
+            f"{', '.join(refused_options)}. It takes {', '.join(taken_options)}."
         )
-    not_followed = {fixed.condition for fixed in fit.coefficients.fixed}
-    missing = conditions - not_followed - operating_point.keys()
-    for option, (name, _, example) in CONDITION_OPTIONS.items():
-        if name in missing:
-            raise OilfilmError(f"{oil}: the fit depends on {name}. Give it, as {option} {example}.")
+    not_followed = {fixed_condition.condition for fixed_condition in fitted_law.coefficients.fixed}
+    missing_conditions = law_conditions - not_followed - operating_point.keys()
+    for option, (condition, _, example) in CONDITION_OPTIONS.items():
+        if condition in missing_conditions:
+            raise OilfilmError(
+                f"{oil_name}: the fit depends on {condition}. Give it, as {option} {example}."
+            )

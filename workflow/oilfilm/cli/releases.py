@@ -28,16 +28,17 @@ def run(options: argparse.Namespace) -> int:
 
 def _verify(options: argparse.Namespace) -> int:
     """Check whether a release is unchanged and, with `--rebuild`, whether it can be made again."""
-    stored = StoredRelease.open(options.release)
-    changes = stored.find_changes()
+    stored_release = StoredRelease.open(options.release)
+    changes = stored_release.find_changes()
     if changes:
         print(f"{options.release}: {len(changes)} files are not as released:", *changes, sep="\n")
         return 1
-    checked_files = (
-        "the files in the pin" if stored.is_pin else f"all {len(stored.record_by_path)} files"
-    )
+    checked_files = f"all {len(stored_release.record_by_path)} files"
+    if stored_release.is_pin:
+        checked_files = "the files in the pin"
+    version = printable(stored_release.manifest.version)
     # without buffering: a rebuild takes minutes
-    print(f"{printable(stored.manifest.version)}: {checked_files} are as released", flush=True)
+    print(f"{version}: {checked_files} are as released", flush=True)
     if not options.rebuild:
         return 0
     comparison = rebuild(options.release, Path(), options.cores)
@@ -52,12 +53,12 @@ def _verify(options: argparse.Namespace) -> int:
 def _diff(options: argparse.Namespace) -> int:
     """Print the differences of two releases; 1 where `--gate` finds a change beyond its limit."""
     before, after = StoredRelease.open(options.before), StoredRelease.open(options.after)
-    campaign = after.manifest.made_from.campaign
-    folder = config_folder(options.config)
-    if options.gate or campaign in campaign_names(folder):
-        drift = resolve(folder, {"campaign": campaign}).drift
+    campaign_name = after.manifest.made_from.campaign
+    settings_folder = config_folder(options.config)
+    if options.gate or campaign_name in campaign_names(settings_folder):
+        drift = resolve(settings_folder, {"campaign": campaign_name}).drift
     else:
-        drift = read_config(folder).drift
+        drift = read_config(settings_folder).drift
     comparison = compare(before, after, drift)
     sections_beyond_limits = comparison.beyond_limits
     if not options.gate:

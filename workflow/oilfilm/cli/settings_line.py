@@ -18,12 +18,12 @@ _COMMENT_COLUMN = 34
 
 def settings_line(key: str, value: object, comment: str = "") -> str:
     """A line of YAML; None leaves the value empty, to be filled in."""
-    line = f"{key}: {_flow(value)}".rstrip()
+    line = f"{key}: {_yaml_on_one_line(value)}".rstrip()
     comment = printable(comment.removeprefix("# "))
     return f"{line.ljust(_COMMENT_COLUMN)}  # {comment}" if comment else line
 
 
-def _flow(value: object) -> str:
+def _yaml_on_one_line(value: object) -> str:
     """A value as YAML on one line."""
     if value is None:
         return ""

@@ -11,9 +11,10 @@ from oilfilm.logs.likely_names import likely_names
 from oilfilm.logs.meaning import concepts_in
 from oilfilm.logs.sniff import VOCABULARY, Sniffed
 
-# Kind of rig -> words in the names of its columns, in small letters. A word of up to four letters
-# must be a word of its own. English, German, French, Spanish, Italian, Russian, Chinese, Japanese.
-_WORDS_OF_RIGS = {
+# Words in the names of the columns of a rig, in small letters, by its kind. A word of up to four
+# letters must be a word of its own. English, German, French, Spanish, Italian, Russian, Chinese,
+# Japanese.
+_WORDS_BY_RIG_KIND = {
     "a reciprocating rig": (
         "frequency frequenz fréquence frecuencia frequenza частота 频率 周波数 "
         "stroke hub course carrera corsa ход 行程 ストローク amplitude 振幅 oscillat srv hfrr"
@@ -24,64 +25,64 @@ _WORDS_OF_RIGS = {
         "cof rotary"
     ),
 }
-_LONGEST_WHOLE_WORD = 4
-_WORD = re.compile(r"[^\W\d_]+")
-_MOST_NAMES_SHOWN = 4
-_LINES_SEARCHED = 200
+_MAX_LETTERS_OF_WHOLE_WORD = 4
+_WORD_PATTERN = re.compile(r"[^\W\d_]+")
+_MAX_SHOWN_NAMES = 4
+_MAX_SEARCHED_LINES = 200
 
 
-def does_not_roll(log: Sniffed, content: bytes) -> str:
+def why_not_rolling(log: Sniffed, content: bytes) -> str:
     """Why the rig of a log does not roll; empty where it rolls, or where nothing shows it.
 
     Args:
         log: The log.
         content: Its bytes, for the names of columns that no reader knows.
     """
-    names = list(log.names)
-    if not names:
-        lines = content.decode("utf-8", "replace").splitlines()[:_LINES_SEARCHED]
+    column_names = list(log.names)
+    if not column_names:
+        lines = content.decode("utf-8", "replace").splitlines()[:_MAX_SEARCHED_LINES]
         likely_line = likely_names(lines)
-        names = re.split(r"[\t;|,]", likely_line[1]) if likely_line else []
-    if _rolls(log, names):
+        column_names = re.split(r"[\t;|,]", likely_line[1]) if likely_line else []
+    if _rolls(log, column_names):
         return ""
-    for kind, words in _WORDS_OF_RIGS.items():
-        names_of_kind = [name.strip() for name in names if _has_any(name, words)]
+    for rig_kind, words in _WORDS_BY_RIG_KIND.items():
+        names_of_kind = [name.strip() for name in column_names if _has_any_word(name, words)]
         if names_of_kind:
-            columns = ", ".join(map(repr, names_of_kind[:_MOST_NAMES_SHOWN]))
+            shown_names = ", ".join(map(repr, names_of_kind[:_MAX_SHOWN_NAMES]))
             return (
-                f"this rig does not roll: oilfilm cannot use it, because the columns {columns} are "
-                f"those of {kind}, in which one body stands still. Traction needs two driven "
-                "bodies: the speeds of both, or the entrainment speed and the slide-roll ratio. "
-                "If both bodies turn, export their speeds too."
+                "this rig does not roll: oilfilm cannot use it, because the columns "
+                f"{shown_names} are those of {rig_kind}, in which one body stands still. Traction "
+                "needs two driven bodies: the speeds of both, or the entrainment speed and the "
+                "slide-roll ratio. If both bodies turn, export their speeds too."
             )
     return ""
 
 
-def _rolls(log: Sniffed, names: Iterable[str]) -> bool:
+def _rolls(log: Sniffed, column_names: Iterable[str]) -> bool:
     """Whether format or names of columns show a rolling speed, or the speeds of two bodies."""
     if log.format == "pcs":
         # an export of a traction rig, whatever its columns
         return True
     quantities = set(log.candidates)
-    for name in names:
+    for name in column_names:
         concepts = concepts_in(name)
         if concepts & {"entrainment", "srr"} or {"rolling", "speed"} <= concepts:
             return True
         meaning = VOCABULARY.meaning(name)
         if meaning:
             quantities.add(meaning.quantity)
-    both_bodies = quantities >= {"ball_speed", "disc_speed"}
-    return both_bodies or bool(quantities & {"entrainment_speed", "slide_roll_ratio"})
+    has_both_bodies = quantities >= {"ball_speed", "disc_speed"}
+    return has_both_bodies or bool(quantities & {"entrainment_speed", "slide_roll_ratio"})
 
 
-def _has_any(name: str, words: str) -> bool:
+def _has_any_word(name: str, words: str) -> bool:
     """Whether a name has one of some words, which are separated by blanks."""
-    plain = unicodedata.normalize("NFKC", name).casefold()
-    words_of_name: Sequence[str] = _WORD.findall(plain)
+    plain_name = unicodedata.normalize("NFKC", name).casefold()
+    words_of_name: Sequence[str] = _WORD_PATTERN.findall(plain_name)
     for word in words.split():
-        if len(word) <= _LONGEST_WHOLE_WORD and word[0] < "\u3000":
+        if len(word) <= _MAX_LETTERS_OF_WHOLE_WORD and word[0] < "\u3000":
             if word in words_of_name:
                 return True
-        elif word in plain:
+        elif word in plain_name:
             return True
     return False

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from oilfilm.api.folders import config_folder, project_folder
-from oilfilm.api.log_check import judged_logs, kinds_of_folders, verdict_lines
+from oilfilm.api.log_check import reports_on_logs_of_kind, rig_kind_by_folder, verdict_lines
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.logs.ingest import read_bytes
@@ -27,7 +27,7 @@ from oilfilm.settings.resolved import Settings
 _PAUSE_S = 1.0
 
 
-class Stamp(NamedTuple):
+class FileState(NamedTuple):
     """State of a file: its size in bytes, and the time of its last change in ns."""
 
     size: int
@@ -46,12 +46,12 @@ def run(options: argparse.Namespace) -> int:
             "Go to the folder of the project, or name its configuration folder with --config. "
             "`oilfilm init FOLDER LOG...` makes a project."
         )
-    config = config_folder(options.config)
-    raw = project_folder(options.config) / "data/raw"
-    settings = resolve(config, {"campaign": options.campaign} if options.campaign else {})
-    watcher = Watcher(settings, raw, options.settle)
-    folders = " and ".join(map(str, watcher.folders))
-    _print(f"Watching {folders}. Stop with Ctrl-C: nothing is lost.")
+    settings_folder = config_folder(options.config)
+    raw_folder = project_folder(options.config) / "data/raw"
+    settings = resolve(settings_folder, {"campaign": options.campaign} if options.campaign else {})
+    watcher = Watcher(settings, raw_folder, options.settle)
+    folders_in_words = " and ".join(map(str, watcher.rig_kind_of_folder))
+    _print(f"Watching {folders_in_words}. Stop with Ctrl-C: nothing is lost.")
     while True:
         # one verdict per look: a log that has just been finished does not wait for old ones
         verdict = next(watcher.look(), None)
@@ -71,74 +71,83 @@ class Watcher:
 
     Args:
         settings: The settings of the campaign.
-        raw: The folder `data/raw` with the campaigns' folders.
+        raw_folder: The folder `data/raw` with the campaigns' folders.
         settle_s: A file is finished when it has not changed for so many seconds.
     """
 
-    def __init__(self, settings: Settings, raw: Path, settle_s: float) -> None:
+    def __init__(self, settings: Settings, raw_folder: Path, settle_s: float) -> None:
         self._settings = settings
-        self._raw = raw
+        self._raw_folder = raw_folder
         self._settle_s = settle_s
-        self.folders = {raw / name: kind for name, kind in kinds_of_folders(settings).items()}
-        # the last stamp of each file, and when it was first seen, in s of the monotonic clock
-        self._seen: dict[Path, tuple[Stamp, float]] = {}
-        # what each judged log was judged from
-        self._judged: dict[Path, object] = {}
+        self.rig_kind_of_folder = {
+            raw_folder / name: rig_kind for name, rig_kind in rig_kind_by_folder(settings).items()
+        }
+        # the last state of each file, and when it was first seen, in s of the monotonic clock
+        self._state_and_time_seen: dict[Path, tuple[FileState, float]] = {}
+        # what each judged log was judged from: its state, and its rows of the run sheet
+        self._judged_from: dict[Path, object] = {}
         # the last line about each file or folder that could not be judged
-        self._last_line: dict[Path, str] = {}
+        self._last_line_by_path: dict[Path, str] = {}
 
     def look(self) -> Iterator[str]:
         """Look at every file and yield each new verdict; the newest logs come first."""
-        for folder, kind in self.folders.items():
+        for folder, rig_kind in self.rig_kind_of_folder.items():
             try:
-                yield from self._look_at(folder, kind)
-                self._last_line.pop(folder, None)
+                yield from self._look_at(folder, rig_kind)
+                self._last_line_by_path.pop(folder, None)
             except (OilfilmError, OSError) as error:
-                yield from self._once(folder, f"{error} No log in {folder} is judged.")
+                yield from self._new_line(folder, f"{error} No log in {folder} is judged.")
 
-    def _look_at(self, folder: Path, kind: type[RigKind]) -> Iterator[str]:
-        faults = {folder / name: fault for name, fault in named_logs(folder)}
-        stamps: dict[Path, Stamp] = {}
-        for path in faults:
+    def _look_at(self, folder: Path, rig_kind: type[RigKind]) -> Iterator[str]:
+        """Look at every file of one folder and yield each new verdict."""
+        fault_by_path = {folder / name: fault for name, fault in named_logs(folder)}
+        state_by_path: dict[Path, FileState] = {}
+        for path in fault_by_path:
             if path.exists():
                 status = path.stat()
-                stamps[path] = Stamp(status.st_size, status.st_mtime_ns)
+                state_by_path[path] = FileState(status.st_size, status.st_mtime_ns)
         # every file is looked at: the time of a changed one begins now
-        settled_paths = [path for path, stamp in stamps.items() if self._is_settled(path, stamp)]
-        paths_without_fault = [path for path in stamps if not faults[path]]
-        sheet = sheet_of_paths(paths_without_fault, self._raw, self._settings, kind.logs)
-        for path in sorted(settled_paths, key=lambda path: stamps[path].changed_ns, reverse=True):
-            judged_from = stamps[path], sheet.rows.get(str(path))
-            if self._judged.get(path) == judged_from:
+        settled_paths = [
+            path for path, state in state_by_path.items() if self._is_settled(path, state)
+        ]
+        settled_paths.sort(key=lambda path: state_by_path[path].changed_ns, reverse=True)
+        paths_without_fault = [path for path in state_by_path if not fault_by_path[path]]
+        run_sheet = sheet_of_paths(
+            paths_without_fault, self._raw_folder, self._settings, rig_kind.logs
+        )
+        for path in settled_paths:
+            judged_from = state_by_path[path], run_sheet.rows.get(str(path))
+            if self._judged_from.get(path) == judged_from:
                 continue
             try:
-                if faults[path]:
-                    verdict = f"{path}: REFUSED\n  {faults[path]}"
+                if fault_by_path[path]:
+                    verdict = f"{path}: REFUSED\n  {fault_by_path[path]}"
                 else:
-                    verdict = self._verdict(path, kind, sheet)
-                self._judged[path] = judged_from
+                    verdict = self._verdict(path, rig_kind, run_sheet)
+                self._judged_from[path] = judged_from
                 yield verdict
             except Exception as error:  # one log must not end the watch
                 # tried again: on Windows the program of the rig may hold the file
                 reason = error if isinstance(error, OilfilmError) else repr(error)
-                yield from self._once(path, f"{path}: NOT JUDGED: {reason}")
+                yield from self._new_line(path, f"{path}: NOT JUDGED: {reason}")
 
-    def _verdict(self, path: Path, kind: type[RigKind], sheet: RunSheet) -> str:
+    def _verdict(self, path: Path, rig_kind: type[RigKind], run_sheet: RunSheet) -> str:
+        """The verdict on a log, as text."""
         logs = [(str(path), read_bytes(path))]
-        (log,) = judged_logs(logs, self._settings, kind, sheet)
-        return "\n".join(verdict_lines(log))
+        (log_report,) = reports_on_logs_of_kind(logs, self._settings, rig_kind, run_sheet)
+        return "\n".join(verdict_lines(log_report))
 
-    def _once(self, path: Path, line: str) -> Iterator[str]:
+    def _new_line(self, path: Path, line: str) -> Iterator[str]:
         """A line about a file or folder, unless it is the last line about it."""
-        if self._last_line.get(path) != line:
-            self._last_line[path] = line
+        if self._last_line_by_path.get(path) != line:
+            self._last_line_by_path[path] = line
             yield line
 
-    def _is_settled(self, path: Path, stamp: Stamp) -> bool:
+    def _is_settled(self, path: Path, state: FileState) -> bool:
         """Whether a file has been seen unchanged for long enough, by this computer's own clock."""
         now_s = time.monotonic()
-        last_stamp, since_s = self._seen.get(path, (None, now_s))
-        if last_stamp != stamp:
-            self._seen[path] = (stamp, now_s)
+        last_state, since_s = self._state_and_time_seen.get(path, (None, now_s))
+        if last_state != state:
+            self._state_and_time_seen[path] = (state, now_s)
             since_s = now_s
         return now_s - since_s >= self._settle_s

@@ -538,7 +538,7 @@ def export_campaign(
         files_of_study = study.exports(identifier_of_oil, settings, digests)
         if files_of_study:
             files_of_studies |= files_of_study
-            sentences_of_studies += f"\n{study.exported}\n"
+            sentences_of_studies += f"\n{study.exports_sentence}\n"
     return export_oils(descriptions, digests, sentences_of_studies) | files_of_studies
 
 

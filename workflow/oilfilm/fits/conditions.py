@@ -18,7 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.levels import clusters
+from oilfilm.base.levels import cluster_indices
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.settings.config import FitSettings, SameConditionSettings
@@ -327,8 +327,8 @@ def condition_level_numbers(
         "entrainment_speed_m_s": same.entrainment_speed,
     }
     if name in relative_width:
-        return clusters(np.log(values), relative_width[name])
-    return clusters(values, same.inlet_temperature_c)
+        return cluster_indices(np.log(values), relative_width[name])
+    return cluster_indices(values, same.inlet_temperature_c)
 
 
 def level_numbers_by_gap(values: FloatArray, gap: float) -> IndexArray:

@@ -16,7 +16,7 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.base.levels import clusters
+from oilfilm.base.levels import cluster_indices
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import condition_level_numbers, fixed_from_text
@@ -120,7 +120,7 @@ def _level_numbers_within(group: IndexArray, values: FloatArray, width: float) -
     by_group = np.argsort(group, kind="stable")
     begins = np.flatnonzero(np.diff(group[by_group])) + 1
     for rows in np.split(by_group, begins):
-        level_numbers[rows] = clusters(values[rows], width)
+        level_numbers[rows] = cluster_indices(values[rows], width)
     return level_numbers
 
 

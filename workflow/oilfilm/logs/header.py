@@ -200,7 +200,7 @@ def oil_id(text: str, settings: Settings) -> str:
 
     Values of several header lines, joined by ` / `, become one id where all name the same oil.
     """
-    id_by_name = settings.oil_ids
+    id_by_name = settings.oil_id_by_name
     if plain_key(text) in id_by_name:
         return id_by_name[plain_key(text)]
     ids = [id_by_name.get(plain_key(name), name) for name in text.split(" / ")]

@@ -458,6 +458,6 @@ def _value_and_expectation(column: _Column, text: str, sheet: _Sheet) -> tuple[s
         # a signal against time, or settled readings
         "log_kind": ["continuous", "steps"],
     }[key]
-    name = settings.oil_ids.get(plain_key(text), text) if key == "oil" else text
+    name = settings.oil_id_by_name.get(plain_key(text), text) if key == "oil" else text
     expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(allowed_names)}"
     return (name if name in allowed_names else None), expected

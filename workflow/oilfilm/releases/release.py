@@ -42,7 +42,7 @@ from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, envir
 from oilfilm.report.metadata import data_package
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.campaign import Campaign
-from oilfilm.settings.messages import check
+from oilfilm.settings.messages import validated
 from oilfilm.settings.resolve import unresolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
@@ -316,7 +316,7 @@ def lay_out_rebuild(stored: StoredRelease, root: Path, folder: Path) -> Settings
     config = stored.read_config()
     try:
         settings = Settings.of(config)
-        check(config["campaign"], Campaign, lambda steps: "campaign")
+        validated(config["campaign"], Campaign, lambda key_path: "campaign")
         text_by_config_path = unresolve(settings)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError, OilfilmError) as error:
         raise OilfilmError(

@@ -1,26 +1,15 @@
-"""Base of every typed model: strict groups of keys, for settings and for printed JSON."""
+"""Base of every typed model: strict groups of keys, for settings and other files with keys."""
 
 from dataclasses import dataclass
-from math import isfinite
-from typing import Annotated, Any, TypeVar
+from typing import Any, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import literal_schema
 
 from oilfilm.base.errors import OilfilmError
 
 T = TypeVar("T")
-
-
-def _finite_or_none(value: float | None) -> float | None:
-    if value is None or not isfinite(value):
-        return None
-    return float(value)
-
-
-# A number of printed JSON: null where it is not known.
-Result = Annotated[float | None, BeforeValidator(_finite_or_none)]
 
 
 class Group(BaseModel):
@@ -62,14 +51,19 @@ def optional(meaning: str, **limits: Any) -> Any:
     return key(meaning, default=None, **limits)
 
 
-def present(value: T | None, key: str, owner: str) -> T:
+def present(value: T | None, key_name: str, owner: str) -> T:
     """The value of an optional key, where it is needed.
+
+    Args:
+        value: The value; None where the key was left out.
+        key_name: The key.
+        owner: What has the key, for the message: "the campaign".
 
     Raises:
         OilfilmError: The key was left out.
     """
     if value is None:
-        raise OilfilmError(f"{owner} lacks the key `{key}`, which is needed here. Add it.")
+        raise OilfilmError(f"{owner} lacks the key `{key_name}`, which is needed here. Add it.")
     return value
 
 
@@ -80,7 +74,7 @@ def unexpected(expected: str) -> PydanticCustomError:
 
 @dataclass(frozen=True)
 class OneOf:
-    """Validator of a text that must be one of some names."""
+    """Validator of a text that must be one of the allowed names."""
 
     names: tuple[str, ...]
 
@@ -88,6 +82,13 @@ class OneOf:
         return literal_schema(list(self.names))
 
 
-def contradiction(steps: tuple[object, ...], sentence: str) -> PydanticCustomError:
-    """The error for keys that contradict each other: the key to blame and a sentence."""
-    return PydanticCustomError("contradiction", "{sentence}", {"sentence": sentence, "at": steps})
+def contradiction(key_path: tuple[object, ...], sentence: str) -> PydanticCustomError:
+    """The error for keys that contradict each other.
+
+    Args:
+        key_path: The key to blame, from the group that is validated inwards.
+        sentence: What is wrong, and what to do.
+    """
+    return PydanticCustomError(
+        "contradiction", "{sentence}", {"sentence": sentence, "at": key_path}
+    )

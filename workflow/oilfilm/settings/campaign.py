@@ -21,7 +21,7 @@ class Source(Group):
     address: q.WebAddress | None = optional("Address, where it has one.")
 
 
-# As the refusal of a changed log prints them.
+# First digits of the sha256 of a log, as the refusal of a changed log prints them.
 LogState = Annotated[str, Field(pattern=r"^[0-9a-f]{12,64}$")]
 
 
@@ -83,9 +83,18 @@ class Column(Group):
 
 # Keys of headers and columns of the run sheet that a campaign may rename. Set points have the unit
 # of their key.
-_HEADER_KEYS = (*_SET_POINT_KEYS, "oil", "rig", "run", "log_kind", "file", "exclude", "remarks")
+_HEADER_KEY_NAMES = (
+    *_SET_POINT_KEYS,
+    "oil",
+    "rig",
+    "run",
+    "log_kind",
+    "file",
+    "exclude",
+    "remarks",
+)
 # Columns of logs that a campaign may rename.
-_TRACTION_COLUMNS = (
+_TRACTION_COLUMN_NAMES = (
     "time",
     "load",
     "traction_force",
@@ -99,7 +108,7 @@ _TRACTION_COLUMNS = (
     "slide_roll_ratio",
     "max_hertz_pressure",
 )
-_TORQUE_COLUMNS = (
+_TORQUE_COLUMN_NAMES = (
     "time",
     "axial_load",
     "inner_speed",
@@ -107,9 +116,9 @@ _TORQUE_COLUMNS = (
     "outer_ring_temperature",
     "torque",
 )
-HeaderKey = Annotated[str, OneOf(_HEADER_KEYS)]
-TractionColumn = Annotated[str, OneOf(_TRACTION_COLUMNS)]
-TorqueColumn = Annotated[str, OneOf(_TORQUE_COLUMNS)]
+HeaderKey = Annotated[str, OneOf(_HEADER_KEY_NAMES)]
+TractionColumn = Annotated[str, OneOf(_TRACTION_COLUMN_NAMES)]
+TorqueColumn = Annotated[str, OneOf(_TORQUE_COLUMN_NAMES)]
 
 
 class Semantics(Group):
@@ -134,17 +143,17 @@ class Semantics(Group):
         """Sign factor: sliding and force are positive where the slower body is slowed."""
         return 1 if self.slower_body == "ball" else -1
 
-    def over_mean(self, logged: FloatArray) -> FloatArray:
+    def over_mean(self, logged_ratio: FloatArray) -> FloatArray:
         """The slide-roll ratio over the mean speed, from one logged by this definition."""
         if self.slide_roll_ratio == "over_sum":
-            return 2 * logged
+            return 2 * logged_ratio
         if self.slide_roll_ratio == "over_faster":
             # f is the faster speed, g the other: s = (f - g)/f, and
             # (f - g)/((f + g)/2) = s/(1 - s/2), odd in the sign of s.
             # |s| = 2 is impossible; a gate refuses the infinite ratio
             with np.errstate(divide="ignore"):
-                return np.asarray(logged / (1 - np.abs(logged) / 2))
-        return logged
+                return np.asarray(logged_ratio / (1 - np.abs(logged_ratio) / 2))
+        return logged_ratio
 
 
 class FilmUnjudged(Group):
@@ -322,12 +331,12 @@ class CampaignKeys(Group):
         """
         return self.twin is not None and self.twin.thermal_ehl is None
 
-    def semantics_for(self, rig: str) -> Semantics:
+    def semantics_for(self, rig_name: str) -> Semantics:
         """How the logs of one rig are meant: `semantics`, with what differs for it."""
-        special = self.semantics_of_rig.get(rig)
-        if special is None:
+        semantics_of_rig = self.semantics_of_rig.get(rig_name)
+        if semantics_of_rig is None:
             return self.semantics
-        return self.semantics.model_copy(update=special.model_dump(exclude_unset=True))
+        return self.semantics.model_copy(update=semantics_of_rig.model_dump(exclude_unset=True))
 
 
 class CampaignFile(CampaignKeys, Dataset):

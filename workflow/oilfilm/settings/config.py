@@ -14,12 +14,12 @@ from oilfilm.settings.ranges import check_ranges, with_range
 from oilfilm.traction import LAW_NAMES, LAWS, why_compared_only
 
 
-def _refuse_compared_only(name: Any) -> Any:
+def _refuse_compared_only(law_name: Any) -> Any:
     """Refuse a law that is compared only, with the reason."""
-    reason = why_compared_only(str(name))
+    reason = why_compared_only(str(law_name))
     if reason:
         raise contradiction((), f"{reason}. Here one of {', '.join(LAWS)} is expected.")
-    return name
+    return law_name
 
 
 LawOfConditions = Annotated[str, OneOf((*LAWS,)), BeforeValidator(_refuse_compared_only)]
@@ -432,8 +432,8 @@ class BearingSettings(Group):
 
     def uncertain(self) -> dict[str, Uncertain]:
         """Value and range of the uncertain inputs that are settings of all bearings."""
-        names = ("oil_volume_fraction", "replenishment_constant", "ellipse_factor")
-        return {name: with_range(self, name) for name in names}
+        key_names = ("oil_volume_fraction", "replenishment_constant", "ellipse_factor")
+        return {key_name: with_range(self, key_name) for key_name in key_names}
 
 
 class DutyPoint(Group):

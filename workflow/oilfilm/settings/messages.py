@@ -21,11 +21,11 @@ from oilfilm.physics.oils import FORMULAS
 from oilfilm.settings.quantities import NAME_PATTERN
 from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
 
-# The keys and list indices that lead to a value, from the outermost group inwards.
-Steps = tuple[Any, ...]
+# Where a value is: the keys and list indices that lead to it, from the outermost group inwards.
+KeyPath = tuple[Any, ...]
 
-# What was expected, by pydantic's kind of error; the names in braces are in pydantic's error.
-_EXPECTED = {
+# What was expected, by pydantic's type of error. The names in braces are in pydantic's error.
+_EXPECTED_BY_ERROR_TYPE = {
     "unexpected": "{expected}",
     "greater_than": "more than {gt:g}{in_unit}",
     "greater_than_equal": "{ge:g} or more{in_unit}",
@@ -51,56 +51,59 @@ _FORM_OF_NAME = (
 )
 _TEXT_SCHEMA = {"type": "string"}
 # The mistake to report is chosen among so many.
-_MOST_MISTAKES = 100
+_MAX_MISTAKES = 100
 
 
 def load(path: Path, model: Any) -> Any:
-    """Read one YAML file as a model (a class, or a union of classes).
+    """The content of one YAML file as an instance of a model (a class, or a union of classes).
 
     Raises:
         OilfilmError: As `read_yaml`, or a key or value is not as the model declares it.
     """
-    return check_file(read_yaml(path), model)
+    return validated_file(read_yaml(path), model)
 
 
-def check_file(
-    file: YamlFile, model: Any, location_of: Callable[[Steps], str] | None = None
+def validated_file(
+    file: YamlFile, model: Any, location_of: Callable[[KeyPath], str] | None = None
 ) -> Any:
-    """The content of a YAML file as a model.
+    """The content of a YAML file as an instance of a model.
 
     Args:
         file: The file.
         model: The model: a class, or a union of classes.
-        location_of: Gives the place where the value at these steps was written, if not the file.
+        location_of: Function of a key path; it says where the value was written. Without it the
+            values were written in the file.
 
     Raises:
         OilfilmError: A key has no value, or a key or value is not as the model declares it.
     """
     location_of = location_of or file.location_of
-    for steps, value in leaves(file.values):
+    for key_path, value in leaves(file.values):
         if value is None:
             advice = "write a value, or leave the key out."
-            what_to_fill_in = file.marked_comment(steps)
+            what_to_fill_in = file.marked_comment(key_path)
             if what_to_fill_in:
                 advice = f"fill in {what_to_fill_in}."
-            raise OilfilmError(f"{location_of(steps)}, `{dotted(steps)}`: found nothing; {advice}")
-    return check(file.values, model, location_of, file.line_of)
+            raise OilfilmError(
+                f"{location_of(key_path)}, `{dotted(key_path)}`: found nothing; {advice}"
+            )
+    return validated(file.values, model, location_of, file.line_of)
 
 
-def check(
+def validated(
     values: Any,
     model: Any,
-    location_of: Callable[[Steps], str],
-    order: Callable[[Steps], Any] = lambda steps: 0,
+    location_of: Callable[[KeyPath], str],
+    order_key: Callable[[KeyPath], Any] = lambda key_path: 0,
 ) -> Any:
-    """Values as a model.
+    """Plain values as an instance of a model.
 
     Args:
         values: Plain values.
         model: The model: a class, or a union of classes.
-        location_of: Gives the place where the value at these steps was written, as the beginning of
-            the message.
-        order: Key that sorts the mistakes; the first is reported.
+        location_of: Function of a key path; it says where the value was written, as the beginning
+            of the message.
+        order_key: Function of a key path by which the mistakes are sorted; the first is reported.
 
     Raises:
         OilfilmError: A key or value is not as the model declares it.
@@ -108,20 +111,20 @@ def check(
     try:
         return adapter(model).validate_python(values)
     except ValidationError as error:
-        mistakes = islice(_mistakes(error, model), _MOST_MISTAKES)
+        mistakes = islice(_mistakes(error, model), _MAX_MISTAKES)
 
     def rank(mistake: _Mistake) -> tuple[bool, Any]:
         # an unknown key is often a misspelled one: it is reported before the missing key
-        return mistake.is_missing_key, order(mistake.steps)
+        return mistake.is_missing_key, order_key(mistake.key_path)
 
     reported = min(mistakes, key=rank)
-    raise OilfilmError(f"{location_of(reported.steps)}: {reported.sentence}") from None
+    raise OilfilmError(f"{location_of(reported.key_path)}: {reported.sentence}") from None
 
 
 def first_mistake(values: Any, model: Any) -> str:
     """The first mistake in values that do not come from a file of settings; empty if none."""
     try:
-        check(values, model, lambda steps: "")
+        validated(values, model, lambda key_path: "")
     except OilfilmError as mistake:
         return str(mistake).removeprefix(": ")
     return ""
@@ -141,9 +144,9 @@ def schema_of(model: Any) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class _Mistake:
-    """A mistake: the steps to the wrong key or value, and a sentence."""
+    """A mistake: the path of the wrong key or value, and a sentence."""
 
-    steps: Steps
+    key_path: KeyPath
     sentence: str
     is_missing_key: bool = False
 
@@ -155,46 +158,57 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[_Mistake]:
         context = details.get("ctx", {})
         # pydantic adds the alternative that it chose, where an oil may be one of several models,
         # and a mark where the key itself is wrong
-        steps = tuple(step for step in details["loc"] if step not in (*FORMULAS, "[key]"))
+        key_path = tuple(step for step in details["loc"] if step not in (*FORMULAS, "[key]"))
         if details["type"] == "contradiction":
-            steps = (*steps, *context["at"])
-            yield _Mistake(steps, f"`{dotted(steps)}`: {context['sentence']}")
+            key_path = (*key_path, *context["at"])
+            yield _Mistake(key_path, f"`{dotted(key_path)}`: {context['sentence']}")
             continue
         if details["type"].startswith("union_tag"):
-            steps = (*steps, "model")
-        yield _mistake(details, steps, schema)
+            key_path = (*key_path, "model")
+        yield _mistake(details, key_path, schema)
 
 
-def _mistake(details: ErrorDetails, steps: Steps, schema: Mapping[str, Any]) -> _Mistake:
+def _mistake(details: ErrorDetails, key_path: KeyPath, schema: Mapping[str, Any]) -> _Mistake:
     """One of pydantic's errors as a mistake with a sentence."""
-    kind = details["type"]
-    group = dotted(steps[:-1])
-    under_group = f" under `{group}`" if group else ""
-    value = details.get("ctx", {}).get("tag", details["input"])
-    key_is_wrong = details["loc"][-1:] == ("[key]",)
-    if key_is_wrong and kind == "string_type":
-        sentence = f"the key {value!r}{under_group} is no text.{_hint(value, _TEXT_SCHEMA)}"
-        return _Mistake(steps, sentence)
-    if key_is_wrong or kind == "extra_forbidden":
-        return _Mistake(steps, _unknown_key(steps[-1], node_at(schema, steps[:-1]), under_group))
-    meaning = _meaning(schema, steps)
-    if kind in ("missing", "union_tag_not_found"):
-        sentence = f"the key {str(steps[-1])!r} is missing{under_group}. {meaning}".rstrip()
-        return _Mistake(steps, sentence, is_missing_key=True)
-    node = node_at(schema, steps)
-    if kind == "string_type":  # an item of a list of names may be given alone
+    error_type = details["type"]
+    group_key = dotted(key_path[:-1])
+    under_group = f" under `{group_key}`" if group_key else ""
+    input_value = details.get("ctx", {}).get("tag", details["input"])
+    is_key_wrong = details["loc"][-1:] == ("[key]",)
+    if is_key_wrong and error_type == "string_type":
+        hint = _hint(input_value, _TEXT_SCHEMA)
+        sentence = f"the key {input_value!r}{under_group} is no text.{hint}"
+        return _Mistake(key_path, sentence)
+    if is_key_wrong or error_type == "extra_forbidden":
+        group_node = node_at(schema, key_path[:-1])
+        return _Mistake(key_path, _unknown_key_sentence(key_path[-1], group_node, under_group))
+    meaning = _meaning_of_key(schema, key_path)
+    if error_type in ("missing", "union_tag_not_found"):
+        sentence = f"the key {str(key_path[-1])!r} is missing{under_group}. {meaning}".rstrip()
+        return _Mistake(key_path, sentence, is_missing_key=True)
+    node = node_at(schema, key_path)
+    if error_type == "string_type":  # an item of a list of names may be given alone
         node = {**node, **_TEXT_SCHEMA}
-    expected = _expected(details, node)
-    hint = _hint(value, node)
-    sentence = f"`{dotted(steps)}`: found {cut(repr(value))}, expected {expected}.{hint} {meaning}"
-    return _Mistake(steps, sentence.rstrip())
+    expected_text = _expected_text(details, node)
+    hint = _hint(input_value, node)
+    found_text = f"found {cut(repr(input_value))}, expected {expected_text}."
+    sentence = f"`{dotted(key_path)}`: {found_text}{hint} {meaning}"
+    return _Mistake(key_path, sentence.rstrip())
 
 
-def _unknown_key(key: Any, group: Mapping[str, Any], under_group: str) -> str:
-    names_of_a_mapping = group.get("propertyNames", {}).get("enum", ())
-    names = sorted(group.get("properties", names_of_a_mapping))
-    hint = _did_you_mean(str(key), names)
-    return f"found the unknown key {key!r}{under_group}; expected one of {', '.join(names)}.{hint}"
+def _unknown_key_sentence(key: Any, group_node: Mapping[str, Any], under_group: str) -> str:
+    """What is wrong with a key that its group does not have.
+
+    Args:
+        key: The key.
+        group_node: The node of the group in the JSON schema.
+        under_group: Words that say which group, such as " under `gates`".
+    """
+    names_of_mapping = group_node.get("propertyNames", {}).get("enum", ())
+    key_names = sorted(group_node.get("properties", names_of_mapping))
+    hint = _did_you_mean(str(key), key_names)
+    choices = ", ".join(key_names)
+    return f"found the unknown key {key!r}{under_group}; expected one of {choices}.{hint}"
 
 
 def _did_you_mean(text: str, names: Iterable[str]) -> str:
@@ -203,33 +217,34 @@ def _did_you_mean(text: str, names: Iterable[str]) -> str:
     return f" Did you mean {similar[0]!r}?" if similar else ""
 
 
-def _expected(details: ErrorDetails, node: Mapping[str, Any]) -> str:
-    kind = details["type"]
+def _expected_text(details: ErrorDetails, node: Mapping[str, Any]) -> str:
+    """What was expected in place of a wrong value, with its unit."""
+    error_type = details["type"]
     context = details.get("ctx", {})
-    if kind == "literal_error":
-        allowed = node.get("enum", [node.get("const")])
-        choices = ", ".join(map(repr, allowed))
-        return f"one of {choices}" if len(allowed) > 1 else choices
+    if error_type == "literal_error":
+        allowed_values = node.get("enum", [node.get("const")])
+        choices = ", ".join(map(repr, allowed_values))
+        return f"one of {choices}" if len(allowed_values) > 1 else choices
     if context.get("pattern") == NAME_PATTERN:
         return _FORM_OF_NAME
-    if kind not in _EXPECTED:
+    if error_type not in _EXPECTED_BY_ERROR_TYPE:
         return str(details["msg"])
     unit = node.get("unit", "1")
     in_unit = "" if unit == "1" else f", in {unit}"
-    return _EXPECTED[kind].format(in_unit=in_unit, **context)
+    return _EXPECTED_BY_ERROR_TYPE[error_type].format(in_unit=in_unit, **context)
 
 
 def _hint(value: Any, node: Mapping[str, Any]) -> str:
     """Advice on how to write a value that YAML reads as another type."""
-    kind = node.get("type")
+    value_type = node.get("type")
     if isinstance(value, str) and "enum" in node:
         return _did_you_mean(value, map(str, node["enum"]))
-    if isinstance(value, str) and kind in ("number", "integer"):
+    if isinstance(value, str) and value_type in ("number", "integer"):
         with suppress(ValueError):
             return f" Write {float(value):#}, with a point and no quotes."
-    if isinstance(value, bool) and kind == "string":
+    if isinstance(value, bool) and value_type == "string":
         return ' YAML reads NO, OFF, YES and ON so: put the word in quotes, as "NO".'
-    if isinstance(value, date | int | float) and kind == "string":
+    if isinstance(value, date | int | float) and value_type == "string":
         return f' Put it in quotes: "{value}".'
     return ""
 
@@ -237,10 +252,10 @@ def _hint(value: Any, node: Mapping[str, Any]) -> str:
 # ---------------------------------------------------------------- walking a JSON schema
 
 
-def node_at(schema: Mapping[str, Any], steps: Steps) -> Mapping[str, Any]:
-    """The node of a JSON schema for the value at these steps; empty where there is none."""
+def node_at(schema: Mapping[str, Any], key_path: KeyPath) -> Mapping[str, Any]:
+    """The node of a JSON schema for the value at a key path; empty where there is none."""
     node = plain_node(schema, schema)
-    for step in steps:
+    for step in key_path:
         node = plain_node(_child(node, step), schema)
     return node
 
@@ -259,21 +274,21 @@ def _child(node: Mapping[str, Any], step: Any) -> Mapping[str, Any]:
 
 def plain_node(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[str, Any]:
     """A node of a JSON schema with its references resolved, and without null."""
-    resolved = dict(node)
+    plain = dict(node)
     if "$ref" in node:
-        _, _, name = resolved.pop("$ref").rpartition("/")
-        return {**plain_node(schema["$defs"][name], schema), **resolved}
+        _, _, definition_name = plain.pop("$ref").rpartition("/")
+        return {**plain_node(schema["$defs"][definition_name], schema), **plain}
     if "anyOf" in node:
-        branches = resolved.pop("anyOf")
+        branches = plain.pop("anyOf")
         branch_with_value = next(branch for branch in branches if branch.get("type") != "null")
-        return {**plain_node(branch_with_value, schema), **resolved}
+        return {**plain_node(branch_with_value, schema), **plain}
     if "oneOf" in node:
-        resolved["oneOf"] = [plain_node(branch, schema) for branch in node["oneOf"]]
-    return resolved
+        plain["oneOf"] = [plain_node(branch, schema) for branch in node["oneOf"]]
+    return plain
 
 
-def _meaning(schema: Mapping[str, Any], steps: Steps) -> str:
+def _meaning_of_key(schema: Mapping[str, Any], key_path: KeyPath) -> str:
     """The meaning of a key; for an item of a list, the meaning of the list."""
-    while steps and isinstance(steps[-1], int):
-        steps = steps[:-1]
-    return str(node_at(schema, steps).get("description", ""))
+    while key_path and isinstance(key_path[-1], int):
+        key_path = key_path[:-1]
+    return str(node_at(schema, key_path).get("description", ""))

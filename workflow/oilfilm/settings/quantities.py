@@ -17,8 +17,8 @@ from oilfilm.settings.base import unexpected
 T = TypeVar("T")
 
 
-def _unit(name: str) -> dict[str, Any]:
-    return {"json_schema_extra": {"unit": name}}
+def _unit(unit: str) -> dict[str, Any]:
+    return {"json_schema_extra": {"unit": unit}}
 
 
 def _rising(values: list[Any]) -> list[Any]:
@@ -56,14 +56,21 @@ WebAddress = Annotated[str, Field(pattern=r"^https?://[^\s<>\"{}|\\^`]+$")]
 
 # ---------------------------------------------------------------- lists
 
+# One item or more.
 Filled = Annotated[list[T], Field(min_length=1)]
+# One item or more, all different.
 Levels = Annotated[Filled[T], AfterValidator(_different)]
+# Two items or more, all different.
 Several = Annotated[Levels[T], Field(min_length=2)]
-Rows = Annotated[Levels[T], Field(max_length=5)]  # of panels
+# Levels of the rows of panels in a figure.
+Rows = Annotated[Levels[T], Field(max_length=5)]
+# Any number of items, all different.
 Unique = Annotated[list[T], AfterValidator(_different)]
+# One number or more, each larger than the one before.
 Rising = Annotated[Filled[T], AfterValidator(_rising)]
+# Lower and upper end of a range.
 Band = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_rising)]
-# Both ends may be equal, where the value is known.
+# Lower and upper end of a range. Both may be equal, where the value is known.
 Span = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_not_falling)]
 
 # ---------------------------------------------------------------- numbers without unit
@@ -85,9 +92,9 @@ SlideRollRatioOrZero = Annotated[float, Field(ge=0, le=2, **_unit("1"))]
 SignedSlideRollRatio = Annotated[float, Field(ge=-2, le=2, **_unit("1"))]
 SlipChange = Annotated[float, Field(gt=0, le=2, **_unit("1"))]
 TractionChange = Annotated[float, Field(gt=0, le=1, **_unit("1"))]
-Levelled = Annotated[int, Field(ge=2, le=1000)]
+LevelCount = Annotated[int, Field(ge=2, le=1000)]
 LambdaRatio = Annotated[float, Field(ge=0, le=100, **_unit("1"))]
-Gamma = Annotated[float, Field(gt=-1, lt=1, **_unit("1"))]
+Gamma = Annotated[float, Field(gt=-1, lt=1, **_unit("1"))]  # of a bearing: D cos(alpha)/dm
 PoissonRatio = Annotated[float, Field(ge=0, le=0.5, **_unit("1"))]
 Slips = Annotated[Rising[SlideRollRatio], Field(max_length=50)]
 GrooveCurvature = Annotated[float, Field(gt=0.5, le=1, **_unit("1"))]
@@ -110,7 +117,6 @@ TorqueErrorNm = Annotated[float, Field(ge=0, le=1e6, **_unit("N m"))]
 
 # ---------------------------------------------------------------- bodies
 
-RadiusRatio = Annotated[float, Field(gt=0, lt=1, **_unit("1"))]
 HollowShaftRatio = Annotated[float, Field(ge=0, lt=1, **_unit("1"))]  # 0: a solid shaft
 InterferenceUm = Annotated[float, Field(ge=0, le=1000, **_unit("um"))]
 FitUm = Annotated[float, Field(ge=-1000, le=1000, **_unit("um"))]  # below 0: a clearance

@@ -6,33 +6,39 @@ Decides: how settings state the range of an uncertain value.
 from oilfilm.bearing.inputs import Uncertain
 from oilfilm.settings.base import Group, contradiction
 
-_SUFFIX = "_range"
+_RANGE_SUFFIX = "_range"
 
 
-def with_range(group: Group, name: str, factor: float = 1.0) -> Uncertain:
-    """The value of a key and its range, times a factor that converts the unit."""
-    low, high = getattr(group, name + _SUFFIX)
-    return Uncertain(getattr(group, name), low, high).scaled(factor)
+def with_range(group: Group, key_name: str, factor: float = 1.0) -> Uncertain:
+    """The value of a key and its range.
+
+    Args:
+        group: Group of keys that has the key and its range.
+        key_name: The key of the value.
+        factor: Factor that converts the unit of both.
+    """
+    low, high = getattr(group, key_name + _RANGE_SUFFIX)
+    return Uncertain(getattr(group, key_name), low, high).scaled(factor)
 
 
-def check_ranges(group: Group, *steps: str) -> None:
+def check_ranges(group: Group, *key_path: str) -> None:
     """Refuse values outside their ranges.
 
     Args:
         group: Keys, some of which have a range.
-        steps: Keys above the group.
+        key_path: Keys that lead to the group, from the outermost inwards.
 
     Raises:
         PydanticCustomError: A value is outside its range.
     """
     for range_name in type(group).model_fields:
-        if not range_name.endswith(_SUFFIX):
+        if not range_name.endswith(_RANGE_SUFFIX):
             continue
-        name = range_name.removesuffix(_SUFFIX)
-        value, low, high = with_range(group, name)
+        key_name = range_name.removesuffix(_RANGE_SUFFIX)
+        value, low, high = with_range(group, key_name)
         if not low <= value <= high:
             raise contradiction(
-                (*steps, name),
+                (*key_path, key_name),
                 f"found {value:g}, outside `{range_name}` ({low:g} to {high:g}); change one of the "
                 "two.",
             )

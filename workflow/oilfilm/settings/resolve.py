@@ -25,18 +25,18 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.settings.base import Group
 from oilfilm.settings.campaign import Campaign, CampaignFile, Dataset
 from oilfilm.settings.config import Config, ConfigKeys
-from oilfilm.settings.messages import Steps, check, check_file
+from oilfilm.settings.messages import KeyPath, validated, validated_file
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import BearingFile, OilFile, Rig
 from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, leaves, read_yaml
 
 # In bytes. A file system takes 255; a release and the exports append to names.
-_LONGEST_NAME = 100
-_NAME = re.compile(r"[\w-][\w.-]*")
-_MODELS: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
+_MAX_NAME_BYTES = 100
+_NAME_PATTERN = re.compile(r"[\w-][\w.-]*")
+_MODEL_BY_KIND: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
 
 
-def resolve_given(config: Mapping[str, Any], typed: Mapping[str, Any]) -> Settings:
+def resolve_given(config: Mapping[str, Any], typed_values: Mapping[str, Any]) -> Settings:
     """The settings of a workflow, from the configuration that Snakemake passes to it.
 
     As a module of another workflow it may get a section of that workflow's configuration. This
@@ -44,14 +44,14 @@ def resolve_given(config: Mapping[str, Any], typed: Mapping[str, Any]) -> Settin
 
     Args:
         config: Snakemake's `config`.
-        typed: The keys of `config` that were typed on the command line.
+        typed_values: The keys of `config` that were typed on the command line.
 
     Raises:
         OilfilmError: A file is missing or has a mistake.
     """
     folder = Path(config.get("folder", "config"))
     section = {name: value for name, value in config.items() if name != "folder"}
-    overrides = {name: value for name, value in typed.items() if name in section}
+    overrides = {name: value for name, value in typed_values.items() if name in section}
     if section == overrides:
         # not a module of another workflow: everything was typed, and config.yaml counts
         return resolve(folder, overrides)
@@ -78,45 +78,47 @@ def resolve(
         OilfilmError: A file is missing or has a mistake.
     """
     config_file = _config_file(folder, section)
-    name = overrides.get("campaign", config_file.values["campaign"])
+    campaign_name = overrides.get("campaign", config_file.values["campaign"])
     named_at = str(folder / "config.yaml")
     if "campaign" in overrides:
         named_at = "campaign on the command line"
-    campaign_file = _read_named_file(folder, "campaign", name, named_at)
-    campaign: CampaignFile = check_file(campaign_file, CampaignFile)
-    other_overrides = {key: value for key, value in overrides.items() if key != "campaign"}
-    study_files = _study_files(campaign.studies)
-    keys = _merged_keys(config_file, study_files, campaign_file, other_overrides)
+    campaign_file = _named_yaml_file(folder, "campaign", campaign_name, named_at)
+    campaign: CampaignFile = validated_file(campaign_file, CampaignFile)
+    typed_values = {key: value for key, value in overrides.items() if key != "campaign"}
+    settings_file_by_study = _settings_file_by_study(campaign.studies)
+    merged_config = _merged_config(config_file, settings_file_by_study, campaign_file, typed_values)
 
-    def files_by_name(kind: str, names: list[str], *steps: str) -> dict[str, Any]:
-        listed_at = f"{campaign_file.location_of(steps)}, `{dotted(steps)}`"
-        return {name: named_file(folder, kind, name, listed_at) for name in names}
+    def content_by_name(kind: str, names: list[str], *key_path: str) -> dict[str, Any]:
+        listed_at = f"{campaign_file.location_of(key_path)}, `{dotted(key_path)}`"
+        return {name: named_content(folder, kind, name, listed_at) for name in names}
 
-    oils = files_by_name("oil", campaign.oils, "oils")
+    oils = content_by_name("oil", campaign.oils, "oils")
     oils.update(dict.fromkeys(campaign.oils_without_properties))
     bearing_names: list[str] = []
     if campaign.torque is not None:
         bearing_names.append(campaign.torque.bearing)
         # published figures show the others
         bearing_names += [
-            name for name in _files_by_name(folder, "bearing") if name not in bearing_names
+            name for name in _path_by_name(folder, "bearing") if name not in bearing_names
         ]
-    config_keys = _written_keys(ConfigKeys, keys)
+    config_keys = _written_keys(ConfigKeys, merged_config)
     # settings of a study that the campaign does not have change nothing
-    config_keys["studies"] = {name: keys.studies[name] for name in study_files}
+    config_keys["studies"] = {name: merged_config.studies[name] for name in settings_file_by_study}
     settings = Settings.model_construct(
         **config_keys,
-        split=keys.split,
-        container=keys.container,
-        campaign=Campaign.model_construct(name=str(name), **_written_keys(Campaign, campaign)),
+        split=merged_config.split,
+        container=merged_config.container,
+        campaign=Campaign.model_construct(
+            name=str(campaign_name), **_written_keys(Campaign, campaign)
+        ),
         # apart from the campaign, so that a corrected title reruns no fit
         dataset=Dataset.model_construct(**_written_keys(Dataset, campaign)),
-        rigs=files_by_name("rig", campaign.rigs, "rigs"),
-        bearings=files_by_name("bearing", bearing_names, "torque", "bearing"),
+        rigs=content_by_name("rig", campaign.rigs, "rigs"),
+        bearings=content_by_name("bearing", bearing_names, "torque", "bearing"),
         oils=oils,
     )
-    for steps, sentence in chain(_names_shared_by_two_oils(settings), _contradictions(settings)):
-        raise OilfilmError(f"{campaign_file.location_of(steps)}: {sentence}")
+    for key_path, sentence in chain(_names_shared_by_two_oils(settings), _contradictions(settings)):
+        raise OilfilmError(f"{campaign_file.location_of(key_path)}: {sentence}")
     _check_oils(folder, settings)
     return settings
 
@@ -131,13 +133,13 @@ def _check_oils(folder: Path, settings: Settings) -> None:
     if not temperatures_c:
         return
     low_c, high_c = min(temperatures_c), max(temperatures_c)
-    for name in settings.campaign.oils:
-        oil = settings.oils[name]
-        for steps, sentence in oil.faults(low_c, high_c) if oil else ():
-            file = _read_named_file(folder, "oil", name, "oils")
+    for oil_id in settings.campaign.oils:
+        oil = settings.oils[oil_id]
+        for key_path, sentence in oil.faults(low_c, high_c) if oil else ():
+            oil_file = _named_yaml_file(folder, "oil", oil_id, "oils")
             raise OilfilmError(
-                f"{file.location_of(steps)}, `{dotted(steps)}`: {sentence} The campaign uses "
-                f"the oil from {low_c:g} to {high_c:g} degC."
+                f"{oil_file.location_of(key_path)}, `{dotted(key_path)}`: {sentence} The campaign "
+                f"uses the oil from {low_c:g} to {high_c:g} degC."
             )
 
 
@@ -156,10 +158,10 @@ def _temperatures_of_use(settings: Settings) -> Iterator[float]:
         yield from campaign.torque.matrix.oil_temperature_c
 
 
-def _written_keys(model: type[Group], source: Group) -> dict[str, Any]:
+def _written_keys(model: type[Group], group: Group) -> dict[str, Any]:
     """The keys of a model that were written, from a group that may have others."""
-    names = source.model_fields_set & model.model_fields.keys()
-    return {name: getattr(source, name) for name in names}
+    key_names = group.model_fields_set & model.model_fields.keys()
+    return {key_name: getattr(group, key_name) for key_name in key_names}
 
 
 def read_config(folder: Path) -> Config:
@@ -168,17 +170,20 @@ def read_config(folder: Path) -> Config:
     Raises:
         OilfilmError: The file is missing or has a mistake.
     """
-    config: Config = check_file(_config_file(folder), Config)
+    config: Config = validated_file(_config_file(folder), Config)
     return config
 
 
 def _config_file(folder: Path, section: Mapping[str, Any] | None = None) -> YamlFile:
-    defaults = read_yaml(CONFIG / "config.yaml")
+    """`config.yaml` of a project, or the section in its place, merged with oilfilm's own."""
+    shipped_file = read_yaml(CONFIG / "config.yaml")
     if section is None:
-        project = read_yaml(folder / "config.yaml")
+        project_file = read_yaml(folder / "config.yaml")
     else:
-        project = YamlFile(Path("the module's config"), dict(section), yaml.MappingNode("", []))
-    return replace(project, values=merge(defaults.values, project.values))
+        project_file = YamlFile(
+            Path("the module's config"), dict(section), yaml.MappingNode("", [])
+        )
+    return replace(project_file, values=merge(shipped_file.values, project_file.values))
 
 
 def unresolve(settings: Settings) -> dict[str, str]:
@@ -187,34 +192,34 @@ def unresolve(settings: Settings) -> dict[str, str]:
     Returns:
         The text of each file by its path below the folder.
     """
-    config = settings.plain()
-    campaign = dict(config["campaign"])
-    name = campaign.pop("name")
-    config["campaign"] = name
-    campaign |= config.pop("dataset")
-    contents = {f"campaigns/{safe_name(name, 'campaign')}.yaml": campaign}
-    for folder in ("rigs", "oils", "bearings"):
-        for file_name, values in config.pop(folder).items():
+    config_values = settings.plain()
+    campaign_values = dict(config_values["campaign"])
+    campaign_name = campaign_values.pop("name")
+    config_values["campaign"] = campaign_name
+    campaign_values |= config_values.pop("dataset")
+    values_by_path = {f"campaigns/{safe_name(campaign_name, 'campaign')}.yaml": campaign_values}
+    for folder_name in ("rigs", "oils", "bearings"):
+        for file_name, values in config_values.pop(folder_name).items():
             if values is not None:
-                contents[f"{folder}/{safe_name(file_name, folder)}.yaml"] = values
-    contents["config.yaml"] = config
-    return {path: as_yaml(values) for path, values in contents.items()}
+                values_by_path[f"{folder_name}/{safe_name(file_name, folder_name)}.yaml"] = values
+    values_by_path["config.yaml"] = config_values
+    return {path: as_yaml(values) for path, values in values_by_path.items()}
 
 
-def _files_by_name(folder: Path, kind: str) -> dict[str, Path]:
-    """All files of a kind by name, without the template.
+def _path_by_name(folder: Path, kind: str) -> dict[str, Path]:
+    """Paths of all files of a kind (`campaign`, `rig` ...) by name, without the template.
 
     A project's file replaces oilfilm's, which replaces the one of a study.
     """
-    files = {}
+    path_by_name = {}
     folders = [CONFIG / f"{kind}s", folder / f"{kind}s"]
     if kind == "campaign":
         folders = [*studies.campaign_folders(), *folders]
     for folder_of_kind in folders:
         for path in folder_of_kind.glob("*.yaml"):
-            files[path.stem] = path
-    files.pop("template", None)
-    return dict(sorted(files.items()))
+            path_by_name[path.stem] = path
+    path_by_name.pop("template", None)
+    return dict(sorted(path_by_name.items()))
 
 
 def campaign_names(folder: Path) -> list[str]:
@@ -223,25 +228,25 @@ def campaign_names(folder: Path) -> list[str]:
     Args:
         folder: The configuration folder.
     """
-    return list(_files_by_name(folder, "campaign"))
+    return list(_path_by_name(folder, "campaign"))
 
 
-def _read_named_file(folder: Path, kind: str, name: object, named_at: str) -> YamlFile:
-    """The file of one campaign, rig, oil or bearing."""
-    files = _files_by_name(folder, kind)
-    stem = safe_name(name, named_at)
+def _named_yaml_file(folder: Path, kind: str, name: object, named_at: str) -> YamlFile:
+    """The YAML file of one campaign, rig, oil or bearing; arguments as of `named_content`."""
+    path_by_name = _path_by_name(folder, kind)
+    file_stem = safe_name(name, named_at)
     template = CONFIG / f"{kind}s/template.yaml"
-    if stem not in files and stem != template.stem:
-        path = folder / f"{kind}s/{stem}.yaml"
+    if file_stem not in path_by_name and file_stem != template.stem:
+        path = folder / f"{kind}s/{file_stem}.yaml"
         raise OilfilmError(
-            f"{named_at}: names the {kind} {stem!r}, but {path} does not exist. Known: "
-            f"{', '.join(files)}. Correct the name, or copy {template} there and fill it in."
+            f"{named_at}: names the {kind} {file_stem!r}, but {path} does not exist. Known: "
+            f"{', '.join(path_by_name)}. Correct the name, or copy {template} there and fill it in."
         )
-    return read_yaml(files.get(stem, template))
+    return read_yaml(path_by_name.get(file_stem, template))
 
 
-def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
-    """A rig, oil or bearing by its name, from its file.
+def named_content(folder: Path, kind: str, name: str, named_at: str) -> Any:
+    """A rig, oil or bearing by its name: the content of its file, validated.
 
     Args:
         folder: The configuration folder.
@@ -252,8 +257,8 @@ def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
     Raises:
         OilfilmError: There is no such file, or it has a mistake.
     """
-    file = _read_named_file(folder, kind, name, named_at)
-    content = check_file(file, _MODELS[kind])
+    file = _named_yaml_file(folder, kind, name, named_at)
+    content = validated_file(file, _MODEL_BY_KIND[kind])
     if kind == "oil" and content.id != name:
         raise OilfilmError(
             f"{file.location_of(('id',))}, `id`: found {content.id!r}, expected {name!r}, the "
@@ -262,157 +267,183 @@ def named_file(folder: Path, kind: str, name: str, named_at: str) -> Any:
     return content
 
 
-def _study_files(names: Iterable[str]) -> dict[str, YamlFile]:
-    """The files with the settings of studies; not every study has settings."""
-    paths = {name: studies.settings_file(name) for name in names if name in studies.available()}
-    return {name: read_yaml(path) for name, path in paths.items() if path.is_file()}
+def _settings_file_by_study(study_names: Iterable[str]) -> dict[str, YamlFile]:
+    """The files with the settings of those studies that have settings."""
+    path_by_study = {
+        name: studies.settings_file(name) for name in study_names if name in studies.available()
+    }
+    return {name: read_yaml(path) for name, path in path_by_study.items() if path.is_file()}
 
 
-def _merged_keys(
-    config: YamlFile,
-    study_files: Mapping[str, YamlFile],
-    campaign: YamlFile,
+def _merged_config(
+    config_file: YamlFile,
+    settings_file_by_study: Mapping[str, YamlFile],
+    campaign_file: YamlFile,
     overrides: Mapping[str, Any],
 ) -> Config:
-    """The keys of config.yaml and of studies, replaced by those of the campaign and as typed."""
-    study_defaults = {"studies": {study: file.values for study, file in study_files.items()}}
-    defaults = merge(study_defaults, config.values)
-    campaign_keys = campaign.values.get("settings", {})
-    typed_keys = _with_typed_numbers(overrides, defaults)
+    """The keys of config.yaml and of studies, replaced by those of the campaign and as typed.
 
-    def location_of(steps: Steps) -> str:
+    Args:
+        config_file: `config.yaml` of the project.
+        settings_file_by_study: Settings of the campaign's studies.
+        campaign_file: The campaign file, whose key `settings` has keys of `config.yaml`.
+        overrides: Keys typed on the command line.
+    """
+    study_defaults = {
+        "studies": {study_name: file.values for study_name, file in settings_file_by_study.items()}
+    }
+    defaults = merge(study_defaults, config_file.values)
+    campaign_values = campaign_file.values.get("settings", {})
+    typed_values = _with_typed_numbers(overrides, defaults)
+
+    def location_of(key_path: KeyPath) -> str:
         # the last key may be one of several that contradict each other: look for its group too
-        for written_steps in (steps, steps[:-1]):
-            if written_steps in _all_steps(typed_keys):
+        for written_key_path in (key_path, key_path[:-1]):
+            if written_key_path in _all_key_paths(typed_values):
                 return "the command line's --config"
-            if written_steps in _all_steps(campaign_keys):
-                return campaign.location_of(("settings", *steps))
-        key, *steps_in_studies = steps
-        if key == "studies" and steps not in _all_steps(config.values):
-            study, *steps_in_study = steps_in_studies
-            if study in study_files:
-                return study_files[study].location_of(steps_in_study)
-        return config.location_of(steps)
+            if written_key_path in _all_key_paths(campaign_values):
+                return campaign_file.location_of(("settings", *key_path))
+        top_key, *path_in_studies = key_path
+        if top_key == "studies" and key_path not in _all_key_paths(config_file.values):
+            study_name, *path_in_study = path_in_studies
+            if study_name in settings_file_by_study:
+                return settings_file_by_study[study_name].location_of(path_in_study)
+        return config_file.location_of(key_path)
 
-    if "campaign" in campaign_keys:
+    if "campaign" in campaign_values:
         raise OilfilmError(
-            f"{campaign.location_of(('settings', 'campaign'))}: `settings` cannot name another "
-            "campaign; leave the key out."
+            f"{campaign_file.location_of(('settings', 'campaign'))}: `settings` cannot name "
+            "another campaign; leave the key out."
         )
-    merged = merge(merge(defaults, campaign_keys), typed_keys)
-    keys: Config = check_file(replace(config, values=merged), Config, location_of)
-    _check_studies(keys, study_files, location_of)
-    return keys
+    merged_values = merge(merge(defaults, campaign_values), typed_values)
+    merged_config: Config = validated_file(
+        replace(config_file, values=merged_values), Config, location_of
+    )
+    _check_studies(merged_config, settings_file_by_study, location_of)
+    return merged_config
 
 
 def _check_studies(
-    keys: Config, study_files: Mapping[str, YamlFile], location_of: Callable[[Steps], str]
+    merged_config: Config,
+    settings_file_by_study: Mapping[str, YamlFile],
+    location_of: Callable[[KeyPath], str],
 ) -> None:
     """Check the settings of studies by the models of their packages.
 
     Raises:
         OilfilmError: There is no such study, or its settings have a mistake.
     """
-    for name, values in keys.studies.items():
-        if name not in studies.available():
+    for study_name, study_values in merged_config.studies.items():
+        if study_name not in studies.available():
             expected = ", ".join(studies.available())
             raise OilfilmError(
-                f"{location_of(('studies', name))}: found settings of the study {name!r}; expected "
-                f"one of {expected}."
+                f"{location_of(('studies', study_name))}: found settings of the study "
+                f"{study_name!r}; expected one of {expected}."
             )
-        if name in study_files:
-            model = studies.settings_module(name).StudySettings
-            check(values, model, partial(_location_in_study, name, location_of))
+        if study_name in settings_file_by_study:
+            model = studies.settings_module(study_name).StudySettings
+            validated(study_values, model, partial(_location_in_study, study_name, location_of))
 
 
-def _location_in_study(name: str, location_of: Callable[[Steps], str], steps: Steps) -> str:
-    return location_of(("studies", name, *steps))
+def _location_in_study(
+    study_name: str, location_of: Callable[[KeyPath], str], key_path: KeyPath
+) -> str:
+    """Where a key of a study's settings was written."""
+    return location_of(("studies", study_name, *key_path))
 
 
-def _all_steps(values: Any) -> set[Steps]:
-    """The steps to every value and every group above it."""
-    all_steps: set[Steps] = set()
-    for steps, _ in leaves(values):
-        all_steps.update(steps[:length] for length in range(1, len(steps) + 1))
-    return all_steps
+def _all_key_paths(values: Any) -> set[KeyPath]:
+    """The key paths of every value and of every group above it."""
+    key_paths: set[KeyPath] = set()
+    for key_path, _ in leaves(values):
+        key_paths.update(key_path[:length] for length in range(1, len(key_path) + 1))
+    return key_paths
 
 
-def _with_typed_numbers(typed: Any, defaults: Any) -> Any:
+def _with_typed_numbers(typed_value: Any, default: Any) -> Any:
     """Values of the command line with numbers where Snakemake leaves text, inside groups.
 
     A value that is text by default, such as the oil "4102", stays text.
     """
-    if isinstance(typed, Mapping):
-        group = defaults if isinstance(defaults, Mapping) else {}
-        return {name: _with_typed_numbers(value, group.get(name)) for name, value in typed.items()}
-    if not isinstance(typed, str) or isinstance(defaults, str):
-        return typed
+    if isinstance(typed_value, Mapping):
+        group = default if isinstance(default, Mapping) else {}
+        return {
+            name: _with_typed_numbers(value, group.get(name)) for name, value in typed_value.items()
+        }
+    if not isinstance(typed_value, str) or isinstance(default, str):
+        return typed_value
     try:
-        value = yaml.safe_load(typed)
+        value = yaml.safe_load(typed_value)
         is_number = isinstance(value, int | float) and float(value) == value
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
-        return typed
-    return value if is_number else typed
+        return typed_value
+    return value if is_number else typed_value
 
 
-def _names_shared_by_two_oils(settings: Settings) -> Iterator[tuple[Steps, str]]:
+def _names_shared_by_two_oils(settings: Settings) -> Iterator[tuple[KeyPath, str]]:
     """Names that a log may give to two oils, with the key of the campaign file to blame."""
-    oil_by_name: dict[str, str] = {}
-    aliases = settings.campaign.oil_aliases
-    for oil in aliases.keys() - settings.oils.keys():
-        oils = ", ".join(settings.oils)
-        yield ("oil_aliases", oil), f"{oil!r} is none of the campaign's oils ({oils})."
-    for oil in settings.oils:
-        for name in settings.names_of(oil):
-            first_oil = oil_by_name.setdefault(plain_key(name), oil)
-            if first_oil != oil:
-                steps = ("oil_aliases", oil) if name in aliases.get(oil, ()) else ("oils",)
+    oil_id_by_name: dict[str, str] = {}
+    aliases_by_oil = settings.campaign.oil_aliases
+    for oil_id in aliases_by_oil.keys() - settings.oils.keys():
+        oil_ids = ", ".join(settings.oils)
+        yield ("oil_aliases", oil_id), f"{oil_id!r} is none of the campaign's oils ({oil_ids})."
+    for oil_id in settings.oils:
+        for name in settings.names_of(oil_id):
+            first_oil_id = oil_id_by_name.setdefault(plain_key(name), oil_id)
+            if first_oil_id != oil_id:
+                is_alias = name in aliases_by_oil.get(oil_id, ())
+                blamed_key = ("oil_aliases", oil_id) if is_alias else ("oils",)
                 sentence = (
-                    f"{name!r} is a name of {oil!r} (`aliases` of its file, `oil_aliases`), but is "
-                    f"one of {first_oil!r} too; a log with it could be of either. Leave it with "
-                    "one."
+                    f"{name!r} is a name of {oil_id!r} (`aliases` of its file, `oil_aliases`), "
+                    f"but is one of {first_oil_id!r} too; a log with it could be of either. Leave "
+                    "it with one."
                 )
-                yield steps, sentence
+                yield blamed_key, sentence
 
 
-def _contradictions(settings: Settings) -> Iterator[tuple[Steps, str]]:
+def _contradictions(settings: Settings) -> Iterator[tuple[KeyPath, str]]:
     """Every contradiction: the key of the campaign file to blame, and a sentence."""
     campaign = settings.campaign
     if not campaign.oils and not campaign.oils_without_properties:
         yield ("oils",), "the campaign names no oil; list at least one under `oils`."
-    for oil in set(campaign.oils) & set(campaign.oils_without_properties):
-        sentence = f"the oil {oil!r} is listed under `oils` too; keep it in one of the two."
+    for oil_id in set(campaign.oils) & set(campaign.oils_without_properties):
+        sentence = f"the oil {oil_id!r} is listed under `oils` too; keep it in one of the two."
         yield ("oils_without_properties",), sentence
-    for rig in campaign.semantics_of_rig.keys() - set(campaign.rigs):
-        rigs = ", ".join(campaign.rigs)
-        yield ("semantics_of_rig", rig), f"{rig!r} is none of the campaign's rigs ({rigs})."
+    for rig_name in campaign.semantics_of_rig.keys() - set(campaign.rigs):
+        rig_names = ", ".join(campaign.rigs)
+        sentence = f"{rig_name!r} is none of the campaign's rigs ({rig_names})."
+        yield ("semantics_of_rig", rig_name), sentence
     yield from _names_listed_for_two_keys(campaign)
     yield from _simulation_contradictions(campaign)
     yield from _figure_contradictions(settings)
-    for name in settings.studies:
-        yield from studies.settings_module(name).contradictions(settings)
+    for study_name in settings.studies:
+        yield from studies.settings_module(study_name).contradictions(settings)
 
 
-def _names_listed_for_two_keys(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
+def _names_listed_for_two_keys(campaign: Campaign) -> Iterator[tuple[KeyPath, str]]:
     """Names of a log's columns or header keys that are listed for two keys of the project."""
-    columns = {("columns", key): column.name for key, column in campaign.columns.items()}
-    torque_columns = {}
+    names_of_columns = {
+        ("columns", key_name): column.name for key_name, column in campaign.columns.items()
+    }
+    names_of_torque_columns = {}
     if campaign.torque is not None:
-        for key, column in campaign.torque.columns.items():
-            torque_columns[("torque", "columns", key)] = column.name
-    header_keys = {("header", key): names for key, names in campaign.header.items()}
-    for names_by_steps in (columns, torque_columns, header_keys):
-        first_steps: dict[str, tuple[str, ...]] = {}
-        for steps, names in names_by_steps.items():
+        for key_name, column in campaign.torque.columns.items():
+            names_of_torque_columns[("torque", "columns", key_name)] = column.name
+    names_of_header_keys = {
+        ("header", key_name): names for key_name, names in campaign.header.items()
+    }
+    for names_by_key_path in (names_of_columns, names_of_torque_columns, names_of_header_keys):
+        first_path_by_name: dict[str, tuple[str, ...]] = {}
+        for key_path, names in names_by_key_path.items():
             for name in names:
-                other_steps = first_steps.setdefault(name, steps)
-                if other_steps != steps:
-                    other_key = other_steps[-1]
+                other_key_path = first_path_by_name.setdefault(name, key_path)
+                if other_key_path != key_path:
+                    other_key = other_key_path[-1]
                     sentence = f"{name!r} is listed for {other_key!r} too; leave it with one."
-                    yield steps, f"`{'.'.join(steps)}`: {sentence}"
+                    yield key_path, f"`{'.'.join(key_path)}`: {sentence}"
 
 
-def _simulation_contradictions(campaign: Campaign) -> Iterator[tuple[Steps, str]]:
+def _simulation_contradictions(campaign: Campaign) -> Iterator[tuple[KeyPath, str]]:
     """Contradictions about how the logs are simulated."""
     has_torque_twin = campaign.torque is not None and campaign.torque.twin is not None
     has_twin = campaign.twin is not None or has_torque_twin
@@ -428,15 +459,15 @@ def _simulation_contradictions(campaign: Campaign) -> Iterator[tuple[Steps, str]
         yield ("rigs",), "the rig twin simulates logs of one rig; name one."
 
 
-def _figure_contradictions(settings: Settings) -> Iterator[tuple[Steps, str]]:
+def _figure_contradictions(settings: Settings) -> Iterator[tuple[KeyPath, str]]:
     """Figures and studies that do not exist, and figures that lack what they show."""
     campaign = settings.campaign
     yield from _unknown_names("figures", campaign.figures, list(figures()))
     yield from _unknown_names("studies", campaign.studies, list(studies.available()))
-    for name in campaign.figures:
-        if name not in figures():
+    for figure_name in campaign.figures:
+        if figure_name not in figures():
             continue
-        figure = figures()[name]
+        figure = figures()[figure_name]
         what_to_do = ""
         if figure.requires and getattr(campaign, figure.requires) is None:
             what_to_do = f"needs `{figure.requires}`; add it"
@@ -447,13 +478,14 @@ def _figure_contradictions(settings: Settings) -> Iterator[tuple[Steps, str]]:
 
 
 def _unknown_names(
-    key: str, names: Iterable[str], allowed: Collection[str]
-) -> Iterator[tuple[Steps, str]]:
+    key_name: str, names: Iterable[str], allowed_names: Collection[str]
+) -> Iterator[tuple[KeyPath, str]]:
     """Names in a list of the campaign file that are not among the allowed ones."""
     for index, name in enumerate(names):
-        if name not in allowed:
-            choices = ", ".join(map(repr, allowed))
-            yield (key, index), f"`{key}.{index}`: found {name!r}, expected one of {choices}."
+        if name not in allowed_names:
+            choices = ", ".join(map(repr, allowed_names))
+            sentence = f"`{key_name}.{index}`: found {name!r}, expected one of {choices}."
+            yield (key_name, index), sentence
 
 
 def safe_name(name: object, named_at: object) -> str:
@@ -463,10 +495,10 @@ def safe_name(name: object, named_at: object) -> str:
         OilfilmError: It cannot; the sentence begins with `named_at`.
     """
     text = str(name)
-    if not _NAME.fullmatch(text) or len(text.encode()) > _LONGEST_NAME:
+    if not _NAME_PATTERN.fullmatch(text) or len(text.encode()) > _MAX_NAME_BYTES:
         raise OilfilmError(
             f"{named_at}: {cut(name, 20)!r} cannot be a name: use letters, digits, '-', '_' and "
-            f"'.', at most {_LONGEST_NAME} bytes, not starting with '.'."
+            f"'.', at most {_MAX_NAME_BYTES} bytes, not starting with '.'."
         )
     if isinstance(name, float) or not _is_read_as_it_is_written(text):
         raise OilfilmError(

@@ -14,12 +14,13 @@ from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import Group, key, present
 from oilfilm.settings.campaign import Campaign, Dataset
 from oilfilm.settings.config import ConfigKeys, SplitSettings
-from oilfilm.settings.messages import check
+from oilfilm.settings.messages import validated
 from oilfilm.settings.rig import BearingFile, OilFile, Rig
 
-_Part = TypeVar("_Part", bound=Group)
-# Results have the same bytes however the work is spread over jobs, and in an image.
-_WITHOUT_EFFECT_ON_RESULTS = {"split", "container"}
+_GroupT = TypeVar("_GroupT", bound=Group)
+# Keys that change no result: it has the same bytes however the work is spread over jobs, and in an
+# image.
+_KEYS_WITHOUT_EFFECT = {"split", "container"}
 
 
 class Settings(ConfigKeys):
@@ -39,24 +40,24 @@ class Settings(ConfigKeys):
     container: str = key("Image for the steps with --sdm apptainer.", default="none")
 
     @classmethod
-    def of(cls, plain: Mapping[str, Any]) -> Self:
+    def of(cls, plain_values: Mapping[str, Any]) -> Self:
         """Settings from their plain values: all of them, or the part that a rule lists.
 
         Raises:
             OilfilmError: A value is not as its model declares it.
         """
-        required = {name for name, field in cls.model_fields.items() if field.is_required()}
-        if required <= plain.keys():
-            settings: Self = check(plain, cls, lambda steps: "settings")
+        required_keys = {name for name, field in cls.model_fields.items() if field.is_required()}
+        if required_keys <= plain_values.keys():
+            settings: Self = validated(plain_values, cls, lambda key_path: "settings")
             return settings
-        listed = dict(plain)
-        if "campaign" in plain:
-            listed["campaign"] = _listed(Campaign, plain["campaign"])
-        return _listed(cls, listed)
+        listed_values = dict(plain_values)
+        if "campaign" in plain_values:
+            listed_values["campaign"] = _group_of_listed_keys(Campaign, plain_values["campaign"])
+        return _group_of_listed_keys(cls, listed_values)
 
     def plain(self) -> dict[str, Any]:
         """Plain values, as in JSON and in Snakemake's params."""
-        return self.model_dump(mode="json", exclude_unset=True, exclude=_WITHOUT_EFFECT_ON_RESULTS)
+        return self.model_dump(mode="json", exclude_unset=True, exclude=_KEYS_WITHOUT_EFFECT)
 
     def part(self, *keys: str, campaign: Iterable[str] = ()) -> dict[str, Any]:
         """Plain values of the settings that a rule's results depend on.
@@ -67,50 +68,55 @@ class Settings(ConfigKeys):
                 keys that its file leaves out get their defaults.
         """
         campaign_keys = {"name", "data", *campaign}
-        written = self.campaign.model_dump(mode="json", exclude_unset=True, include=campaign_keys)
-        with_defaults = self.campaign.model_dump(mode="json", include=campaign_keys)
+        written_values = self.campaign.model_dump(
+            mode="json", exclude_unset=True, include=campaign_keys
+        )
+        values_with_defaults = self.campaign.model_dump(mode="json", include=campaign_keys)
         # a listed key needs a value, or `of` gives it no attribute; in nested groups `of` adds the
         # defaults, so that these groups are kept as they are written
-        campaign_values = with_defaults | written
-        values = self.model_dump(mode="json", exclude_unset=True, include=set(keys))
-        listed = {"campaign": {name: campaign_values[name] for name in sorted(campaign_keys)}}
-        for name in sorted(keys):
-            listed[name] = values[name]
-        return listed
+        campaign_values = values_with_defaults | written_values
+        setting_values = self.model_dump(mode="json", exclude_unset=True, include=set(keys))
+        listed_values = {
+            "campaign": {name: campaign_values[name] for name in sorted(campaign_keys)}
+        }
+        for key_name in sorted(keys):
+            listed_values[key_name] = setting_values[key_name]
+        return listed_values
 
-    def properties_of(self, oil: str) -> Oil | None:
+    def properties_of(self, oil_id: str) -> Oil | None:
         """An oil with its property formulas; None where its properties are not known."""
-        file = self.oils[oil]
-        return None if file is None else file.properties()
+        oil_file = self.oils[oil_id]
+        return None if oil_file is None else oil_file.properties()
 
-    def known_oil(self, oil: str) -> Oil:
+    def known_oil(self, oil_id: str) -> Oil:
         """An oil with its property formulas.
 
         Raises:
             OilfilmError: Its properties are not known.
         """
-        properties = self.properties_of(oil)
+        properties = self.properties_of(oil_id)
         if properties is None:
             raise OilfilmError(
-                f"config/oils/{oil}.yaml: the properties of {oil!r} are needed. Write this file."
+                f"config/oils/{oil_id}.yaml: the properties of {oil_id!r} are needed. Write this "
+                "file."
             )
         return properties
 
     @property
-    def oil_ids(self) -> dict[str, str]:
+    def oil_id_by_name(self) -> dict[str, str]:
         """Oil ids by the names that a log may give to an oil, in the form of `plain_key`."""
-        ids = {}
-        for oil in self.oils:
-            for name in self.names_of(oil):
-                ids[plain_key(name)] = oil
-        return ids
+        oil_id_by_name = {}
+        for oil_id in self.oils:
+            for name in self.names_of(oil_id):
+                oil_id_by_name[plain_key(name)] = oil_id
+        return oil_id_by_name
 
-    def names_of(self, oil: str) -> tuple[str, ...]:
+    def names_of(self, oil_id: str) -> tuple[str, ...]:
         """Names that a log may give to an oil: its id, and aliases in its file and the campaign."""
-        file = self.oils[oil]
-        file_aliases = () if file is None else file.aliases
-        campaign_aliases = self.campaign.oil_aliases.get(oil, ())
-        return (oil, *file_aliases, *campaign_aliases)
+        oil_file = self.oils[oil_id]
+        file_aliases = () if oil_file is None else oil_file.aliases
+        campaign_aliases = self.campaign.oil_aliases.get(oil_id, ())
+        return (oil_id, *file_aliases, *campaign_aliases)
 
     def common_contact(self) -> Contact | None:
         """The contact of all the campaign's rigs; None where it is unknown or differs."""
@@ -119,18 +125,18 @@ class Settings(ConfigKeys):
 
     def tested_bearing(self) -> Bearing:
         """The bearing of the campaign's torque logs."""
-        name = present(self.campaign.torque, "torque", "the campaign").bearing
-        return self.bearings[name].bearing(name)
+        bearing_name = present(self.campaign.torque, "torque", "the campaign").bearing
+        return self.bearings[bearing_name].bearing(bearing_name)
 
-    def of_study(self, name: str, model: type[_Part]) -> _Part:
+    def of_study(self, study_name: str, model: type[_GroupT]) -> _GroupT:
         """The settings of a study of the campaign.
 
         Args:
-            name: Name of its package.
+            study_name: Name of its package.
             model: The package's model of them.
         """
-        study_settings: _Part = check(
-            self.studies[name], model, lambda steps: f"settings of {name}"
+        study_settings: _GroupT = validated(
+            self.studies[study_name], model, lambda key_path: f"settings of {study_name}"
         )
         return study_settings
 
@@ -139,26 +145,32 @@ class Settings(ConfigKeys):
         return type(self).of(merge(self.plain(), changes))
 
 
-def _listed(model: type[_Part], plain: Mapping[str, Any]) -> _Part:
-    """A group with the listed keys only; other keys are no attributes, even with a default."""
+def _group_of_listed_keys(model: type[_GroupT], plain_values: Mapping[str, Any]) -> _GroupT:
+    """A group with the listed keys only; other keys are no attributes, even with a default.
+
+    Args:
+        model: Model of the whole group.
+        plain_values: Plain values of the listed keys.
+    """
     fields = model.model_fields
-    values = {}
-    for name, value in plain.items():
-        values[name] = check(value, fields[name].annotation, lambda steps: "settings")
-    group = model.model_construct(**values)
+    validated_values = {}
+    for key_name, value in plain_values.items():
+        model_of_key = fields[key_name].annotation
+        validated_values[key_name] = validated(value, model_of_key, lambda key_path: "settings")
+    group = model.model_construct(**validated_values)
     # pydantic has set the defaults of the other keys
-    for name in fields.keys() - plain.keys():
-        vars(group).pop(name, None)
+    for key_name in fields.keys() - plain_values.keys():
+        vars(group).pop(key_name, None)
     return group
 
 
-def merge(base: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
-    """`base` with the values of `above` in place of its own, group by group."""
-    merged = dict(base)
-    for name, value in above.items():
-        base_value = merged.get(name)
-        if isinstance(value, Mapping) and isinstance(base_value, Mapping):
-            merged[name] = merge(base_value, value)
+def merge(lower: Mapping[str, Any], upper: Mapping[str, Any]) -> dict[str, Any]:
+    """`lower` with the values of `upper` in place of its own, group by group."""
+    merged = dict(lower)
+    for name, value in upper.items():
+        lower_value = merged.get(name)
+        if isinstance(value, Mapping) and isinstance(lower_value, Mapping):
+            merged[name] = merge(lower_value, value)
         else:
             merged[name] = value
     return merged

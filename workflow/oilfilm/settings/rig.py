@@ -35,10 +35,13 @@ class Elasticity(Group):
     youngs_modulus_pa: q.YoungsModulusPa = key("Young's modulus.")
     poisson_ratio: q.PoissonRatio = key("Poisson's ratio.")
 
-    def reduced_modulus_with(self, other: "Elasticity") -> float:
+    def reduced_modulus_with(self, other_body: "Elasticity") -> float:
         """Reduced modulus of a contact with another body, in Pa."""
         modulus_pa = reduced_modulus(
-            self.youngs_modulus_pa, self.poisson_ratio, other.youngs_modulus_pa, other.poisson_ratio
+            self.youngs_modulus_pa,
+            self.poisson_ratio,
+            other_body.youngs_modulus_pa,
+            other_body.poisson_ratio,
         )
         return float(modulus_pa)
 
@@ -130,11 +133,12 @@ class Rig(Group):
     def _contact_is_complete(self) -> Self:
         if self.ball_radius_m is None:
             return self
-        for name in ("ball", "disc"):
-            if getattr(self, name) is None:
+        for body_name in ("ball", "disc"):
+            if getattr(self, body_name) is None:
                 raise contradiction(
                     ("ball_radius_m",),
-                    f"the key {name!r} is missing, which a rig with `ball_radius_m` must have.",
+                    f"the key {body_name!r} is missing, which a rig with `ball_radius_m` must "
+                    "have.",
                 )
         return self
 
@@ -143,9 +147,11 @@ class Rig(Group):
         for body_name, body in (("ball", self.ball), ("disc", self.disc)):
             if body is not None:
                 value = body.youngs_modulus_pa
-                yield from _doubt(f"{body_name}: youngs_modulus_pa", value, _USUAL_MODULI_PA)
+                yield from _doubt_of_value(
+                    f"{body_name}: youngs_modulus_pa", value, _USUAL_MODULI_PA
+                )
         if self.ball_radius_m is not None:
-            yield from _doubt("ball_radius_m", self.ball_radius_m, _USUAL_RADII_M)
+            yield from _doubt_of_value("ball_radius_m", self.ball_radius_m, _USUAL_RADII_M)
 
     def contact(self) -> Contact | None:
         """The contact of ball and disc; None where it was not recorded.
@@ -162,7 +168,10 @@ class Rig(Group):
         return Contact(self.ball_radius_m, modulus_pa, roughness_m)
 
 
-def _doubt(name: str, value: float, usual_ranges: tuple[tuple[float, float], ...]) -> Iterator[str]:
+def _doubt_of_value(
+    name: str, value: float, usual_ranges: tuple[tuple[float, float], ...]
+) -> Iterator[str]:
+    """A sentence if a value is in none of the usual ranges."""
     if not any(low <= value <= high for low, high in usual_ranges):
         ranges = " or ".join(f"{low:g} to {high:g}" for low, high in usual_ranges)
         yield f"{name} is {value:.4g}; usual rigs have {ranges}"
@@ -180,9 +189,9 @@ def _rq_m(ra_um: float | None, rq_um: float | None) -> float:
 _M3_S_PER_L_MIN = 1e-3 / 60
 
 
-# Of a bearing whose flow of oil is not known.
-_UNKNOWN = Uncertain(math.nan, math.nan, math.nan)
-_UNKNOWN_FEED = {"feed_flow_m3_s": _UNKNOWN, "momentum_share": _UNKNOWN}
+# Inputs of a bearing whose flow of oil is not known.
+_UNKNOWN_INPUT = Uncertain(math.nan, math.nan, math.nan)
+_UNKNOWN_FEED_INPUTS = {"feed_flow_m3_s": _UNKNOWN_INPUT, "momentum_share": _UNKNOWN_INPUT}
 
 # ---------------------------------------------------------------- bearings
 
@@ -191,7 +200,7 @@ _UNKNOWN_FEED = {"feed_flow_m3_s": _UNKNOWN, "momentum_share": _UNKNOWN}
 _STEEL_DENSITY_KG_M3 = 7833.0
 _STEEL_EXPANSION_1_K = 12e-6
 # Balls below this density are of another material.
-_LEAST_STEEL_DENSITY_KG_M3 = 6500.0
+_MIN_STEEL_DENSITY_KG_M3 = 6500.0
 
 
 class RingMaterial(Elasticity):
@@ -213,7 +222,7 @@ class BallMaterial(Elasticity):
     @model_validator(mode="after")
     def _expansion_is_known(self) -> Self:
         is_stated = "expansion_1_k" in self.model_fields_set
-        if self.density_kg_m3 < _LEAST_STEEL_DENSITY_KG_M3 and not is_stated:
+        if self.density_kg_m3 < _MIN_STEEL_DENSITY_KG_M3 and not is_stated:
             sentence = (
                 f"found {self.density_kg_m3:g} kg/m3, which is not steel, and no key "
                 "'expansion_1_k'; add it (silicon nitride has 3.2e-6)."
@@ -326,30 +335,30 @@ class BearingFile(Group):
 
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:
-        for steps, sentence in self._impossible():
-            raise contradiction(steps, sentence)
+        for key_path, sentence in self._impossible_dimensions():
+            raise contradiction(key_path, sentence)
         return self
 
-    def _impossible(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Dimensions that cannot be built: the key to blame, and a sentence."""
+    def _impossible_dimensions(self) -> Iterator[tuple[tuple[str, ...], str]]:
+        """Dimensions that cannot be built, one item each: the key to blame, and a sentence."""
         ball_m = self.ball_diameter_m
         pitch_m = self.pitch_diameter_m
         if ball_m >= pitch_m / 2:
             expected = f"less than half of the pitch diameter of {pitch_m:g} m"
             yield ("ball_diameter_m",), f"found {ball_m:g} m; expected {expected}."
-        most_balls = int(math.pi / math.asin(min(ball_m / pitch_m, 1.0)))
-        if self.ball_count > most_balls:
-            found = f"found {self.ball_count} balls of {ball_m:g} m, which overlap"
-            yield ("ball_count",), f"{found}; there is room for {most_balls}."
+        max_ball_count = int(math.pi / math.asin(min(ball_m / pitch_m, 1.0)))
+        if self.ball_count > max_ball_count:
+            found_text = f"found {self.ball_count} balls of {ball_m:g} m, which overlap"
+            yield ("ball_count",), f"{found_text}; there is room for {max_ball_count}."
         land_m = self.cage.land_diameter_m
         if self.cage.guidance == "outer":
             low_m, high_m = pitch_m, pitch_m + ball_m
         else:
             low_m, high_m = pitch_m - ball_m, pitch_m
         if not low_m <= land_m <= high_m or land_m == pitch_m:
-            found = f"found {land_m:g} m with guidance: {self.cage.guidance}"
+            found_text = f"found {land_m:g} m with guidance: {self.cage.guidance}"
             expected = f"{low_m:g} to {high_m:g} m, between pitch diameter and the balls' far side"
-            yield ("cage", "land_diameter_m"), f"{found}; expected {expected}."
+            yield ("cage", "land_diameter_m"), f"{found_text}; expected {expected}."
         clearance_m = self.cage.land_clearance_m
         if clearance_m >= ball_m / 2:
             expected = f"well below the balls' radius of {ball_m / 2:g} m"
@@ -358,35 +367,41 @@ class BearingFile(Group):
         yield from self._impossible_mounting()
 
     def _impossible_mounting(self) -> Iterator[tuple[tuple[str, ...], str]]:
-        """Rings that are thinner than nothing: the key to blame, and a sentence."""
+        """Rings without any thickness, one item each: the key to blame, and a sentence."""
         mounting = self.mounting
-        inner_m, outer_m = self._groove_diameters_m()
+        inner_groove_m, outer_groove_m = self._groove_diameters_m()
         bore_m = mounting.bore_diameter_m
-        if not bore_m < inner_m:
-            expected = f"less than {inner_m:.4g} m, the diameter at the bottom of the inner groove"
+        if not bore_m < inner_groove_m:
+            expected = (
+                f"less than {inner_groove_m:.4g} m, the diameter at the bottom of the inner groove"
+            )
             yield ("mounting", "bore_diameter_m"), f"found {bore_m:g} m; expected {expected}."
         outside_m = mounting.outside_diameter_m
-        if not outside_m > outer_m:
-            expected = f"more than {outer_m:.4g} m, the diameter at the bottom of the outer groove"
+        if not outside_m > outer_groove_m:
+            expected = (
+                f"more than {outer_groove_m:.4g} m, the diameter at the bottom of the outer groove"
+            )
             yield ("mounting", "outside_diameter_m"), f"found {outside_m:g} m; expected {expected}."
         largest_ratio = mounting.shaft_bore_ratio_range[1]
-        if not largest_ratio < bore_m / inner_m:
-            found = f"found {largest_ratio:g} at most"
-            expected = f"less than the bore of the ring over the groove, {bore_m / inner_m:.3g}"
-            yield ("mounting", "shaft_bore_ratio_range"), f"{found}; expected {expected}."
+        if not largest_ratio < bore_m / inner_groove_m:
+            found_text = f"found {largest_ratio:g} at most"
+            expected = (
+                f"less than the bore of the ring over the groove, {bore_m / inner_groove_m:.3g}"
+            )
+            yield ("mounting", "shaft_bore_ratio_range"), f"{found_text}; expected {expected}."
 
     def _groove_diameters_m(self) -> tuple[float, float]:
         """Diameters at the bottoms of the inner and the outer groove."""
         cosine = math.cos(math.radians(self.contact_angle_deg))
         inner_curvature, outer_curvature = self.inner_groove_curvature, self.outer_groove_curvature
         ball_m = self.ball_diameter_m
-        inner_m = self.pitch_diameter_m + 2 * ball_m * (
+        inner_groove_m = self.pitch_diameter_m + 2 * ball_m * (
             (inner_curvature - 0.5) * cosine - inner_curvature
         )
-        outer_m = self.pitch_diameter_m - 2 * ball_m * (
+        outer_groove_m = self.pitch_diameter_m - 2 * ball_m * (
             (outer_curvature - 0.5) * cosine - outer_curvature
         )
-        return inner_m, outer_m
+        return inner_groove_m, outer_groove_m
 
     def bearing(self, name: str) -> Bearing:
         """The bearing for the mechanics.
@@ -405,7 +420,9 @@ class BearingFile(Group):
         """
         ball_rq_m = rq_from_ra(self.ball_roughness_ra_um * M_PER_UM)
         race_rq_m = rq_from_ra(self.race_roughness_ra_um * M_PER_UM)
-        feed = _UNKNOWN_FEED if self.oil_supply is None else self.oil_supply.uncertain()
+        feed_inputs = (
+            _UNKNOWN_FEED_INPUTS if self.oil_supply is None else self.oil_supply.uncertain()
+        )
         return Bearing(
             name=name,
             ball_diameter_m=self.ball_diameter_m,
@@ -421,37 +438,39 @@ class BearingFile(Group):
                 **self.cage.model_dump(exclude={"guidance"}),
             ),
             rings=self._rings(),
-            uncertain=self.mounting.uncertain() | feed,
+            uncertain=self.mounting.uncertain() | feed_inputs,
         )
 
     def _rings(self) -> Rings:
         """The rings for the mechanics."""
-        inner_m, outer_m = self._groove_diameters_m()
+        inner_groove_m, outer_groove_m = self._groove_diameters_m()
         return Rings(
             **self.ring.model_dump(),
             ball_expansion_1_k=self.ball.expansion_1_k,
-            bore_ratio=self.mounting.bore_diameter_m / inner_m,
-            outer_groove_ratio=outer_m / self.mounting.outside_diameter_m,
+            bore_ratio=self.mounting.bore_diameter_m / inner_groove_m,
+            outer_groove_ratio=outer_groove_m / self.mounting.outside_diameter_m,
             housing_ratio=self.mounting.housing_ratio,
         )
 
 
 _CST_PER_M2_S = 1e6
 # Kinematic viscosity of the thinnest oil, at any temperature of use, in cSt.
-_THINNEST_CST = 0.5
+_MIN_VISCOSITY_CST = 0.5
 # Range of the pressure-viscosity coefficient of all liquid lubricants at 40 degC.
-_PRESSURE_VISCOSITY_1_GPA = (5, 50)
+_PRESSURE_VISCOSITY_RANGE_1_GPA = (5, 50)
 # Largest relative difference of the viscosity from the nominal one.
 _VISCOSITY_TOLERANCE = 0.05
-# Rows nearer than that carry their rounding, 0.5 %, into the slope: 3 % of it over 10 K.
-_LEAST_DISTANCE_K = 10.0
-# A stand-in has the properties of another oil of about the same grade.
+# Least distance of two temperatures of measured viscosity. Nearer rows carry their rounding, 0.5 %,
+# into the slope: 3 % of it over 10 K.
+_MIN_DISTANCE_K = 10.0
+# The same of a stand-in, which has the properties of another oil of about the same grade.
 _STAND_IN_TOLERANCE = 0.25
 
 T = TypeVar("T")
 
 
 def _temperatures_differ(rows: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Validator of rows of [temperature, value]: no temperature is there twice."""
     temperatures = [temperature_k for temperature_k, _ in rows]
     if len(set(temperatures)) < len(temperatures):
         raise unexpected("each temperature once")
@@ -473,10 +492,10 @@ PropertyTable = Annotated[
 
 
 def _linear_between_rows(rows: list[tuple[float, float]]) -> oils.PiecewiseLinear:
-    """A property by temperature, linear between its rows of [temperature, value]."""
-    rising = sorted(rows)
-    temperatures_k = tuple(temperature_k for temperature_k, _ in rising)
-    values = tuple(value for _, value in rising)
+    """A property as a function of temperature, linear between its rows of [K, value]."""
+    sorted_rows = sorted(rows)
+    temperatures_k = tuple(temperature_k for temperature_k, _ in sorted_rows)
+    values = tuple(value for _, value in sorted_rows)
     return oils.PiecewiseLinear(temperatures_k, values)
 
 
@@ -531,17 +550,17 @@ class MeasuredViscosity(Group):
         """The viscosity falls from row to row, and the rows are well apart."""
         rows = sorted(self.kinematic_viscosity_cst)
         for (colder_k, thicker_cst), (hotter_k, thinner_cst) in pairwise(rows):
-            found = f"found {thicker_cst:g} cSt at {colder_k:g} K and {thinner_cst:g} cSt at "
-            found += f"{hotter_k:g} K"
+            found_text = f"found {thicker_cst:g} cSt at {colder_k:g} K and {thinner_cst:g} cSt at "
+            found_text += f"{hotter_k:g} K"
             sentence = ""
             if not thinner_cst < thicker_cst:
                 sentence = (
-                    f"{found}; expected a viscosity that falls with temperature. Two viscosities "
-                    "or temperatures may be swapped or mistyped."
+                    f"{found_text}; expected a viscosity that falls with temperature. Two "
+                    "viscosities or temperatures may be swapped or mistyped."
                 )
-            elif hotter_k - colder_k < _LEAST_DISTANCE_K:
+            elif hotter_k - colder_k < _MIN_DISTANCE_K:
                 sentence = (
-                    f"{found}; expected temperatures at least {_LEAST_DISTANCE_K:g} K apart, or "
+                    f"{found_text}; expected temperatures at least {_MIN_DISTANCE_K:g} K apart, or "
                     "the rounding of the viscosities decides the curve. Take rows further apart."
                 )
             if sentence:
@@ -560,11 +579,11 @@ class PressureViscosity(Group):
 
     @model_validator(mode="after")
     def _has_what_its_rule_needs(self) -> Self:
-        for rule, name in (("given", "rows"), ("roelands", "z")):
-            if (self.rule == rule) != (getattr(self, name) is not None):
+        for rule, key_name in (("given", "rows"), ("roelands", "z")):
+            if (self.rule == rule) != (getattr(self, key_name) is not None):
                 raise contradiction(
-                    (name,),
-                    f"`{name}` goes with rule: {rule} and with no other; found {self.rule}.",
+                    (key_name,),
+                    f"`{key_name}` goes with rule: {rule} and with no other; found {self.rule}.",
                 )
         return self
 
@@ -584,7 +603,7 @@ class LimitingStress(Group):
 
 
 # Keys that an oil has under the same name.
-_COPIED_TO_OIL = {
+_KEYS_COPIED_TO_OIL = {
     "id",
     "name",
     "display_name",
@@ -606,7 +625,7 @@ class OilKeys(Group):
     display_name: q.Text = key("Full name, in quotes. Figures and tables show the id.")
     aliases: list[q.Text] = key("Other names that logs give the oil.", default=[])
     nominal_kinematic_viscosity_100c_cst: float = key(
-        "At 100 degC.", unit="cSt", gt=_THINNEST_CST, le=2000
+        "At 100 degC.", unit="cSt", gt=_MIN_VISCOSITY_CST, le=2000
     )
     stand_in: bool = key("The properties are another oil's, because its own are not known.")
     note: q.Text = key("What the reader must know of the properties' origin.")
@@ -620,8 +639,8 @@ class OilKeys(Group):
 
     @model_validator(mode="after")
     def _coefficients_give_the_stated_viscosity(self) -> Self:
-        for steps, sentence in self.faults(*STANDARD_RANGE_C):
-            raise contradiction(steps, sentence)
+        for key_path, sentence in self.faults(*STANDARD_RANGE_C):
+            raise contradiction(key_path, sentence)
         nominal_cst = self.nominal_kinematic_viscosity_100c_cst
         viscosity_cst = float(self.properties().kinematic_viscosity_m2_s(100.0)) * _CST_PER_M2_S
         tolerance = _STAND_IN_TOLERANCE if self.stand_in else _VISCOSITY_TOLERANCE
@@ -635,17 +654,17 @@ class OilKeys(Group):
             )
         alpha_1_pa = float(self.properties().pressure_viscosity_coefficient_1_pa(40.0))
         alpha_1_gpa = PA_PER_GPA * alpha_1_pa
-        low, high = _PRESSURE_VISCOSITY_1_GPA
-        if not low <= alpha_1_gpa <= high:
+        lowest_1_gpa, highest_1_gpa = _PRESSURE_VISCOSITY_RANGE_1_GPA
+        if not lowest_1_gpa <= alpha_1_gpa <= highest_1_gpa:
             raise contradiction(
                 ("coefficients",) if self.pressure_viscosity is None else ("pressure_viscosity",),
                 f"the pressure-viscosity coefficient at 40 degC is {alpha_1_gpa:.4g} 1/GPa; "
-                f"expected {low} to {high}, as oils have it. Check the units.",
+                f"expected {lowest_1_gpa} to {highest_1_gpa}, as oils have it. Check the units.",
             )
         return self
 
     def faults(self, low_c: float, high_c: float) -> Iterator[tuple[tuple[str, ...], str]]:
-        """What no oil does: the key to blame, and a sentence.
+        """What no oil does, one item per fault: the key to blame, and a sentence.
 
         Args:
             low_c: Lowest temperature of use, in degC. The rows of viscosity and density widen the
@@ -667,7 +686,7 @@ class OilKeys(Group):
     }
 
     def rows_of_use(self) -> Iterator[Sequence[tuple[float, float]]]:
-        """Rows whose temperatures are those of use."""
+        """Tables whose rows of [K, value] have temperatures of use."""
         yield self.density_kg_m3
 
     def doubts(self) -> Iterator[str]:
@@ -681,7 +700,7 @@ class OilKeys(Group):
 
     def properties(self) -> oils.Oil:
         """The oil with its property formulas."""
-        arguments: dict[str, Any] = self.model_dump(include=_COPIED_TO_OIL)
+        arguments: dict[str, Any] = self.model_dump(include=_KEYS_COPIED_TO_OIL)
         coefficients = self.viscosity_coefficients()
         pressure_viscosity = self.pressure_viscosity
         if pressure_viscosity is not None:
@@ -746,18 +765,18 @@ class MeasuredOil(OilKeys):
     def viscosity_coefficients(self) -> dict[str, float]:
         """See `OilKeys`."""
         rows = np.array(sorted(self.coefficients.kinematic_viscosity_cst))
-        needed = 3 if self.model == "vogel" else 2
-        if len(rows) != needed:
+        needed_count = 3 if self.model == "vogel" else 2
+        if len(rows) != needed_count:
             raise contradiction(
                 ("coefficients", "kinematic_viscosity_cst"),
-                f"found {len(rows)} viscosities; model: {self.model} needs {needed}.",
+                f"found {len(rows)} viscosities; model: {self.model} needs {needed_count}.",
             )
         temperatures_k, viscosities_cst = rows.T
-        if viscosities_cst.min() <= _THINNEST_CST:
+        if viscosities_cst.min() <= _MIN_VISCOSITY_CST:
             raise contradiction(
                 ("coefficients", "kinematic_viscosity_cst"),
-                f"found {viscosities_cst.min():g} cSt; expected more than {_THINNEST_CST:g}, as "
-                "oils have it. Check the decimal mark and the units.",
+                f"found {viscosities_cst.min():g} cSt; expected more than {_MIN_VISCOSITY_CST:g}, "
+                "as oils have it. Check the decimal mark and the units.",
             )
         if self.model == "walther":
             return oils.walther_coefficients(temperatures_k, viscosities_cst)

@@ -13,9 +13,9 @@ import yaml
 from oilfilm.base.errors import OilfilmError
 
 # About ten thousand lines. The longest file of the project has a few hundred.
-_MOST_BYTES = 1 << 19
+_MAX_BYTES = 1 << 19
 # No file of the project nests groups deeper than six levels.
-_MOST_LEVELS = 50
+_MAX_LEVELS = 50
 # libyaml is ten times as fast. It would crash on groups nested without end.
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
@@ -26,7 +26,7 @@ class YamlFile:
 
     Attributes:
         path: Path of the file.
-        values: Its content as plain values.
+        values: Its content as plain values, by its outermost keys.
         node: Its content as nodes of PyYAML, which have line numbers.
     """
 
@@ -34,40 +34,40 @@ class YamlFile:
     values: dict[str, Any]
     node: yaml.MappingNode
 
-    def line_of(self, steps: Sequence[object]) -> int:
+    def line_of(self, key_path: Sequence[object]) -> int:
         """The line of a key or list item; of the innermost existing group if there is none.
 
         Args:
-            steps: The keys and list indices that lead to it, from the outermost group inwards.
+            key_path: The keys and list indices that lead to it, from the outermost group inwards.
         """
         node: yaml.Node = self.node
-        line = 1
-        for step in steps:
+        line_number = 1
+        for step in key_path:
             if isinstance(node, yaml.MappingNode):
                 entries = [entry for entry in node.value if str(entry[0].value) == str(step)]
                 if not entries:
-                    return line
-                key, node = entries[0]
-                line = _line(key)
+                    return line_number
+                key_node, node = entries[0]
+                line_number = _line_number(key_node)
             elif isinstance(node, yaml.SequenceNode):
                 index = int(str(step))
                 if index >= len(node.value):
-                    return line
+                    return line_number
                 node = node.value[index]
-                line = _line(node)
-        return line
+                line_number = _line_number(node)
+        return line_number
 
-    def marked_comment(self, steps: Sequence[object]) -> str:
+    def marked_comment(self, key_path: Sequence[object]) -> str:
         """The comment behind `FILL IN:` in the line of a key; empty where there is none."""
         if not self.path.is_file():
             # a section of another workflow's configuration
             return ""
-        line = _text_of(self.path).splitlines()[self.line_of(steps) - 1]
+        line = _text_of_file(self.path).splitlines()[self.line_of(key_path) - 1]
         return line.partition("# FILL IN:")[2].strip()
 
-    def location_of(self, steps: Sequence[object]) -> str:
+    def location_of(self, key_path: Sequence[object]) -> str:
         """The file and the line of a key, as the beginning of a message."""
-        return f"{self.path}, line {self.line_of(steps)}"
+        return f"{self.path}, line {self.line_of(key_path)}"
 
 
 def read_yaml(path: Path) -> YamlFile:
@@ -78,10 +78,10 @@ def read_yaml(path: Path) -> YamlFile:
             alias or a tag, or has no keys.
     """
     try:
-        node = _composed(_text_of(path), path)
+        node = _composed(_text_of_file(path), path)
         if not isinstance(node, yaml.MappingNode):
             raise OilfilmError(f"{path}: found no keys; expected `key: value` lines.")
-        return YamlFile(path, _value_of(node, path), node)
+        return YamlFile(path, _plain_value(node, path), node)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         problem = getattr(error, "problem", None)
@@ -99,25 +99,27 @@ def as_yaml(values: Mapping[str, Any]) -> str:
 
 
 class _DumperWithoutAliases(yaml.SafeDumper):
+    """Writes a value that occurs twice out twice."""
+
     def ignore_aliases(self, _: Any) -> bool:
         return True  # `read_yaml` refuses them
 
 
-def leaves(value: object, steps: tuple[object, ...] = ()) -> Iterator[tuple[Any, object]]:
-    """The single values in groups and lists: the steps to each, and the value."""
+def leaves(value: object, key_path: tuple[object, ...] = ()) -> Iterator[tuple[Any, object]]:
+    """The single values in groups and lists: the key path of each, and the value."""
     if isinstance(value, Mapping):
         for key, content in value.items():
-            yield from leaves(content, (*steps, key))
+            yield from leaves(content, (*key_path, key))
     elif isinstance(value, list):
         for index, item in enumerate(value):
-            yield from leaves(item, (*steps, index))
+            yield from leaves(item, (*key_path, index))
     else:
-        yield steps, value
+        yield key_path, value
 
 
-def dotted(steps: Sequence[object]) -> str:
+def dotted(key_path: Sequence[object]) -> str:
     """A key in the form of messages: gates.lambda_limit."""
-    return ".".join(map(str, steps))
+    return ".".join(map(str, key_path))
 
 
 def _composed(text: str, path: Path) -> yaml.Node | None:
@@ -131,17 +133,17 @@ def _composed(text: str, path: Path) -> yaml.Node | None:
             level += 1
         elif isinstance(event, yaml.CollectionEndEvent):
             level -= 1
-        if level > _MOST_LEVELS:
-            raise _mistake(path, event, f"groups are nested more than {_MOST_LEVELS} deep.")
+        if level > _MAX_LEVELS:
+            raise _mistake(path, event, f"groups are nested more than {_MAX_LEVELS} deep.")
     return yaml.compose(text, Loader=_LOADER)
 
 
-def _value_of(node: yaml.Node, path: Path) -> Any:
+def _plain_value(node: yaml.Node, path: Path) -> Any:
     """A node as plain values, by the safe constructors only."""
     if isinstance(node, yaml.SequenceNode) and node.tag.endswith(":seq"):
-        return [_value_of(item, path) for item in node.value]
+        return [_plain_value(item, path) for item in node.value]
     if isinstance(node, yaml.MappingNode) and node.tag.endswith(":map"):
-        return _mapping_of(node, path)
+        return _plain_mapping(node, path)
     try:
         value = yaml.constructor.SafeConstructor().construct_document(node)
         if isinstance(value, int):
@@ -152,7 +154,7 @@ def _value_of(node: yaml.Node, path: Path) -> Any:
         raise _mistake(path, node, f"a value cannot be read ({error}); correct it.") from error
 
 
-def _mapping_of(node: yaml.MappingNode, path: Path) -> dict[Any, Any]:
+def _plain_mapping(node: yaml.MappingNode, path: Path) -> dict[Any, Any]:
     """A group of keys as plain values; each key is one word and is there once."""
     line_by_key: dict[Any, int] = {}
     values = {}
@@ -166,17 +168,22 @@ def _mapping_of(node: yaml.MappingNode, path: Path) -> dict[Any, Any]:
             raise _mistake(
                 path, key, f"duplicate key {key.value!r} {first_line}; keep one of them."
             )
-        line_by_key[key.value] = _line(key)
-        values[_value_of(key, path)] = _value_of(value, path)
+        line_by_key[key.value] = _line_number(key)
+        values[_plain_value(key, path)] = _plain_value(value, path)
     return values
 
 
-def _text_of(path: Path) -> str:
+def _text_of_file(path: Path) -> str:
+    """Text of a file of settings.
+
+    Raises:
+        OilfilmError: It does not exist, is too large or is no UTF-8 text.
+    """
     if not path.exists():
         raise OilfilmError(f"{path}: there is no such file. Run from the top folder of a project.")
     # a pipe is no plain file and may never end
-    if not path.is_file() or path.stat().st_size > _MOST_BYTES:
-        expected = f"a plain file of at most {_MOST_BYTES} bytes"
+    if not path.is_file() or path.stat().st_size > _MAX_BYTES:
+        expected = f"a plain file of at most {_MAX_BYTES} bytes"
         raise OilfilmError(f"{path}: cannot be read as settings; expected {expected}.")
     try:
         content = path.read_bytes()
@@ -190,9 +197,10 @@ def _text_of(path: Path) -> str:
 
 
 def _mistake(path: Path, marked: yaml.Node | yaml.Event, sentence: str) -> OilfilmError:
-    return OilfilmError(f"{path}, line {_line(marked)}: {sentence}")
+    """The error for a node or event of PyYAML, with its line."""
+    return OilfilmError(f"{path}, line {_line_number(marked)}: {sentence}")
 
 
-def _line(marked: Any) -> int:
+def _line_number(marked: Any) -> int:
     """Line of a node or event of PyYAML, counted from 1."""
     return int(marked.start_mark.line) + 1

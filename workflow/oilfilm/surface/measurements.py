@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from oilfilm.base.levels import clusters
+from oilfilm.base.levels import cluster_indices
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
 # The slip at which the scaled slip turns from linear to logarithmic.
@@ -86,7 +86,7 @@ def level_numbers(scaled: FloatArray, widths: LevelWidths) -> IndexArray:
         widths: Largest range of the values of one level.
     """
     columns = zip(scaled.T, widths.scaled().tolist(), strict=True)
-    numbers = np.column_stack([clusters(column, width) for column, width in columns])
+    numbers = np.column_stack([cluster_indices(column, width) for column, width in columns])
     # the cluster 0 is that of unknown values
     return numbers - 1
 

@@ -16,7 +16,7 @@ from typing import Any, Literal
 import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.settings.messages import check_file
+from oilfilm.settings.messages import validated_file
 from oilfilm.settings.yaml_file import YamlFile, read_yaml
 from oilfilm.tables.declaration import (
     BY_ROW,
@@ -236,7 +236,7 @@ def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
             names a column that is not declared. The message has the file and the line.
     """
     file = read_yaml(path)
-    declarations: Declarations = check_file(file, Declarations)
+    declarations: Declarations = validated_file(file, Declarations)
     for name, column in declarations.columns.items():
         _refuse_second_declaration(name, COLUMNS, file, ("columns", name))
         COLUMNS[name] = _column(name, column)
