@@ -71,13 +71,15 @@ def test_each_operating_point_may_have_constants_of_its_own(oils):
     constants = np.array([printed()["4050"], printed()["4010"], printed()["4050"]])
     point = (shipped("mainshaft-167"), 10000.0, SPEED_RPM, 100.0)
     for load_variable in LOAD_VARIABLES:
-        together = oil.with_constants(constants).run(*point, load_variable)["torque_n_m"]
+        together = oil.with_constants(constants).calculate(*point, load_variable)["torque_n_m"]
         alone = [
-            oil.with_constants(row).run(*point[:2], speed, 100.0, load_variable)["torque_n_m"][0]
+            oil.with_constants(row).calculate(*point[:2], speed, 100.0, load_variable)[
+                "torque_n_m"
+            ][0]
             for row, speed in zip(constants, SPEED_RPM, strict=True)
         ]
         np.testing.assert_allclose(together, alone, rtol=1e-8)
-        alone = oil.run(*point, load_variable)["torque_n_m"]
+        alone = oil.calculate(*point, load_variable)["torque_n_m"]
         assert list(np.isclose(together, alone, rtol=1e-8)) == [True, False, True]
 
 
@@ -297,11 +299,11 @@ def test_contacts_above_the_limits_of_oil_and_steel_are_told(oils):
     (oil,) = (oil for oil in oils if oil.name == "4050")
     weaker = replace(oil, properties=replace(oil.properties, limiting_stress_ratio=1e-4))
     point = (shipped("mainshaft-167"), [1000.0, 60e3, 120e3], 9000.0, 100.0)
-    flagged = oil.run(*point)
+    flagged = oil.calculate(*point)
     pressure = flagged["inner_max_hertz_pressure_gpa"]
     assert (pressure < 2).tolist() == [True, False, False]  # GPa, Deng et al. (2026), section 4.3
     assert (pressure > 2.5).tolist() == [False, False, True]
     assert flagged["pressure_verdict"].tolist() == ["within", "above long-term", "above peak"]
     assert (flagged["contacts_over_stress_limit"] == 0).all()
     # a film that can carry a ten-thousandth of the pressure: two contacts of each of 20 balls
-    assert (weaker.run(*point)["contacts_over_stress_limit"] == 40).all()
+    assert (weaker.calculate(*point)["contacts_over_stress_limit"] == 40).all()

@@ -4,7 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from oilfilm.torque.best_oil import NOT_KNOWN, OPERATING_POINT, best_oils, best_shares, stays_best
+from oilfilm.torque.best_oil import (
+    NOT_KNOWN,
+    OPERATING_POINT_COLUMNS,
+    best_oil_table,
+    best_shares,
+    stays_best,
+)
 
 LIMITS = {"slip_limit": 0.15, "lambda_limit": 3.0}
 NAN = np.nan
@@ -14,7 +20,7 @@ OILS = ("thick", "middle", "thin")
 def table(**columns: list[float]) -> pd.DataFrame:
     """The map of cage slip of three oils at one operating point."""
     rows = pd.DataFrame({"oil": OILS, **columns})
-    return rows.assign(**dict.fromkeys(OPERATING_POINT, 1.0))
+    return rows.assign(**dict.fromkeys(OPERATING_POINT_COLUMNS, 1.0))
 
 
 @pytest.mark.parametrize("bits", [0.0, 1e-12, -1e-12])
@@ -40,7 +46,7 @@ def test_the_best_oil_does_not_depend_on_the_last_digits(
         moved[oil] += bits
         columns = {"torque_n_m": torque, "cage_slip": slip, "lambda_ratio": film}
         rows = table(**{name: np.array(values) * moved for name, values in columns.items()})
-        assert best_oils(rows, **LIMITS)["best_oil"].tolist() == [best]
+        assert best_oil_table(rows, **LIMITS)["best_oil"].tolist() == [best]
 
 
 def draws(best_of_draws: list[int]) -> np.ndarray:
@@ -56,7 +62,9 @@ def draws(best_of_draws: list[int]) -> np.ndarray:
 
 def shares(values: np.ndarray) -> pd.DataFrame:
     columns = best_shares(values, len(OILS), **LIMITS)
-    return pd.DataFrame({"oil": OILS, **columns}).assign(**dict.fromkeys(OPERATING_POINT, 1.0))
+    return pd.DataFrame({"oil": OILS, **columns}).assign(
+        **dict.fromkeys(OPERATING_POINT_COLUMNS, 1.0)
+    )
 
 
 @pytest.mark.parametrize("best_count", [94, 95, 96])

@@ -27,7 +27,7 @@ from oilfilm.fits.measured_curves import (
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.answers import operating_points
+from oilfilm.torque.answers import operating_point_table
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_of_results
 from oilfilm.torque.feasible_tests import PlannedRig
 from oilfilm.torque.load_variables import LawInBearing
@@ -113,7 +113,7 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
         oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, information, CONTACT
     )
     of_torque = wanted["torque"]
-    by_form_error = np.zeros(len(of_torque.lever))
+    by_form_error = np.zeros(len(of_torque.traction_gradient))
     gradients = information.gradients(of_torque.gradients, by_form_error, of_torque.coordinates)
     of_each = information.precision_of_curves(feasible.curves, feasible.form_error)
     design = choose(information.precision, of_each, gradients, 4)
@@ -136,7 +136,7 @@ def results() -> CampaignTables:
 
 @pytest.fixture(scope="module")
 def request_for() -> Request:
-    return replace(request_from_settings(SETTINGS), duty=DUTY, count=3)
+    return replace(request_from_settings(SETTINGS), duty=DUTY, test_count=3)
 
 
 def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTables) -> None:
@@ -170,9 +170,9 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
 ) -> None:
     """Beside the standard deviations of draws, and without tests for a torque that drag decides."""
     (in_bearing,) = oils_of_results(results, SETTINGS)
-    points = operating_points(SETTINGS.tested_bearing(), *DUTY.T)
+    points = operating_point_table(SETTINGS.tested_bearing(), *DUTY.T)
     cases = Cases(SETTINGS.tested_bearing(), [CaseGroup(in_bearing, "stress", points)])
-    drawn, _, _ = cases.assessed(SETTINGS.seed)
+    drawn, _, _ = cases.calculate_with_uncertainty(SETTINGS.seed)
     spread = {
         "torque": drawn["torque_n_m_uncertainty"] / drawn["torque_n_m"],
         "cage_slip": drawn["cage_slip_uncertainty"],
@@ -185,9 +185,11 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
         assert table["uncertainty_now"].iloc[0] == pytest.approx(expected, rel=0.1)
         without_law = table["uncertainty_without_law"].iloc[0]
         assert (table["uncertainty_with_test"] >= without_law).all()
-    assert of_torque.irreducible > 0.9 * of_torque.with_irreducible(of_torque.design.before)
+    assert of_torque.irreducible_uncertainty > 0.9 * of_torque.with_irreducible(
+        of_torque.design.before
+    )
     assert not of_torque.design.chosen
-    assert len(of_slip.design.chosen) == request_for.count
+    assert len(of_slip.design.chosen) == request_for.test_count
 
 
 def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
@@ -207,7 +209,7 @@ def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for
         assert first["uncertainty_with_test"] == table["uncertainty_with_test"].min()
         assert first["uncertainty_with_plan"] == pytest.approx(first["uncertainty_with_test"])
         assert chosen["uncertainty_with_plan"].is_monotonic_decreasing
-        assert sum(plan.candidates.left_out.values()) + len(table) == 8 * 9 * 8
+        assert sum(plan.candidates.left_out_count_by_limit.values()) + len(table) == 8 * 9 * 8
 
 
 def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(
@@ -231,7 +233,7 @@ def test_operating_points_without_equilibrium_are_left_out_and_named(
     duty = np.concatenate([DUTY[:1], crushed])
     wanted = wanted_in_bearing(oil_in_bearing(), bearing, duty, information, CONTACT)["torque"]
     assert wanted.labels == ["10000 N, 9000 rpm, 100 degC"]
-    assert wanted.left_out == ["1e+07 N, 12000 rpm, 100 degC: no equilibrium"]
+    assert wanted.left_out_reasons == ["1e+07 N, 12000 rpm, 100 degC: no equilibrium"]
     with pytest.raises(OilfilmError, match="no duty point has a steady motion"):
         wanted_in_bearing(oil_in_bearing(), bearing, crushed, information, CONTACT)
 
@@ -271,7 +273,9 @@ def test_operating_points_where_the_motion_jumps_are_left_out_and_named(
 ) -> None:
     duty = np.array([[1.0, 100, 100], [2.0, 100, 100]])
     wanted = wanted_in_bearing(Stepping(), SETTINGS.tested_bearing(), duty, information, CONTACT)
-    assert wanted["torque"].left_out == ["1 N, 100 rpm, 100 degC: it jumps with the constants"]
+    assert wanted["torque"].left_out_reasons == [
+        "1 N, 100 rpm, 100 degC: it jumps with the constants"
+    ]
     # d ln(2 + x)/dx = 1/2 and d 0.1 (2 + x)/dx = 0.1, at x = ln|A0/A0'| = 0
     for target, slope in (("torque", 0.5), ("cage_slip", 0.1)):
         np.testing.assert_allclose(wanted[target].gradients, [[slope] + 11 * [0]], atol=1e-6)
@@ -343,7 +347,7 @@ def test_a_plan_is_for_one_rig_and_contact(results: CampaignTables, request_for:
     with pytest.raises(OilfilmError, match="different contacts"):
         plan_oil(results, settings, OIL, request_for)
     (plan,) = plan_oil(results, settings, OIL, replace(request_for, targets=("traction",)))
-    assert len(plan.design.chosen) == request_for.count
+    assert len(plan.design.chosen) == request_for.test_count
     settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):
         plan_oil(results, settings, OIL, request_for)

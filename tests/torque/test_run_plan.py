@@ -251,7 +251,7 @@ def test_what_the_rig_cannot_run_is_counted_and_named() -> None:
     settings = SETTINGS.with_changes({"campaign": {"matrix": beyond}})
     made = plan_runs(NO_DATA, settings, OIL)
     # 12 conditions of 2 GPa, 337 N, on a load cell of 200 N; 24 conditions remain
-    assert made.left_out["the load sensor's full scale"] == 12
+    assert made.left_out_count_by_limit["the load sensor's full scale"] == 12
     planned = of_reason(made, "planned")
     assert len(planned) == 24
     # two pressures remain
@@ -333,7 +333,7 @@ def test_a_corner_that_the_rig_cannot_run_keeps_no_campaign_from_its_repeats() -
     near_the_corner = (tested[:, 0] > 1.2) & (tested[:, 2] < 80)
     runs = replace(measured(tested), largest_mu=np.where(near_the_corner, 0.08, 0.03))
     made = plan_runs(runs, PLAIN, OIL)
-    assert made.left_out["the force sensor's full scale"] == 1
+    assert made.left_out_count_by_limit["the force sensor's full scale"] == 1
     assert reasons(made) == {"reference", "repeat"}
 
 
@@ -366,7 +366,7 @@ def test_the_force_of_a_run_is_that_of_the_nearest_measured_run() -> None:
     third = of_reason(made, "third_level")
     # 72.5 degC is as near to 25 degC as to 120 degC: the larger mu counts
     assert 1.5 not in third[:, 0]
-    assert made.left_out["the force sensor's full scale"] == 1
+    assert made.left_out_count_by_limit["the force sensor's full scale"] == 1
 
 
 def test_memory_of_a_plan_does_not_grow_with_pairs_of_runs() -> None:

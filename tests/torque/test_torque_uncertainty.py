@@ -99,7 +99,7 @@ def in_first(value: float, rows: int = 1) -> np.ndarray:
 
 def torque(of: OilInBearing, **changed: float) -> np.ndarray:
     settings = of.settings.model_copy(update=changed)
-    return replace(of, settings=settings).run(BEARING, *ROLLING)["torque_n_m"].to_numpy()
+    return replace(of, settings=settings).calculate(BEARING, *ROLLING)["torque_n_m"].to_numpy()
 
 
 def with_shares(of: OilInBearing, shares: np.ndarray, points: pd.DataFrame) -> pd.DataFrame:
@@ -108,14 +108,14 @@ def with_shares(of: OilInBearing, shares: np.ndarray, points: pd.DataFrame) -> p
     for share in shares:
         settings = of.settings.model_copy(update={"oil_volume_fraction": share})
         cases.append(CaseGroup(replace(of, settings=settings), "stress", points))
-    return Cases(BEARING, cases).run()
+    return Cases(BEARING, cases).calculate()
 
 
 def drawn(of: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
     names = ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c")
     values = np.broadcast_arrays(*map(np.atleast_1d, point))
     points = pd.DataFrame(dict(zip(names, values, strict=True)))
-    return Cases(BEARING, [CaseGroup(of, "stress", points)]).assessed(seed)[0]
+    return Cases(BEARING, [CaseGroup(of, "stress", points)]).calculate_with_uncertainty(seed)[0]
 
 
 def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_derivatives():
@@ -253,14 +253,20 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     bearing = replace(BEARING, uncertain={**BEARING.uncertain, "feed_flow_m3_s": flow})
     errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), run_sd=0.05)
     cases = Cases(bearing, [CaseGroup(errs, "stress", pd.DataFrame([ROLLING_POINT]))])
-    shares = cases.assessed(1)[2].shares(np.arange(1)).set_index("variance_cause")["torque_share"]
+    shares = (
+        cases.calculate_with_uncertainty(1)[2]
+        .shares(np.arange(1))
+        .set_index("variance_cause")["torque_share"]
+    )
 
     def torque_with(factor: float, flow_m3_s: float) -> float:
         changed = replace(
             bearing, uncertain={**bearing.uncertain, "feed_flow_m3_s": Uncertain(*[flow_m3_s] * 3)}
         )
         frame = pd.DataFrame([{**ROLLING_POINT, "traction_factor": factor}])
-        return float(Cases(changed, [CaseGroup(errs, "stress", frame)]).run()["torque_n_m"][0])
+        return float(
+            Cases(changed, [CaseGroup(errs, "stress", frame)]).calculate()["torque_n_m"][0]
+        )
 
     flows = flow.quantiles((np.arange(50) + 0.5) / 50)
     by_flow = np.var([torque_with(1.0, value) for value in flows])
@@ -325,7 +331,9 @@ def held_by_interval(oil_name: str, seed: int, answers: int = 1) -> tuple[float,
     )
     no_refits = in_first(0.0, 10)
     shipped_oil = replace(oil(oil_name, no_refits, in_first(0.0, 0)), settings=SETTINGS)
-    interval = Cases(SHIPPED, [CaseGroup(shipped_oil, "stress", points)]).assessed(seed)[0]
+    interval = Cases(
+        SHIPPED, [CaseGroup(shipped_oil, "stress", points)]
+    ).calculate_with_uncertainty(seed)[0]
     repeated = pd.concat([points] * answers, ignore_index=True)
     count = len(repeated)
     cases = Cases(SHIPPED, [CaseGroup(shipped_oil, "stress", repeated)], own_draw(random, count))

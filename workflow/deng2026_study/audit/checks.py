@@ -27,7 +27,7 @@ from oilfilm.bearing.kinematics import (
     pitch_speed_mm_rpm,
     surface_speed_m_s,
 )
-from oilfilm.torque.best_oil import OPERATING_POINT
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS
 from oilfilm.torque.torque_control import is_bistable, undecided_plateaus, without_bistable
 from oilfilm.traction.law import Law
 from oilfilm.traction.laws.deng2026 import DENG2026
@@ -700,7 +700,7 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     slip_rows = view.measured.cage_slip
     slip_rows = slip_rows[slip_rows["oil"].isin(oils)]
     film_known = slip_rows["lambda_ratio"].notna()
-    film_known_by_point = film_known.groupby([slip_rows[name] for name in OPERATING_POINT])
+    film_known_by_point = film_known.groupby([slip_rows[name] for name in OPERATING_POINT_COLUMNS])
     slip_rows = slip_rows[film_known_by_point.transform("all")]
     larger_pressure_gpa = slip_rows[
         ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
@@ -710,7 +710,7 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     )
     has_full_film = exceeds(slip_rows["lambda_ratio"], view.settings.gates.lambda_limit)
     slip_rows = slip_rows[has_full_film & is_heavy]
-    torque = slip_rows.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
+    torque = slip_rows.pivot(index=OPERATING_POINT_COLUMNS, columns="oil", values="torque_n_m")
     torque = torque.reindex(columns=oils).dropna(subset=[oils[-1]])
     if torque.empty:
         raise NotCheckableError("no bearing")

@@ -15,7 +15,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.film import Thickness
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES, Grid, films, traction
+from oilfilm.torque.operating_grid import AXES, Grid, film_by_oil, traction_on_grid
 
 # Further numbers of a claim by name: one, or one per oil.
 Numbers = dict[str, float | dict[str, float]]
@@ -149,7 +149,7 @@ class View:
         grid = self.grid.with_levels(**levels)
         if not oils or not set(oils) <= set(self.laws):
             raise NotCheckableError("no law")
-        return np.stack([traction(self.laws[oil], grid) for oil in oils])
+        return np.stack([traction_on_grid(self.laws[oil], grid) for oil in oils])
 
     def mu_by_viscosity(self, **levels: Sequence[float] | FloatArray) -> FloatArray:
         """mu over the grid of the oils that the claims are about, the most viscous first."""
@@ -165,7 +165,7 @@ class View:
         Raises:
             NotCheckableError: An oil or the contact is not known well enough.
         """
-        film_of_oil = films(self.settings)
+        film_of_oil = film_by_oil(self.settings)
         if not oils:
             oils = tuple(oil for oil in self.falling_viscosity if oil in film_of_oil)
         if not oils or not set(oils) <= set(film_of_oil):

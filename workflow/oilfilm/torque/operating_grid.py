@@ -28,7 +28,7 @@ class Grid:
 
     @classmethod
     def spanning(
-        cls, box: Mapping[str, Sequence[float]], levels: int, slide_roll_ratio: Sequence[float]
+        cls, box: Mapping[str, Sequence[float]], level_count: int, slide_roll_ratio: Sequence[float]
     ) -> "Grid":
         """A grid over a box of conditions.
 
@@ -37,14 +37,14 @@ class Grid:
 
         Args:
             box: Lowest and highest level of each condition.
-            levels: Number of levels of each condition.
+            level_count: Number of levels of each condition.
             slide_roll_ratio: The slips.
         """
         pressure, speed, temperature = (box[name] for name in CONDITIONS)
         return cls(
-            np.geomspace(pressure[0], pressure[1], levels),
-            np.geomspace(speed[0], speed[1], levels),
-            np.linspace(temperature[0], temperature[1], levels),
+            np.geomspace(pressure[0], pressure[1], level_count),
+            np.geomspace(speed[0], speed[1], level_count),
+            np.linspace(temperature[0], temperature[1], level_count),
             np.asarray(slide_roll_ratio, dtype=float),
         )
 
@@ -69,7 +69,7 @@ class Grid:
         return pd.DataFrame({name: values.ravel() for name, values in zip(AXES, mesh, strict=True)})
 
 
-def traction(fitted: FittedLaw, grid: Grid) -> FloatArray:
+def traction_on_grid(fitted: FittedLaw, grid: Grid) -> FloatArray:
     """mu at all points of a grid, shape `grid.shape`, of a law whose constants are all known."""
     pressure, speed, temperature, slip = grid.levels
     condition_mesh = np.meshgrid(pressure, speed, temperature, indexing="ij")
@@ -115,7 +115,7 @@ class Film:
         return thickness_m / M_PER_UM, lambda_ratio
 
 
-def films(settings: Settings) -> dict[str, Film]:
+def film_by_oil(settings: Settings) -> dict[str, Film]:
     """Film of each oil with known properties, in the contact of the first rig with a known one."""
     film_contact = None
     for rig in settings.rigs.values():
@@ -132,7 +132,7 @@ def films(settings: Settings) -> dict[str, Film]:
     }
 
 
-def obstacle(fitted: FittedLaw) -> str:
+def reason_without_value(fitted: FittedLaw) -> str:
     """Reason why a law has no value at some pressure, speed and temperature; empty if it has."""
     if fitted.law.conditions != CONDITIONS:
         return f"the law {fitted.law.name} is not one of pressure, speed and temperature"

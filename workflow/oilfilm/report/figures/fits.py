@@ -36,7 +36,7 @@ from oilfilm.report.figures.sheet import (
 from oilfilm.report.names import law_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
-from oilfilm.torque.operating_grid import Grid, films, obstacle, traction
+from oilfilm.torque.operating_grid import Grid, film_by_oil, reason_without_value, traction_on_grid
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law
 
@@ -340,9 +340,9 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     slip = np.geomspace(smallest_slip, largest_slip, _GRID_POINTS)
     speed_mesh, slip_mesh = np.meshgrid(speed, slip)
     grid = Grid(np.array(pressures), speed, np.array([temperature]), slip)
-    mu_of_oil = {oil: traction(law, grid) for oil, law in laws.items()}
+    mu_of_oil = {oil: traction_on_grid(law, grid) for oil, law in laws.items()}
     lambda_of_oil = {}
-    for oil, film in films(settings).items():
+    for oil, film in film_by_oil(settings).items():
         _, lambda_of_oil[oil] = film.over(grid)
     lambda_limit = settings.gates.lambda_limit
     highest = max(float(np.nanmax(mu)) for mu in mu_of_oil.values())
@@ -394,7 +394,7 @@ def _laws(results: CampaignTables) -> dict[str, FittedLaw]:
     laws = {}
     for oil in fits.coefficients["oil"].unique():
         law = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
-        if not obstacle(law):
+        if not reason_without_value(law):
             laws[str(oil)] = law
     return laws
 
