@@ -72,7 +72,7 @@ def solved(problem: FrictionProblem, size: int) -> Found:
                 np.where(motions.count > 0, motions.slowest.cage_slip(), np.nan),
                 motions.count,
                 motions.fastest.held_by_band(),
-                motions.complete,
+                motions.is_complete,
             )
         )
     return Found(*map(np.concatenate, zip(*parts, strict=True)))
@@ -88,7 +88,7 @@ def found_by_minpack(problem: FrictionProblem, number: int) -> list[float]:
 
     ends = []
     for share in CAGE_SPEEDS:
-        start = one.start()[0] / scale
+        start = one.start_unknowns()[0] / scale
         start[2:6] *= share
         end = root(forces, start, method="hybr", options={"xtol": 1e-14, "maxfev": 2000})
         if np.abs(forces(end.x)).max() < TOLERANCE:

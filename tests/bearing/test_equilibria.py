@@ -124,4 +124,4 @@ def test_beyond_the_law_no_motion_is_called_the_only_one() -> None:
     motions = equilibria(problem(shipped("mainshaft-167"), points, "4102", 40.0))
     np.testing.assert_array_equal(motions.count, [1, 1])
     np.testing.assert_array_equal(motions.fastest.outside_law(), [True, False])
-    np.testing.assert_array_equal(motions.complete, [False, True])
+    np.testing.assert_array_equal(motions.is_complete, [False, True])

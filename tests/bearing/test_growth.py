@@ -131,9 +131,9 @@ def test_warm_rings_grow_by_expansion_and_equal_warmth_turns_no_contact_angle():
     )
     groove_growth = 12e-6 * 30 * 0.52 * 22.225e-3
     ball_growth = 12e-6 * 15 * 22.225e-3 / 2  # the balls have the mean of both rings
-    bottom = warm.centre_m[0, 0] - groove_growth
+    bottom = warm.centre_displacement_m[0, 0] - groove_growth
     assert bottom == pytest.approx(26.1 * UM, rel=2e-3)
-    assert warm.offset_m[0, 0] == pytest.approx(groove_growth - ball_growth)
+    assert warm.offset_growth_m[0, 0] == pytest.approx(groove_growth - ball_growth)
     # all of one steel at one temperature is the same bearing, larger
     points = OperatingPoints.axial(20000.0, 1.0)
     hot = operating_growth(MAINSHAFT, np.zeros(1), np.array([170.0]), inputs())
@@ -147,7 +147,7 @@ def test_hot_balls_take_play_away_and_ceramic_ones_give_it():
     warm = operating_growth(
         MAINSHAFT, np.zeros(1), np.array([20.0]), inputs(ball_temperature_difference_k=10.0)
     )
-    np.testing.assert_allclose(warm.offset_m, -2.667 * UM / 2, rtol=1e-3)
+    np.testing.assert_allclose(warm.offset_growth_m, -2.667 * UM / 2, rtol=1e-3)
     ceramic = replace(MAINSHAFT, rings=replace(MAINSHAFT.rings, ball_expansion_1_k=3.2e-6))
     points = OperatingPoints.axial(20000.0, 1.0)
     angles = []
@@ -163,8 +163,8 @@ def test_a_housing_squeezes_the_outer_groove_and_a_clearance_does_nothing():
     growth = operating_growth(
         MAINSHAFT, np.zeros(3), np.full(3, 20.0), inputs(3, housing_interference_m=sizes)
     )
-    np.testing.assert_array_equal(growth.centre_m[:2, 1], 0)
-    assert -10 * UM < growth.centre_m[2, 1] < -3 * UM
+    np.testing.assert_array_equal(growth.centre_displacement_m[:2, 1], 0)
+    assert -10 * UM < growth.centre_displacement_m[2, 1] < -3 * UM
 
 
 # docs/physics.md, Growth of rings: an independent program with the growth of the inner ring given;
@@ -232,5 +232,7 @@ def test_growth_of_some_points_is_that_of_these_points():
     which = np.array([2, 0])
     alone = in_operation(problem(MAINSHAFT, points.at_points(which)))
     some = together.at_points(which).points.growth
-    np.testing.assert_array_equal(some.centre_m, alone.points.growth.centre_m)
-    np.testing.assert_array_equal(some.offset_m, alone.points.growth.offset_m)
+    np.testing.assert_array_equal(
+        some.centre_displacement_m, alone.points.growth.centre_displacement_m
+    )
+    np.testing.assert_array_equal(some.offset_growth_m, alone.points.growth.offset_growth_m)

@@ -253,7 +253,7 @@ class Stepping:
     def with_constants(self, constants: FloatArray) -> "Stepping":
         return replace(self, constants=constants)
 
-    def run(
+    def calculate(
         self, bearing: object, load: FloatArray, *_: FloatArray, traction_factor: FloatArray
     ) -> pd.DataFrame:
         assert self.constants is not None

@@ -10,7 +10,7 @@ from scipy.special import ndtri
 from bearings import SETTINGS, exact_keys, printed_law, shipped
 from campaigns import LABORATORY, oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
-from oilfilm.bearing.inputs import Inputs, Uncertain
+from oilfilm.bearing.inputs import Inputs, UncertainInput
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import (
@@ -29,7 +29,8 @@ SHIPPED = shipped("mainshaft-167")
 BEARING = replace(
     SHIPPED,
     uncertain={
-        name: Uncertain(value, value, value) for name, (value, _, _) in SHIPPED.uncertain.items()
+        name: UncertainInput(value, value, value)
+        for name, (value, _, _) in SHIPPED.uncertain.items()
     },
 )
 EXACT = dict.fromkeys(FACTOR_TERMS, 0.0)
@@ -261,7 +262,8 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
 
     def torque_with(factor: float, flow_m3_s: float) -> float:
         changed = replace(
-            bearing, uncertain={**bearing.uncertain, "feed_flow_m3_s": Uncertain(*[flow_m3_s] * 3)}
+            bearing,
+            uncertain={**bearing.uncertain, "feed_flow_m3_s": UncertainInput(*[flow_m3_s] * 3)},
         )
         frame = pd.DataFrame([{**ROLLING_POINT, "traction_factor": factor}])
         return float(

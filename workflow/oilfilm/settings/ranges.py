@@ -3,16 +3,16 @@
 Decides: how settings state the range of an uncertain value.
 """
 
-from oilfilm.bearing.inputs import Uncertain
+from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.settings.base import Group, contradiction
 
 _SUFFIX = "_range"
 
 
-def with_range(group: Group, name: str, factor: float = 1.0) -> Uncertain:
+def with_range(group: Group, name: str, factor: float = 1.0) -> UncertainInput:
     """The value of a key and its range, times a factor that converts the unit."""
     low, high = getattr(group, name + _SUFFIX)
-    return Uncertain(getattr(group, name), low, high).scaled(factor)
+    return UncertainInput(getattr(group, name), low, high).scaled(factor)
 
 
 def check_ranges(group: Group, *steps: str) -> None:

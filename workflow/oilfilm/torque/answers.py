@@ -15,7 +15,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.inputs import INPUTS
+from oilfilm.bearing.inputs import INPUT_NAMES
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
 from oilfilm.torque.best_oil import best_oil_table, best_shares
@@ -310,11 +310,11 @@ def _with_ranges(
     uncertain_input_by_name = {**bearing.uncertain, **settings.uncertain()}
     lowest_by_cause = {
         name: CAUSES[name].shown_per_calculated * uncertain_input_by_name[name].low
-        for name in INPUTS
+        for name in INPUT_NAMES
     }
     highest_by_cause = {
         name: CAUSES[name].shown_per_calculated * uncertain_input_by_name[name].high
-        for name in INPUTS
+        for name in INPUT_NAMES
     }
     relative_uncertainty_by_cause = {
         term: getattr(settings.term_uncertainty, term) for term in FACTOR_TERMS

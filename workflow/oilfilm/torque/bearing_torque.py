@@ -275,7 +275,7 @@ class Cases:
         )
         has_several = all_equilibria.count > 1
         # an incomplete search may find several equilibria, but not that there is only one
-        several_is_known = (all_equilibria.count > 0) & (all_equilibria.complete | has_several)
+        several_is_known = (all_equilibria.count > 0) & (all_equilibria.is_complete | has_several)
         several_or_null = pd.Series(has_several, assessed.index, dtype="boolean").where(
             several_is_known
         )

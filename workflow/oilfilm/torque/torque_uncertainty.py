@@ -32,7 +32,7 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
 from oilfilm.bearing.friction import COARSE_QUADRATURE, FrictionEquilibrium, FrictionProblem
-from oilfilm.bearing.inputs import INPUTS, Inputs
+from oilfilm.bearing.inputs import INPUT_NAMES, Inputs
 from oilfilm.bearing.resistance import FACTORS
 from oilfilm.bearing.torque import film_ratio
 from oilfilm.fits.fitted import FittedLaw
@@ -58,7 +58,7 @@ _CAUSES_OF_OIL: Mapping[str, tuple[str, ...]] = {
 }
 # Everything that is drawn, each with the names of its random numbers.
 UNCERTAIN: Mapping[str, tuple[str, ...]] = {
-    **{name: (name,) for name in (*INPUTS, *FACTOR_TERMS)},
+    **{name: (name,) for name in (*INPUT_NAMES, *FACTOR_TERMS)},
     "rig": _SENSORS,
     **_CAUSES_OF_OIL,
 }
@@ -375,7 +375,8 @@ class Drawing:
         shared_numbers = numbers_of_group[0]
         uncertain_input_by_name = {**problem.bearing.uncertain, **self._settings.uncertain()}
         probability_by_input = {
-            name: np.tile(scipy.special.ndtr(shared_numbers[name]), point_count) for name in INPUTS
+            name: np.tile(scipy.special.ndtr(shared_numbers[name]), point_count)
+            for name in INPUT_NAMES
         }
         factors = lubrication.factors.copy()
         for term in FACTOR_TERMS:
