@@ -57,7 +57,7 @@ def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) ->
         pd.concat([fit.refits for fit in fits]),
         pd.concat([fit.fit_quality for fit in fits]),
         demo.config.same_set_point.relative,
-        surfaces={oil: read_surface(results, oil)},
+        surface_of_oil={oil: read_surface(results, oil)},
     )
     # docs/physics.md, fitting, simulated: curve-level errors of 2 % gain, 1 K and 1 % stress make
     # mu uncertain by

@@ -16,7 +16,7 @@ from campaigns import ROOT, printed
 from deng2026_study import printed_constants as signs
 from deng2026_study.printed_constants import (
     LAW,
-    Surface,
+    TractionOverBox,
     judge_printed,
     largest_difference,
     squared_error,
@@ -55,11 +55,11 @@ def constants(heads: tuple[float, float, float], powers: list[float]) -> np.ndar
     return np.concatenate([[head, *powers[3 * at : 3 * at + 3]] for at, head in enumerate(heads)])
 
 
-def surface(of: np.ndarray, levels: int = 7) -> Surface:
-    return Surface.over(BOX, levels, SLIPS, to_internal(LAW, of)[:, np.newaxis])
+def surface(of: np.ndarray, levels: int = 7) -> TractionOverBox:
+    return TractionOverBox.over(BOX, levels, SLIPS, to_internal(LAW, of)[:, np.newaxis])
 
 
-def scores(of: Surface, **limits: float) -> dict[str, float]:
+def scores(of: TractionOverBox, **limits: float) -> dict[str, float]:
     """Share of the box where each statement holds."""
     holds = where_true(of, of, SLIPS, 0.15, LIMITS.model_copy(update=limits))
     return {name: float(each.mean()) for name, each in holds.items()}

@@ -11,7 +11,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from simulated_lab.plan import PlannedRun
+from simulated_lab.plan import SimulatedRun
 from simulated_lab.simulate import simulate_campaign, slip_programme
 from simulated_lab.truth import TrueTraction, misfit, true_tractions
 
@@ -28,7 +28,7 @@ def test_log_depends_on_seed_and_name_and_says_simulated(config: Settings, demo:
 def test_near_pressures_give_logs_with_different_names() -> None:
     names = []
     for pressure_gpa in (1.2, 1.23, 1.234):
-        names.append(PlannedRun("4102", {"max_hertz_pressure_gpa": pressure_gpa}).name)
+        names.append(SimulatedRun("4102", {"max_hertz_pressure_gpa": pressure_gpa}).name)
     assert names == ["4102_P1.20.csv", "4102_P1.23.csv", "4102_P1.234.csv"]
 
 

@@ -21,7 +21,7 @@ Decides: which oil the paper advises at an operating point, and how firm that is
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -44,13 +44,11 @@ from oilfilm.torque.best_oil import (
 from simulated_lab.true_bearing import true_map
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
-OUTSIDE = "outside the film formula"
+OUTSIDE_FILM_FORMULA = "outside the film formula"
 # The judgement where an oil that may be the best one has no equilibrium.
 NO_EQUILIBRIUM = "no equilibrium"
 # Without a choice there is nothing that scenarios could disagree about.
-NO_CHOICE = ("no film", OUTSIDE, NO_EQUILIBRIUM)
-# Oils, operating points, and arrays of shape (oils, points): cage slip, torque in N m, lambda.
-SlipMap = tuple[list[str], pd.DataFrame, FloatArray, FloatArray, FloatArray]
+NO_CHOICE = ("no film", OUTSIDE_FILM_FORMULA, NO_EQUILIBRIUM)
 # An oil stays the best one if it is the best in this share of the draws.
 STAYS_BEST_SHARE = 0.95
 # The traction behind a band: the fitted law, or the truth of a simulated campaign.
@@ -58,7 +56,25 @@ BY_LAW, BY_TRUTH = "law", "truth"
 # What is chosen at every operating point: the oil that the rules advise, or one oil.
 BY_RULES = "rules"
 # Columns that identify a scenario of the rules.
-_SCENARIO = ["rule_order", "varied_limit", "limit_factor"]
+_SCENARIO_COLUMNS = ["rule_order", "varied_limit", "limit_factor"]
+
+
+class SlipMap(NamedTuple):
+    """Motion of a bearing with each oil of the rules, at each operating point.
+
+    Attributes:
+        oil_names: Names of the oils.
+        points: One row per operating point, with its maximum Hertz pressure.
+        slip: Cage slip, shape (oils, points); NaN without an equilibrium.
+        torque_n_m: Friction torque, of the same shape.
+        lambda_ratio: Film thickness over roughness, of the same shape; NaN where it is not known.
+    """
+
+    oil_names: list[str]
+    points: pd.DataFrame
+    slip: FloatArray
+    torque_n_m: FloatArray
+    lambda_ratio: FloatArray
 
 
 def advice_in_band(
@@ -80,20 +96,22 @@ def advice_in_band(
     advice = advise(results.cage_slip, selection, lambda_limit)
     if advice.empty:
         return {"slip_advice": advice, "advice_band": tables.empty("advice_band")}
-    cage_slip = _slip_at_band_temperatures(oils, results.cage_slip, settings)
-    return {"slip_advice": advice, "advice_band": _advice_band(cage_slip, settings, BY_LAW)}
+    cage_slip_table = _slip_at_band_temperatures(oils, results.cage_slip, settings)
+    return {"slip_advice": advice, "advice_band": _advice_band(cage_slip_table, settings, BY_LAW)}
 
 
-def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> pd.DataFrame:
+def _advice_band(
+    cage_slip_table: pd.DataFrame, settings: Settings, traction_origin: str
+) -> pd.DataFrame:
     """Table `advice_band`: how often the advice of each scenario is good.
 
     Args:
-        cage_slip: Table of cage slip at all temperatures of the band.
+        cage_slip_table: Table of cage slip at all temperatures of the band.
         settings: `gates` and `studies`.
-        traction: `BY_LAW` or `BY_TRUTH`: the traction behind the table of cage slip.
+        traction_origin: `BY_LAW` or `BY_TRUTH`: the traction behind the table of cage slip.
     """
     selection = study_settings(settings).selection
-    slip_map = _slip_map(cage_slip, selection)
+    slip_map = _slip_map(cage_slip_table, selection)
     judged_scenarios = [
         _judged_advice(slip_map, changed_selection, settings.gates.lambda_limit).assign(**scenario)
         for scenario, changed_selection in _scenarios(selection)
@@ -101,11 +119,11 @@ def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction: str) -> 
     judged = pd.concat(judged_scenarios)
     judged = judged[~judged["judgement"].isin(NO_CHOICE)]
     judged[BY_RULES] = judged["judgement"] == "agree"
-    key_columns = ["bearing", *_SCENARIO, "inlet_temperature_c"]
-    band = judged.melt(key_columns, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
-    agreements = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
-    band = agreements.agg(operating_points="size", agreeing_points="sum").reset_index()
-    return joined([band.assign(traction=traction)], "advice_band")
+    key_columns = ["bearing", *_SCENARIO_COLUMNS, "inlet_temperature_c"]
+    band = judged.melt(key_columns, [BY_RULES, *_oil_names_of_rules(selection)], "choice", "agrees")
+    agrees_of_group = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
+    band = agrees_of_group.agg(operating_points="size", agreeing_points="sum").reset_index()
+    return joined([band.assign(traction=traction_origin)], "advice_band")
 
 
 def advice_by_truth(
@@ -155,39 +173,39 @@ def advice_by_truth(
 
 
 def _slip_at_band_temperatures(
-    oils: Sequence[OilInBearing], cage_slip: pd.DataFrame, settings: Settings
+    oils: Sequence[OilInBearing], cage_slip_table: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
     """Table of cage slip, with rows for the supply temperatures of the band that it lacks."""
-    points = distinct_operating_points(cage_slip).drop(columns="bearing")
+    points = distinct_operating_points(cage_slip_table).drop(columns="bearing")
     groups = [
         CaseGroup(oil, "stress", points.assign(inlet_temperature_c=temperature))
-        for temperature in _missing_temperatures(cage_slip, settings)
+        for temperature in _missing_temperatures(cage_slip_table, settings)
         for oil in oils
     ]
     if not groups:
-        return cage_slip
+        return cage_slip_table
     calculated = Cases(settings.tested_bearing(), groups).calculate()
-    return pd.concat([cage_slip, calculated], ignore_index=True)
+    return pd.concat([cage_slip_table, calculated], ignore_index=True)
 
 
-def _missing_temperatures(cage_slip: pd.DataFrame, settings: Settings) -> list[float]:
+def _missing_temperatures(cage_slip_table: pd.DataFrame, settings: Settings) -> list[float]:
     """Supply temperatures of the band that the table of cage slip lacks."""
     band_temperatures = set(study_settings(settings).selection.band.inlet_temperature_c)
-    return sorted(band_temperatures - set(cage_slip["inlet_temperature_c"]))
+    return sorted(band_temperatures - set(cage_slip_table["inlet_temperature_c"]))
 
 
-def _oils_of_rules(selection: SelectionSettings) -> list[str]:
+def _oil_names_of_rules(selection: SelectionSettings) -> list[str]:
     """The oils that the rules name, each once, in the order of the rules."""
     return list(dict.fromkeys(oil for rule in selection.rules for oil in rule.prefer))
 
 
 def advise(
-    cage_slip: pd.DataFrame, selection: SelectionSettings, lambda_limit: float
+    cage_slip_table: pd.DataFrame, selection: SelectionSettings, lambda_limit: float
 ) -> pd.DataFrame:
     """Table of advice: one row per operating point of the map of cage slip.
 
     Args:
-        cage_slip: Table of cage slip.
+        cage_slip_table: Table of cage slip.
         selection: `selection` of the study's settings.
         lambda_limit: Full film above.
 
@@ -197,29 +215,29 @@ def advise(
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    if not set(_oils_of_rules(selection)) <= set(cage_slip["oil"]):
+    if not set(_oil_names_of_rules(selection)) <= set(cage_slip_table["oil"]):
         return tables.empty("slip_advice")
-    judged = _judged_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
+    judged = _judged_advice(_slip_map(cage_slip_table, selection), selection, lambda_limit)
     return joined([judged], "slip_advice")
 
 
-def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> SlipMap:
-    """Motion of a bearing with each oil of the rules."""
-    oils_of_rules = _oils_of_rules(selection)
-    oils = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in oils_of_rules]
+def _slip_map(cage_slip_table: pd.DataFrame, selection: SelectionSettings) -> SlipMap:
+    """The map of those oils of the table that the rules name."""
+    names_of_rules = _oil_names_of_rules(selection)
+    oil_names = [oil for oil in dict.fromkeys(cage_slip_table["oil"]) if oil in names_of_rules]
     slip, torque, lambda_ratio, inner_pressure, outer_pressure = arrays_by_oil(
-        cage_slip,
-        oils,
+        cage_slip_table,
+        oil_names,
         "cage_slip",
         "torque_n_m",
         "lambda_ratio",
         "inner_max_hertz_pressure_gpa",
         "outer_max_hertz_pressure_gpa",
     )
-    points = distinct_operating_points(cage_slip)
+    points = distinct_operating_points(cage_slip_table)
     pressures = np.concatenate([inner_pressure, outer_pressure])
     points["max_hertz_pressure_gpa"] = np.fmax.reduce(pressures)
-    return oils, points, slip, torque, lambda_ratio
+    return SlipMap(oil_names, points, slip, torque, lambda_ratio)
 
 
 def _judged_advice(
@@ -234,74 +252,84 @@ def _judged_advice(
     Raises:
         OilfilmError: No rule applies to an operating point.
     """
-    oils, points, slip, torque, lambda_ratio = slip_map
+    oil_names, points, slip, torque, lambda_ratio = slip_map
     slip_limit = selection.limits.slip_limit
     has_film, may_have_film = enough_film(lambda_ratio, lambda_limit)
-    within_limit = has_film & reaches(slip_limit, slip)
-    best_choice = find_best_oil(slip, torque, lambda_ratio, slip_limit, lambda_limit)
-    best_oil = best_choice.oil_index
-    rule_index, advised_oil = _rule_and_advised_oil(points, slip, oils, selection, has_film)
-    _, perhaps_advised_oil = _rule_and_advised_oil(points, slip, oils, selection, may_have_film)
-    film_unknown = (perhaps_advised_oil != advised_oil) | best_choice.lacks_film
+    is_within_limit = has_film & reaches(slip_limit, slip)
+    best = find_best_oil(slip, torque, lambda_ratio, slip_limit, lambda_limit)
+    best_oil_index = best.oil_index
+    rule_index, advised_oil_index = _rule_and_advised_oil(
+        points, slip, oil_names, selection, has_film
+    )
+    _, perhaps_advised_oil_index = _rule_and_advised_oil(
+        points, slip, oil_names, selection, may_have_film
+    )
+    is_film_unknown = (perhaps_advised_oil_index != advised_oil_index) | best.lacks_film
     # an oil is as good as the best one: by torque where the best oil holds the cage, else by slip
-    best_slip = _at_chosen_oil(slip, best_oil)
+    best_slip = _at_chosen_oil(slip, best_oil_index)
     best_holds_cage = reaches(slip_limit, best_slip)
     ratio_to_best = np.where(
-        best_holds_cage, torque / _at_chosen_oil(torque, best_oil), slip / best_slip
+        best_holds_cage, torque / _at_chosen_oil(torque, best_oil_index), slip / best_slip
     )
     is_nearly_best = reaches(1 + selection.indifference, ratio_to_best)
-    is_good = has_film & (within_limit | ~best_holds_cage) & is_nearly_best
+    is_good = has_film & (is_within_limit | ~best_holds_cage) & is_nearly_best
     # the first condition that is met gives the judgement
     conditions = {
-        NO_EQUILIBRIUM: best_choice.lacks_equilibrium,
-        OUTSIDE: film_unknown,
-        "no film": best_oil < 0,
-        "rule has none": advised_oil < 0,
-        "agree": _at_chosen_oil(is_good, advised_oil) == 1,
+        NO_EQUILIBRIUM: best.lacks_equilibrium,
+        OUTSIDE_FILM_FORMULA: is_film_unknown,
+        "no film": best_oil_index < 0,
+        "rule has none": advised_oil_index < 0,
+        "agree": _at_chosen_oil(is_good, advised_oil_index) == 1,
         "slips more": ~best_holds_cage,
-        "heats more": _at_chosen_oil(within_limit, advised_oil) == 1,
+        "heats more": _at_chosen_oil(is_within_limit, advised_oil_index) == 1,
     }
     judgement = np.select(list(conditions.values()), list(conditions), "slips")
-    oil_names = np.array([*oils, ""])
-    rule_names = np.array([rule.name for rule in selection.rules])
+    names_by_index = np.array([*oil_names, ""])
+    names_of_rules = np.array([rule.name for rule in selection.rules])
     return points.assign(
-        oils_within_limit=tables.lists(_names_of(within_limit, oils), points.index),
-        selection_rule=rule_names[rule_index],
-        advised_oil=oil_names[advised_oil],
-        best_oil=oil_names[best_oil],
-        good_oils=tables.lists(_names_of(is_good, oils), points.index),
+        oils_within_limit=tables.lists(_names_of(is_within_limit, oil_names), points.index),
+        selection_rule=names_of_rules[rule_index],
+        advised_oil=names_by_index[advised_oil_index],
+        best_oil=names_by_index[best_oil_index],
+        good_oils=tables.lists(_names_of(is_good, oil_names), points.index),
         judgement=judgement,
         true_best_oil="",
         true_judgement="",
-        **dict(zip(oils, is_good, strict=True)),
+        **dict(zip(oil_names, is_good, strict=True)),
     )
 
 
-def _names_of(is_chosen: BoolArray, oils: Sequence[str]) -> list[tuple[str, ...]]:
+def _names_of(is_chosen: BoolArray, oil_names: Sequence[str]) -> list[tuple[str, ...]]:
     """Names of the oils that are chosen at each operating point.
 
     Args:
         is_chosen: Whether an oil is chosen, shape (oils, points).
-        oils: Their names.
+        oil_names: Their names.
     """
-    return [tuple(itertools.compress(oils, chosen_at_point)) for chosen_at_point in is_chosen.T]
+    return [
+        tuple(itertools.compress(oil_names, chosen_at_point)) for chosen_at_point in is_chosen.T
+    ]
 
 
 def first_rule_and_oil(
     points: pd.DataFrame,
     slip: FloatArray,
     selection: SelectionSettings,
-    oils: Sequence[str],
+    oil_names: Sequence[str],
     has_film: BoolArray,
 ) -> tuple[IntArray, IntArray]:
-    """At each operating point the first rule that applies, and the oil it advises (-1 for none).
+    """The first rule that applies at each operating point, and the oil that it advises.
 
     Args:
         points: Pressure, dmN and temperature of operating points.
         slip: Their cage slip, shape (points,).
         selection: `selection` of the study's settings.
-        oils: The oils that may be advised.
+        oil_names: The oils that may be advised.
         has_film: Whether an oil has enough film, shape (oils, points).
+
+    Returns:
+        Index of the rule in the settings, and index of the oil in `oil_names`, -1 where none of the
+        rule's oils has enough film. Both have the shape (points,).
 
     Raises:
         OilfilmError: No rule applies to one of the points.
@@ -309,93 +337,110 @@ def first_rule_and_oil(
     limits = selection.limits
     levels = points[["max_hertz_pressure_gpa", "pitch_speed_mm_rpm", "inlet_temperature_c"]]
     pressure_gpa, pitch_speed, temperature_c = levels.to_numpy(dtype=float).T
-    slipping = exceeds(slip, limits.slip_limit)
-    states = {
-        "slipping": slipping,
-        "gripping": ~slipping,
+    is_slipping = exceeds(slip, limits.slip_limit)
+    is_in_state = {
+        "slipping": is_slipping,
+        "gripping": ~is_slipping,
         "light": exceeds(limits.light_below_gpa, pressure_gpa),
         "heavy": reaches(pressure_gpa, limits.heavy_from_gpa),
         "hot": reaches(temperature_c, limits.hot_from_c),
         "fast": reaches(pitch_speed, limits.fast_from_mm_rpm),
     }
-    rule_applies = np.array(
-        [np.all([states[name] for name in rule.when], axis=0) for rule in selection.rules]
+    does_rule_apply = np.array(
+        [np.all([is_in_state[name] for name in rule.when], axis=0) for rule in selection.rules]
     )
-    without_rule = ~rule_applies.any(axis=0)
-    if without_rule.any():
-        first_without_rule = levels.assign(cage_slip=slip)[without_rule].iloc[0]
+    is_without_rule = ~does_rule_apply.any(axis=0)
+    if is_without_rule.any():
+        first_without_rule = levels.assign(cage_slip=slip)[is_without_rule].iloc[0]
         condition = ", ".join(f"{name} {level:.3g}" for name, level in first_without_rule.items())
         raise OilfilmError(
             f"selection.rules of the study's settings: no rule applies at {condition}; end the "
             "list with rules for `slipping` and for `gripping`."
         )
-    oil_of_rule = []
+    oil_index_of_rule = []
     for rule in selection.rules:
-        preferred_oils = np.array([oils.index(oil) for oil in rule.prefer])
-        first_enough = preferred_oils[has_film[preferred_oils].argmax(axis=0)]
-        oil_of_rule.append(np.where(has_film[preferred_oils].any(axis=0), first_enough, -1))
-    rule_index = np.argmax(rule_applies, axis=0)
-    return rule_index, np.array(oil_of_rule)[rule_index, np.arange(len(slip))]
+        preferred_oil_indices = np.array([oil_names.index(oil_name) for oil_name in rule.prefer])
+        first_with_film = preferred_oil_indices[has_film[preferred_oil_indices].argmax(axis=0)]
+        oil_index_of_rule.append(
+            np.where(has_film[preferred_oil_indices].any(axis=0), first_with_film, -1)
+        )
+    rule_index = np.argmax(does_rule_apply, axis=0)
+    return rule_index, np.array(oil_index_of_rule)[rule_index, np.arange(len(slip))]
 
 
 def _rule_and_advised_oil(
     points: pd.DataFrame,
     slip: FloatArray,
-    oils: Sequence[str],
+    oil_names: Sequence[str],
     selection: SelectionSettings,
     has_film: BoolArray,
 ) -> tuple[IntArray, IntArray]:
-    """At each point the rule that decides, and the oil it advises.
+    """The rule that decides at each point, and the oil that it advises; as `first_rule_and_oil`.
 
     Args:
         points: As for `first_rule_and_oil`.
         slip: Cage slip, shape (oils, points).
-        oils: The oils that may be advised.
+        oil_names: The oils that may be advised.
         selection: `selection` of the study's settings.
         has_film: As for `first_rule_and_oil`.
     """
     slip_limit = selection.limits.slip_limit
     point_indices = np.arange(len(points))
-    _, advised_without_slip = first_rule_and_oil(
-        points, np.zeros(len(points)), selection, oils, has_film
+    _, advised_index_without_slip = first_rule_and_oil(
+        points, np.zeros(len(points)), selection, oil_names, has_film
     )
     slip_with_advised = np.where(
-        advised_without_slip >= 0, slip[advised_without_slip, point_indices], 0.0
+        advised_index_without_slip >= 0, slip[advised_index_without_slip, point_indices], 0.0
     )
-    rule_index, advised_oil = first_rule_and_oil(
-        points, slip_with_advised, selection, oils, has_film
+    rule_index, advised_oil_index = first_rule_and_oil(
+        points, slip_with_advised, selection, oil_names, has_film
     )
     # "4050 is recommended, and if necessary, lubricant 4102": necessary while the cage still slips
-    still_slips = (advised_oil >= 0) & ~reaches(slip_limit, slip[advised_oil, point_indices])
-    for point in point_indices[still_slips]:
-        preferred_oils = [oils.index(oil) for oil in selection.rules[rule_index[point]].prefer]
-        oils_with_film = [oil for oil in preferred_oils if has_film[oil, point]]
-        oils_that_hold_cage = [
-            oil for oil in oils_with_film if reaches(slip_limit, slip[oil, point])
+    still_slips = (advised_oil_index >= 0) & ~reaches(
+        slip_limit, slip[advised_oil_index, point_indices]
+    )
+    for point_index in point_indices[still_slips]:
+        preferred_oil_indices = [
+            oil_names.index(oil_name)
+            for oil_name in selection.rules[rule_index[point_index]].prefer
         ]
-        advised_oil[point] = oils_that_hold_cage[0] if oils_that_hold_cage else oils_with_film[-1]
-    return rule_index, advised_oil
+        indices_with_film = [
+            oil_index for oil_index in preferred_oil_indices if has_film[oil_index, point_index]
+        ]
+        indices_that_hold_cage = [
+            oil_index
+            for oil_index in indices_with_film
+            if reaches(slip_limit, slip[oil_index, point_index])
+        ]
+        advised_oil_index[point_index] = (
+            indices_that_hold_cage[0] if indices_that_hold_cage else indices_with_film[-1]
+        )
+    return rule_index, advised_oil_index
 
 
-def _at_chosen_oil(values: FloatArray | BoolArray, oil: IntArray) -> FloatArray:
+def _at_chosen_oil(values: FloatArray | BoolArray, oil_index: IntArray) -> FloatArray:
     """Value of the chosen oil at each operating point, null where there is none."""
-    return np.where(oil >= 0, values[oil, np.arange(len(oil))], np.nan)
+    return np.where(oil_index >= 0, values[oil_index, np.arange(len(oil_index))], np.nan)
 
 
 def _scenarios(selection: SelectionSettings) -> Iterator[tuple[dict[str, Any], SelectionSettings]]:
-    """The rules as set, in each order, and in each order with one limit after the other changed."""
+    """Scenarios of the rules: each order, as set and with one limit after the other changed.
+
+    Yields:
+        The columns `_SCENARIO_COLUMNS` of the scenario, and the changed rules.
+    """
     rule_by_name = {rule.name: rule for rule in selection.rules}
-    orders = {"as set": list(rule_by_name)}
-    orders.update(selection.band.rule_orders)
+    rule_names_of_order = {"as set": list(rule_by_name)}
+    rule_names_of_order.update(selection.band.rule_orders)
     limits_and_factors = [("", 1.0)]
     limits_and_factors.extend(
         itertools.product(SelectionLimits.model_fields, selection.band.limit_factors)
     )
-    for order_name, rule_names in orders.items():
-        for limit_name, factor in limits_and_factors:
+    for order_name, rule_names in rule_names_of_order.items():
+        for limit_name, limit_factor in limits_and_factors:
             changed_limit = {}
             if limit_name:
-                changed_limit[limit_name] = factor * getattr(selection.limits, limit_name)
+                changed_limit[limit_name] = limit_factor * getattr(selection.limits, limit_name)
             changed_selection = selection.model_copy(
                 update={
                     "rules": [rule_by_name[name] for name in rule_names],
@@ -405,6 +450,6 @@ def _scenarios(selection: SelectionSettings) -> Iterator[tuple[dict[str, Any], S
             scenario = {
                 "rule_order": order_name,
                 "varied_limit": limit_name,
-                "limit_factor": factor,
+                "limit_factor": limit_factor,
             }
             yield scenario, changed_selection

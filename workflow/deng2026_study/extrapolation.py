@@ -35,7 +35,7 @@ _WORST_COLUMNS = [
     "traction_coefficient",
 ]
 # Short names of `CONDITIONS`.
-_SHORT_NAMES = np.array(["pressure", "speed", "temperature"])
+_SHORT_CONDITION_NAMES = np.array(["pressure", "speed", "temperature"])
 
 
 def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
@@ -49,17 +49,19 @@ def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.Da
         OilfilmError: As `true_tractions`.
     """
     contact = known_contact(settings)
-    grids = []
+    grids_of_figures = []
     for oil, true_traction in true_tractions(settings, constants).items():
         for figure, conditions in study_settings(settings).extrapolation.items():
             levels = conditions.model_dump()
             grid = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
             mu = true_traction(*(grid[name].to_numpy(dtype=float) for name in levels))
             load_n = contact.load_n(grid["max_hertz_pressure_gpa"].to_numpy())
-            grids.append(
+            grids_of_figures.append(
                 grid.assign(oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu)
             )
-    return tables.conform(pd.concat(grids, ignore_index=True), "truth_grid", "truth of the twin")
+    return tables.conform(
+        pd.concat(grids_of_figures, ignore_index=True), "truth_grid", "truth of the twin"
+    )
 
 
 def extrapolate(
@@ -68,8 +70,8 @@ def extrapolate(
     refits: pd.DataFrame,
     quality: pd.DataFrame,
     level_tolerance: float,
-    laws: Mapping[str, Mapping[str, Law]] | None = None,
-    surfaces: Mapping[str, OilSurface | None] | None = None,
+    law_by_name_of_oil: Mapping[str, Mapping[str, Law]] | None = None,
+    surface_of_oil: Mapping[str, OilSurface | None] | None = None,
 ) -> pd.DataFrame:
     """Every fitted law's traction, with the interval of the next run, beside the true one.
 
@@ -79,9 +81,10 @@ def extrapolate(
         refits: Table of refits.
         quality: Table of fit quality, which has each fit's tested box.
         level_tolerance: As in `is_beyond`.
-        laws: The laws by name, for each oil; without it those that need no properties of the oil.
-        surfaces: The surface of each oil, from which the interval of the next run comes; without it
-            there is none.
+        law_by_name_of_oil: The laws by name, for each oil; without it those that need no properties
+            of the oil.
+        surface_of_oil: The surface of each oil, from which the interval of the next run comes;
+            without it there is none.
 
     Returns:
         Table `extrapolation`: one row per law and row of `truth`.
@@ -90,13 +93,13 @@ def extrapolate(
     refits_of_fit = dict(iter(refits.groupby(["oil", "law"])))
     predictions = []
     for oil, truth_of_oil in truth.groupby("oil", sort=False):
-        laws_of_oil = LAWS if laws is None else laws[str(oil)]
-        interval_columns = _interval_of_next_run((surfaces or {}).get(str(oil)), truth_of_oil)
+        law_by_name = LAWS if law_by_name_of_oil is None else law_by_name_of_oil[str(oil)]
+        interval_columns = _interval_of_next_run((surface_of_oil or {}).get(str(oil)), truth_of_oil)
         for quality_row in quality[quality["oil"] == oil].to_dict("records"):
-            law = str(quality_row["law"])
-            own_refits = refits_of_fit.get((oil, law), refits.iloc[:0])
+            law_name = str(quality_row["law"])
+            refits_of_law = refits_of_fit.get((oil, law_name), refits.iloc[:0])
             fitted = FittedLaw.from_tables(
-                coefficients, str(oil), own_refits, quality, laws_of_oil[law]
+                coefficients, str(oil), refits_of_law, quality, law_by_name[law_name]
             )
             predictions.append(
                 _rows_of_fit(
@@ -141,8 +144,11 @@ def _rows_of_fit(
         [quality_row[f"tested_min_{name}"], quality_row[f"tested_max_{name}"]]
         for name in CONDITIONS
     ]
-    beyond = is_beyond(truth[list(CONDITIONS)].to_numpy(), np.array(box), level_tolerance)
-    names_beyond = [tuple(_SHORT_NAMES[beyond_of_point].tolist()) for beyond_of_point in beyond]
+    is_beyond_box = is_beyond(truth[list(CONDITIONS)].to_numpy(), np.array(box), level_tolerance)
+    names_beyond = [
+        tuple(_SHORT_CONDITION_NAMES[is_beyond_of_point].tolist())
+        for is_beyond_of_point in is_beyond_box
+    ]
     with_true_mu = truth.rename(columns={"traction_coefficient": "true_traction_coefficient"})
     predictions = with_true_mu.assign(
         law=quality_row["law"],
@@ -166,21 +172,21 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
         Table `extrapolation_errors`; NaN where no condition is in the tested box, or beyond it.
     """
     rows = []
-    for law, rows_of_law in compared.dropna(subset="traction_coefficient").groupby(
+    for law_name, rows_of_law in compared.dropna(subset="traction_coefficient").groupby(
         "law", sort=False
     ):
         rows_beyond = rows_of_law[rows_of_law["beyond"].map(len) > 0]
         with_interval = rows_beyond.dropna(subset="obs_ci_lower")
-        covered = with_interval["true_traction_coefficient"].between(
+        is_covered = with_interval["true_traction_coefficient"].between(
             with_interval["obs_ci_lower"], with_interval["obs_ci_upper"]
         )
         error = rows_of_law["traction_coefficient"] - rows_of_law["true_traction_coefficient"]
         row = {
-            "law": law,
+            "law": law_name,
             "relative_rms": relative_rms(rows_of_law),
             "inside_relative_rms": relative_rms(rows_of_law.drop(rows_beyond.index)),
             "beyond_relative_rms": relative_rms(rows_beyond),
-            "beyond_obs_ci_ratio": covered.mean(),
+            "beyond_obs_ci_ratio": is_covered.mean(),
             "beyond_supported_ratio": rows_beyond["obs_ci_lower"].notna().mean(),
         }
         worst_row = rows_of_law[_WORST_COLUMNS].iloc[int(first_largest(error.abs()))]

@@ -76,7 +76,7 @@ def judge_printed(
 
 
 def largest_difference(
-    fitted: FloatArray, printed: FloatArray, box: Mapping[str, Sequence[float]], levels: int
+    fitted: FloatArray, printed: FloatArray, box: Mapping[str, Sequence[float]], level_count: int
 ) -> float:
     """printed - fitted mu where they differ most in a box, on a grid of evenly spaced levels.
 
@@ -84,12 +84,14 @@ def largest_difference(
         fitted: A0..A3, B0..B3, C0..C3; any NaN makes the answer NaN.
         printed: The same, as printed.
         box: Lowest and highest value of each condition and of `slide_roll_ratio`.
-        levels: How many of each.
+        level_count: Number of levels of each condition and of slip.
     """
     lowest, highest = box["slide_roll_ratio"]
-    slip = np.linspace(lowest, highest, levels)
+    slip = np.linspace(lowest, highest, level_count)
     internal = to_internal(LAW, np.array([printed, fitted])).T
-    printed_mu, fitted_mu = np.moveaxis(Surface.over(box, levels, slip, internal).mu, -1, 0)
+    printed_mu, fitted_mu = np.moveaxis(
+        TractionOverBox.over(box, level_count, slip, internal).mu, -1, 0
+    )
     difference = printed_mu - fitted_mu
     return float(difference.flat[first_largest(np.abs(difference).ravel())])
 
@@ -124,11 +126,12 @@ _SIGN_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))
 # settings: those of a whole curve (Fig. 7), and those of Figs 8 and 9. Totals and ranks are those
 # of the whole curve. The slips of the figures can only make a verdict less sure.
 _SLIP_LEVELS = ("curve", "figures")
-# Axes of arrays.
-STRESS, SPEED, TEMPERATURE, SLIP = range(4)
-# Statements that count half. The paper does not state the first one: it follows from the Newtonian
-# oil and its falling viscosity that section 2.4 names. The others are two readings of one sentence.
-HALF = (
+# Indices of the axes of arrays.
+STRESS_AXIS, SPEED_AXIS, TEMPERATURE_AXIS, SLIP_AXIS = range(4)
+# Names of the statements that count half. The paper does not state the first one: it follows from the
+# Newtonian oil and its falling viscosity that section 2.4 names. The others are two readings of one
+# sentence.
+HALF_STATEMENTS = (
     "start_falls_with_temperature",
     "earlier_plateau_with_speed",
     "earlier_plateau_with_temperature",
@@ -136,17 +139,17 @@ HALF = (
 
 
 @dataclass(frozen=True)
-class Surface:
-    """Eqs 7-9 over a box of conditions, for many sets of constants.
+class TractionOverBox:
+    """Traction coefficient by Eqs 7-9 over a box of conditions, for many sets of constants.
 
     Attributes:
-        stress: Levels of P, in GPa.
+        stress_gpa: Levels of P, in GPa.
         slip: Levels of S.
         largest_slip: The box's largest S.
         sizes: |A|, B and C of Eq. 7, axes coefficient, P, U, T, sets.
     """
 
-    stress: FloatArray
+    stress_gpa: FloatArray
     slip: FloatArray
     largest_slip: float
     sizes: FloatArray
@@ -155,31 +158,35 @@ class Surface:
     def over(
         cls,
         box: Mapping[str, Sequence[float]],
-        levels: int,
+        level_count: int,
         slip: Sequence[float] | FloatArray,
         internal: FloatArray,
-    ) -> "Surface":
+    ) -> "TractionOverBox":
         """The surface over a box.
 
         Args:
             box: Lowest and highest value of each condition and of `slide_roll_ratio`.
-            levels: Evenly spaced levels of each condition.
+            level_count: Evenly spaced levels of each condition.
             slip: Levels of the slide-roll ratio.
             internal: Constants in the law's internal form, shape (constants, sets).
         """
-        levels_of_axes = [np.linspace(box[name][0], box[name][1], levels) for name in CONDITIONS]
+        levels_of_axes = [
+            np.linspace(box[name][0], box[name][1], level_count) for name in CONDITIONS
+        ]
         conditions = np.stack(np.meshgrid(*levels_of_axes, indexing="ij"), axis=-1).reshape(
             -1, len(levels_of_axes)
         )
         sizes = LAW.sizes(internal, LAW.design(conditions))
-        shape = -1, levels, levels, levels, internal.shape[1]
+        shape_of_sizes = -1, level_count, level_count, level_count, internal.shape[1]
         largest_slip = max(box["slide_roll_ratio"])
-        return cls(levels_of_axes[STRESS], np.sort(slip), largest_slip, sizes.reshape(shape))
+        return cls(
+            levels_of_axes[STRESS_AXIS], np.sort(slip), largest_slip, sizes.reshape(shape_of_sizes)
+        )
 
     @cached_property
     def mu(self) -> FloatArray:
         """Traction coefficient, axes P, U, T, S, sets."""
-        return np.stack([self.mu_at(slip) for slip in self.slip], axis=SLIP)
+        return np.stack([self.mu_at(slip) for slip in self.slip], axis=SLIP_AXIS)
 
     def mu_at(self, slip: FloatArray | float) -> FloatArray:
         """Traction coefficient at one slip, or at a slip of each condition; axes P, U, T, sets."""
@@ -225,19 +232,24 @@ def study_signs(
     Returns:
         The tables `signs` and `sign_verdicts`.
     """
-    candidates = {oil: _all_sign_sets(constants) for oil, constants in printed.items()}
-    scores = [_scores(candidates, levels, settings, traction_max) for levels in _SLIP_LEVELS]
+    internal_of_sets_by_oil = {oil: _all_sign_sets(constants) for oil, constants in printed.items()}
+    shares_by_oil_of_slip_levels = [
+        _scores(internal_of_sets_by_oil, slip_levels, settings, traction_max)
+        for slip_levels in _SLIP_LEVELS
+    ]
     sign_sets = []
     verdicts = []
     for oil in printed:
         if oil not in oils:
             continue
-        shares_by_slips = [shares_of_oil[oil] for shares_of_oil in scores]
-        in_use = (np.sign(printed[oil][_EXPONENTS]) == _SIGN_SETS).all(axis=1)
-        rows = _table_of_sign_sets(oil, in_use, shares_by_slips)
-        sign_sets.append(rows.sort_values("total", ascending=False, kind="stable"))
-        effects = _effects(candidates[oil][:, in_use], settings)
-        verdicts.append(_verdicts(rows, shares_by_slips, effects, settings.signs))
+        shares_of_slip_levels = [
+            shares_of_oil[oil] for shares_of_oil in shares_by_oil_of_slip_levels
+        ]
+        is_in_use = (np.sign(printed[oil][_EXPONENTS]) == _SIGN_SETS).all(axis=1)
+        rows_of_oil = _table_of_sign_sets(oil, is_in_use, shares_of_slip_levels)
+        sign_sets.append(rows_of_oil.sort_values("total", ascending=False, kind="stable"))
+        effects = _effects(internal_of_sets_by_oil[oil][:, is_in_use], settings)
+        verdicts.append(_verdicts(rows_of_oil, shares_of_slip_levels, effects, settings.signs))
     if not sign_sets:
         return tables.empty("signs"), tables.empty("sign_verdicts")
     return (
@@ -257,33 +269,33 @@ def _all_sign_sets(constants: FloatArray) -> FloatArray:
 
 
 def _table_of_sign_sets(
-    oil: str, in_use: BoolArray, shares_by_slips: Sequence[Shares]
+    oil: str, is_in_use: BoolArray, shares_of_slip_levels: Sequence[Shares]
 ) -> pd.DataFrame:
     """One row per sign set of an oil: its total, its ranks, and the share of each statement.
 
     Args:
         oil: The oil.
-        in_use: Whether a set has the signs in use, shape (sets,).
-        shares_by_slips: Shares of the statements, for each of `_SLIP_LEVELS`.
+        is_in_use: Whether a set has the signs in use, shape (sets,).
+        shares_of_slip_levels: Shares of the statements, for each of `_SLIP_LEVELS`.
     """
-    totals = [pd.Series(_total(shares)) for shares in shares_by_slips]
+    totals = [pd.Series(_total(shares)) for shares in shares_of_slip_levels]
     ranks = [total.rank(method="min", ascending=False).astype(int) for total in totals]
-    texts = np.where(_SIGN_SETS > 0, "+", "-")
+    sign_texts = np.where(_SIGN_SETS > 0, "+", "-")
     rows = pd.DataFrame(
         {
             "oil": oil,
-            "signs": ["".join(signs) for signs in texts],
-            "in_use": in_use,
+            "signs": ["".join(signs) for signs in sign_texts],
+            "in_use": is_in_use,
             "rank": ranks[0],
             "rank_at_figures": ranks[1],
             "total": totals[0],
         }
     )
-    return rows.assign(**shares_by_slips[0])
+    return rows.assign(**shares_of_slip_levels[0])
 
 
 def _scores(
-    candidates: Mapping[str, FloatArray],
+    internal_of_sets_by_oil: Mapping[str, FloatArray],
     slip_levels: str,
     settings: PrintedSettings,
     traction_max: float,
@@ -291,45 +303,51 @@ def _scores(
     """The shares of the statements for each oil.
 
     Args:
-        candidates: Constants of every sign set of each oil, the most viscous oil first.
+        internal_of_sets_by_oil: Internal constants of every sign set of each oil, shape
+            (constants, sets); the most viscous oil first.
         slip_levels: One of `_SLIP_LEVELS`.
         settings: Boxes of conditions, slide-roll ratios and limits.
         traction_max: Largest believable mu.
     """
-    scores: dict[str, Shares] = {}
-    surfaces: dict[str, Surface] = {}
-    best_surfaces: list[Surface] = []
-    for oil, internal in candidates.items():
+    shares_of_oil: dict[str, Shares] = {}
+    surface_of_oil: dict[str, TractionOverBox] = {}
+    surfaces_of_best_sets: list[TractionOverBox] = []
+    for oil, internal in internal_of_sets_by_oil.items():
         tested_surface = _surface("tested", slip_levels, internal, settings)
         drawn_surface = _surface("extrapolated", slip_levels, internal, settings)
-        surfaces[oil] = drawn_surface
+        surface_of_oil[oil] = drawn_surface
         compared_slips = settings.signs.slide_roll_ratio.figures
         where_statements_hold = where_true(
             tested_surface, drawn_surface, compared_slips, traction_max, settings.signs
         )
-        scores[oil] = {
-            name: share(statement_holds) for name, statement_holds in where_statements_hold.items()
+        shares_of_oil[oil] = {
+            name: share_of_box(statement_holds)
+            for name, statement_holds in where_statements_hold.items()
         }
-        best = int(np.argmax(_total(scores[oil])))
-        best_surface = _surface("extrapolated", slip_levels, internal[:, [best]], settings)
-        best_surfaces.append(best_surface)
+        best_set_index = int(np.argmax(_total(shares_of_oil[oil])))
+        surface_of_best_set = _surface(
+            "extrapolated", slip_levels, internal[:, [best_set_index]], settings
+        )
+        surfaces_of_best_sets.append(surface_of_best_set)
     # Oils are compared with the others as the others' own statements choose them. The signs in use
     # must not confirm each other.
-    for index, (oil, surface) in enumerate(surfaces.items()):
-        more_viscous = best_surfaces[:index]
-        less_viscous = best_surfaces[index + 1 :]
-        scores[oil]["viscosity_order"] = viscosity_order(surface, more_viscous, less_viscous)
-        scores[oil]["hot_convergence"] = hot_convergence(surface, more_viscous + less_viscous)
-    return scores
+    for oil_rank, (oil, surface) in enumerate(surface_of_oil.items()):
+        more_viscous = surfaces_of_best_sets[:oil_rank]
+        less_viscous = surfaces_of_best_sets[oil_rank + 1 :]
+        shares_of_oil[oil]["viscosity_order"] = viscosity_order(surface, more_viscous, less_viscous)
+        shares_of_oil[oil]["hot_convergence"] = hot_convergence(
+            surface, more_viscous + less_viscous
+        )
+    return shares_of_oil
 
 
 def _surface(
     box: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
-) -> Surface:
+) -> TractionOverBox:
     """The surface over a box of the settings, at one of `_SLIP_LEVELS`."""
     ends = settings.boxes.model_dump()[box]
     slips = settings.signs.slide_roll_ratio.model_dump()[slip_levels]
-    return Surface.over(ends, settings.signs.levels, slips, internal)
+    return TractionOverBox.over(ends, settings.signs.levels, slips, internal)
 
 
 def _total(shares: Shares, without: str = "") -> FloatArray:
@@ -344,7 +362,7 @@ def _total(shares: Shares, without: str = "") -> FloatArray:
     weighted = []
     for name, share_of_box in shares.items():
         if name != without:
-            weight = 0.5 if name in HALF else 1.0
+            weight = 0.5 if name in HALF_STATEMENTS else 1.0
             weighted.append(weight * share_of_box)
     return evened(np.nansum(weighted, axis=0))
 
@@ -360,26 +378,26 @@ def _effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatAr
         Shape (exponents,).
     """
     # first column: signs in use; one more column for each sign turned
-    turned = np.tile(constants_in_use, (1, 1 + len(_EXPONENTS)))
-    turned[_EXPONENTS, range(1, turned.shape[1])] *= -1
-    surface = _surface("tested", _SLIP_LEVELS[0], turned, settings)
-    mu_of_turns = surface.mu.reshape(-1, turned.shape[1])
+    internal_of_turns = np.tile(constants_in_use, (1, 1 + len(_EXPONENTS)))
+    internal_of_turns[_EXPONENTS, range(1, internal_of_turns.shape[1])] *= -1
+    surface = _surface("tested", _SLIP_LEVELS[0], internal_of_turns, settings)
+    mu_of_turns = surface.mu.reshape(-1, internal_of_turns.shape[1])
     return np.abs(mu_of_turns[:, 1:] - mu_of_turns[:, :1]).max(axis=0) / mu_of_turns[:, 0].max()
 
 
 def _verdicts(
     sign_sets: pd.DataFrame,
-    shares_by_slips: Sequence[Shares],
-    effects: FloatArray,
-    limits: SignSettings,
+    shares_of_slip_levels: Sequence[Shares],
+    effect_of_exponent: FloatArray,
+    sign_settings: SignSettings,
 ) -> pd.DataFrame:
     """One row per sign in use of one oil.
 
     Args:
         sign_sets: Rows of the oil, as by `_table_of_sign_sets`.
-        shares_by_slips: Shares of the statements, for each of `_SLIP_LEVELS`.
-        effects: As by `_effects`.
-        limits: The limits of the verdicts.
+        shares_of_slip_levels: Shares of the statements, for each of `_SLIP_LEVELS`.
+        effect_of_exponent: As by `_effects`.
+        sign_settings: The limits of the verdicts.
     """
     signs_in_use = _SIGN_SETS[sign_sets["in_use"]][0]
     # whether a set has the sign in use of an exponent, shape (exponents, sets)
@@ -392,7 +410,7 @@ def _verdicts(
         ]
 
     margins_without_one = []
-    for shares in shares_by_slips:
+    for shares in shares_of_slip_levels:
         for statement in shares:
             margins_without_one.append(margins(_total(shares, without=statement)))
     frame = pd.DataFrame(
@@ -402,16 +420,16 @@ def _verdicts(
             "sign": np.where(signs_in_use > 0, "+", "-"),
             "margin": margins(sign_sets["total"].to_numpy()),
             "weakest_margin": np.min(margins_without_one, axis=0),
-            "effect": effects,
+            "effect": effect_of_exponent,
         }
     )
     return frame.assign(
-        verdict=verdicts(frame["margin"], frame["weakest_margin"], frame["effect"], limits)
+        verdict=verdicts(frame["margin"], frame["weakest_margin"], frame["effect"], sign_settings)
     )
 
 
 def verdicts(
-    margin: pd.Series, weakest_margin: pd.Series, effect: pd.Series, limits: SignSettings
+    margin: pd.Series, weakest_margin: pd.Series, effect: pd.Series, sign_settings: SignSettings
 ) -> np.ndarray:
     """How sure the signs in use are.
 
@@ -428,12 +446,12 @@ def verdicts(
         margin: In statements (see the module).
         weakest_margin: The smallest margin with any one statement left out, at either slips.
         effect: Largest change of mu over its largest value.
-        limits: The limits.
+        sign_settings: The limits.
     """
-    near_best = limits.near_best
+    near_best = sign_settings.near_best
     # the first condition that is met gives the verdict
     conditions = {
-        "without effect": reaches(limits.no_effect_max, effect),
+        "without effect": reaches(sign_settings.no_effect_max, effect),
         "settled": reaches(weakest_margin, near_best),
         "probable": reaches(margin, near_best),
         "against": reaches(-near_best, margin),
@@ -442,13 +460,13 @@ def verdicts(
 
 
 def where_true(
-    tested: Surface,
-    drawn: Surface,
+    tested: TractionOverBox,
+    drawn: TractionOverBox,
     compared_slips: Sequence[float],
     traction_max: float,
-    limits: SignSettings,
+    sign_settings: SignSettings,
 ) -> dict[str, BoolArray]:
-    """Where each statement about one oil holds; the last axis is that of the sign sets.
+    """Where each statement about one oil holds, by name; the last axis is that of the sign sets.
 
     Args:
         tested: The box that was tested. Statements of section 2 are checked there.
@@ -456,18 +474,20 @@ def where_true(
             there.
         compared_slips: Slips whose lowest and highest the text compares.
         traction_max: Largest believable mu.
-        limits: What counts as linear and slight.
+        sign_settings: What counts as linear and slight.
     """
     mu = drawn.mu
     low_slip_mu = drawn.mu_at(min(compared_slips))
     high_slip_mu = drawn.mu_at(max(compared_slips))
     # R2 of the straight line mu(P) is covariance^2/variances
-    stress = drawn.stress - drawn.stress.mean()
-    mu_deviation = mu - mu.mean(axis=STRESS, keepdims=True)
+    stress = drawn.stress_gpa - drawn.stress_gpa.mean()
+    mu_deviation = mu - mu.mean(axis=STRESS_AXIS, keepdims=True)
     covariance = np.tensordot(stress, mu_deviation, axes=1)
-    variances = (stress**2).sum() * (mu_deviation**2).sum(axis=STRESS)
-    is_linear = reaches(covariance**2, limits.linear_r2_min * variances)
-    is_slight = reaches(tested.mu_at(tested.largest_slip), (1 - limits.decline_max) * tested.peak)
+    product_of_squares = (stress**2).sum() * (mu_deviation**2).sum(axis=STRESS_AXIS)
+    is_linear = reaches(covariance**2, sign_settings.linear_r2_min * product_of_squares)
+    is_slight = reaches(
+        tested.mu_at(tested.largest_slip), (1 - sign_settings.decline_max) * tested.peak
+    )
     # effects of stress and of temperature at the lowest speed and at the highest one
     stress_effect = (mu[-1] - mu[0])[[0, -1]]
     temperature_effect = (mu[:, :, 0] - mu[:, :, -1])[:, [0, -1]]
@@ -476,19 +496,20 @@ def where_true(
     # largest mu of each sign set: differences have the rounding of these numbers
     largest_mu = np.abs(mu).max(axis=tuple(range(mu.ndim - 1)))
     return {
-        "physical": reaches(mu.min(axis=SLIP), 0.0, drawn.peak) & reaches(traction_max, drawn.peak),
-        "rises_with_stress": _falls(-mu, STRESS),
+        "physical": reaches(mu.min(axis=SLIP_AXIS), 0.0, drawn.peak)
+        & reaches(traction_max, drawn.peak),
+        "rises_with_stress": _falls(-mu, STRESS_AXIS),
         "linear_in_stress": is_linear & (covariance > 0),
-        "falls_with_speed": _falls(mu, SPEED),
-        "levels_off_with_speed": _levels_off(mu, SPEED),
-        "falls_with_temperature": _falls(mu, TEMPERATURE),
-        "levels_off_with_temperature": _levels_off(mu, TEMPERATURE),
-        "start_falls_with_temperature": _falls(tested.slope, TEMPERATURE),
+        "falls_with_speed": _falls(mu, SPEED_AXIS),
+        "levels_off_with_speed": _levels_off(mu, SPEED_AXIS),
+        "falls_with_temperature": _falls(mu, TEMPERATURE_AXIS),
+        "levels_off_with_temperature": _levels_off(mu, TEMPERATURE_AXIS),
+        "start_falls_with_temperature": _falls(tested.slope, TEMPERATURE_AXIS),
         "rises_with_slip": exceeds(high_slip_mu, low_slip_mu),
         "declines_slightly": exceeds(tested.largest_slip, tested.peak_slip) & is_slight,
-        "earlier_plateau_with_stress": _falls(drawn.knee, STRESS),
-        "earlier_plateau_with_speed": _falls(tested.knee, SPEED),
-        "earlier_plateau_with_temperature": _falls(tested.knee, TEMPERATURE),
+        "earlier_plateau_with_stress": _falls(drawn.knee, STRESS_AXIS),
+        "earlier_plateau_with_speed": _falls(tested.knee, SPEED_AXIS),
+        "earlier_plateau_with_temperature": _falls(tested.knee, TEMPERATURE_AXIS),
         "slip_raises_stress_effect": exceeds(
             high_slip_mu[-1] - high_slip_mu[0], np.abs(low_slip_mu[-1] - low_slip_mu[0]), largest_mu
         ),
@@ -502,7 +523,9 @@ def where_true(
 
 
 def viscosity_order(
-    surface: Surface, more_viscous: Sequence[Surface], less_viscous: Sequence[Surface]
+    surface: TractionOverBox,
+    more_viscous: Sequence[TractionOverBox],
+    less_viscous: Sequence[TractionOverBox],
 ) -> FloatArray:
     """Mu is below that of the next more viscous oil, and above that of the next less viscous one.
 
@@ -516,7 +539,7 @@ def viscosity_order(
     return _mean_share(where_statements_hold, surface)
 
 
-def hot_convergence(surface: Surface, others: Sequence[Surface]) -> FloatArray:
+def hot_convergence(surface: TractionOverBox, others: Sequence[TractionOverBox]) -> FloatArray:
     """Mu is nearer to that of each other oil at the highest temperature than at the lowest."""
     is_nearer = []
     for other in others:
@@ -525,22 +548,22 @@ def hot_convergence(surface: Surface, others: Sequence[Surface]) -> FloatArray:
     return _mean_share(is_nearer, surface)
 
 
-def share(where_it_holds: BoolArray) -> FloatArray:
+def share_of_box(where_it_holds: BoolArray) -> FloatArray:
     """Share of all conditions and slips where something holds, for each sign set."""
     return where_it_holds.reshape(-1, where_it_holds.shape[-1]).mean(axis=0)
 
 
-def _mean_share(where_statements_hold: list[BoolArray], surface: Surface) -> FloatArray:
+def _mean_share(where_statements_hold: list[BoolArray], surface: TractionOverBox) -> FloatArray:
     """Mean of the shares where statements hold; NaN for each sign set without any statement."""
     if not where_statements_hold:
         return np.full(surface.mu.shape[-1], np.nan)
-    return np.mean([share(holds) for holds in where_statements_hold], axis=0)
+    return np.mean([share_of_box(holds) for holds in where_statements_hold], axis=0)
 
 
 def _falls(values: FloatArray, axis: int) -> BoolArray:
     """Smaller at the next level of an axis."""
-    levels = np.moveaxis(values, axis, 0)
-    return np.moveaxis(exceeds(levels[:-1], levels[1:]), 0, axis)
+    values_of_level = np.moveaxis(values, axis, 0)
+    return np.moveaxis(exceeds(values_of_level[:-1], values_of_level[1:]), 0, axis)
 
 
 def _levels_off(mu: FloatArray, axis: int) -> BoolArray:

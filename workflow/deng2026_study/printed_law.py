@@ -59,14 +59,14 @@ class PrintedLaw(FittedLaw):
         Returns:
             Each of shape (points,).
         """
-        names = [constant.name for constant in self.law.constants]
-        open_signs = [names.index(name) for name in self.names_of_open_signs()]
+        constant_names = [constant.name for constant in self.law.constants]
+        open_index = [constant_names.index(name) for name in self.names_of_open_signs()]
         pressure_gpa, speed_m_s, temperature_c = np.asarray(conditions, dtype=float).T
         slip = np.abs(slide_roll_ratio)
         mu_of_signs = []
-        for sign_factors in itertools.product((1.0, -1.0), repeat=len(open_signs)):
+        for sign_factors in itertools.product((1.0, -1.0), repeat=len(open_index)):
             constants = self.coefficients.constants.copy()
-            constants[open_signs] *= sign_factors
+            constants[open_index] *= sign_factors
             mu_of_signs.append(
                 traction_coefficient(constants, pressure_gpa, speed_m_s, temperature_c, slip)
             )
@@ -80,31 +80,31 @@ class PrintedLaw(FittedLaw):
         return [name for name, certainty in self.sign_certainty.items() if certainty == "open"]
 
 
-def printed_law(printed: PrintedCoefficients, oil: str, tested: Box) -> PrintedLaw:
+def printed_law(printed: PrintedCoefficients, oil: str, tested_box: Box) -> PrintedLaw:
     """The printed law of one oil, with the paper's tested box and what its lost signs leave open.
 
     Args:
         printed: Content of data/reference/printed_coefficients.yaml.
         oil: One of its oils.
-        tested: What the paper's abstract says was tested (`printed.boxes.tested`).
+        tested_box: What the paper's abstract says was tested (`printed.boxes.tested`).
     """
-    ends_by_name = tested.model_dump()
+    ends_by_name = tested_box.model_dump()
     names = [*DENG2026.conditions, "slide_roll_ratio"]
     box = np.array([ends_by_name[name] for name in names], dtype=float)
     coefficients = replace(Coefficients.bare(DENG2026, printed.constants()[oil]), box=box)
     law = PrintedLaw(DENG2026, coefficients, sign_certainty=printed.sign_certainties(oil))
-    open_signs = law.names_of_open_signs()
-    if not open_signs:
+    names_of_open_signs = law.names_of_open_signs()
+    if not names_of_open_signs:
         return law
     points = np.array(list(itertools.product(*box[:-1], _SEARCHED_SLIPS)))
     lower, upper = law.sign_range(points[:, :-1], points[:, -1])
     widest_index = int(first_largest(upper / lower))
     condition = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}".format(*points[widest_index])
-    sentence = (
-        f"the signs of {', '.join(open_signs)} were lost and are open: over them mu is "
+    warning = (
+        f"the signs of {', '.join(names_of_open_signs)} were lost and are open: over them mu is "
         f"{lower[widest_index]:.2g} to {upper[widest_index]:.2g} at {condition}"
     )
-    return replace(law, warnings=(sentence,))
+    return replace(law, warnings=(warning,))
 
 
 def printed(oil: str | int) -> PrintedLaw:
@@ -136,22 +136,26 @@ def printed(oil: str | int) -> PrintedLaw:
     return printed_law(content, str(oil), default_settings().printed.boxes.tested)
 
 
-def with_printed(coefficients: pd.DataFrame, printed: PrintedCoefficients) -> pd.DataFrame:
+def with_printed(
+    coefficients: pd.DataFrame, printed_coefficients: PrintedCoefficients
+) -> pd.DataFrame:
     """The table of coefficients with the column `printed_value`, null where nothing is printed.
 
     It is null too for an exponent of which only combinations with others were tested (`in step`).
 
     Args:
         coefficients: Table of coefficients.
-        printed: Content of data/reference/printed_coefficients.yaml.
+        printed_coefficients: Content of data/reference/printed_coefficients.yaml.
     """
-    names = [constant.name for constant in DENG2026.constants]
-    printed_values = {}
-    for oil, constants in printed.constants().items():
-        for name, constant in zip(names, constants, strict=True):
-            printed_values[printed.law, oil, name] = constant
+    constant_names = [constant.name for constant in DENG2026.constants]
+    printed_value_by_key = {}
+    for oil, constants in printed_coefficients.constants().items():
+        for constant_name, constant in zip(constant_names, constants, strict=True):
+            printed_value_by_key[printed_coefficients.law, oil, constant_name] = constant
     keys = zip(coefficients["law"], coefficients["oil"], coefficients["constant"], strict=True)
-    values = pd.Series(
-        [printed_values.get(key, np.nan) for key in keys], coefficients.index, dtype=float
+    printed_values_of_rows = pd.Series(
+        [printed_value_by_key.get(key, np.nan) for key in keys], coefficients.index, dtype=float
     )
-    return coefficients.assign(printed_value=values.mask(coefficients["verdict"] == "in step"))
+    return coefficients.assign(
+        printed_value=printed_values_of_rows.mask(coefficients["verdict"] == "in step")
+    )

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE, STAYS_BEST_SHARE
+from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE_FILM_FORMULA, STAYS_BEST_SHARE
 from deng2026_study.audit.audit import UNDOUBTED
 from deng2026_study.printed_law import PrintedLaw, printed_law
 from deng2026_study.reference import Claim, Claims, read_claims, read_reference
@@ -41,12 +41,12 @@ from simulated_lab.printed import PrintedCoefficients
 _SOURCE = f"{publication(NAME)}, Eqs 11-13"
 
 
-def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[Description]:
+def describe_printed(path: Path, tested_box: Box, settings: ExportSettings) -> list[Description]:
     """Describe the printed constants of each oil of the paper.
 
     Args:
         path: data/reference/printed_coefficients.yaml.
-        tested: What the paper's abstract says was tested (`printed.boxes.tested`).
+        tested_box: What the paper's abstract says was tested (`printed.boxes.tested`).
         settings: Operating points of the ADORE form.
 
     Raises:
@@ -54,16 +54,16 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
     """
     printed_coefficients = load(path, PrintedCoefficients)
     identifier_of_oil = identifiers(
-        [f"{oil} printed" for oil in printed_coefficients.falling_viscosity]
+        [f"{oil_name} printed" for oil_name in printed_coefficients.falling_viscosity]
     )
     adore_points = tuple(point.model_dump() for point in settings.adore_points)
     descriptions = []
-    for oil in printed_coefficients.falling_viscosity:
-        fitted = printed_law(printed_coefficients, oil, tested)
+    for oil_name in printed_coefficients.falling_viscosity:
+        fitted = printed_law(printed_coefficients, oil_name, tested_box)
         descriptions.append(
             Description(
-                oil=oil,
-                identifier=identifier_of_oil[f"{oil} printed"],
+                oil=oil_name,
+                identifier=identifier_of_oil[f"{oil_name} printed"],
                 campaign=None,
                 fitted=fitted,
                 conditions=tuple(_conditions(fitted)),
@@ -78,11 +78,12 @@ def describe_printed(path: Path, tested: Box, settings: ExportSettings) -> list[
 
 def _caveats(fitted: PrintedLaw) -> Iterator[str]:
     """Sentences for a user of the printed constants."""
-    constants_by_sign: dict[str, list[str]] = {}
-    for constant, certainty in fitted.sign_certainty.items():
-        constants_by_sign.setdefault(f"sign {certainty}", []).append(constant)
+    constant_names_by_sign: dict[str, list[str]] = {}
+    for constant_name, certainty in fitted.sign_certainty.items():
+        constant_names_by_sign.setdefault(f"sign {certainty}", []).append(constant_name)
     signs_text = "; ".join(
-        f"{sign}: {', '.join(names)}" for sign, names in constants_by_sign.items()
+        f"{sign}: {', '.join(constant_names)}"
+        for sign, constant_names in constant_names_by_sign.items()
     )
     yield (
         "They are as printed, not refitted: without errors and intervals. The tested box is that "
@@ -133,7 +134,7 @@ def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
 
 
 # What the verdict on a claim is based on.
-BASES = {
+BASIS_TEXTS = {
     "refit": "this campaign",
     "printed": "printed constants",
     UNDOUBTED: "printed constants without doubtful oils",
@@ -141,16 +142,16 @@ BASES = {
 # Cage slip from which on its relative error means something.
 _SLIPPING = 0.01
 # Where the oil that the paper advises is not the best one, by column `judgement` of `slip_advice`.
-OTHER_CHOICES = {
+OTHER_CHOICE_TEXTS = {
     "slips": "The advised oil exceeds the limit of cage slip, and another oil does not,",
     "heats more": "The advised oil gives more friction heat than the best oil",
     "slips more": "The advised oil gives more cage slip than the best oil",
     "rule has none": "None of the oils of the rule has enough film",
 }
 # Operating points without a choice of oil, by column `judgement` of `slip_advice`.
-UNDECIDED = {
+UNDECIDED_TEXTS = {
     "no film": "no oil has enough film",
-    OUTSIDE: "the choice depends on a film beyond the film formula",
+    OUTSIDE_FILM_FORMULA: "the choice depends on a film beyond the film formula",
     NO_EQUILIBRIUM: "an oil has no equilibrium",
 }
 _SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
@@ -195,29 +196,29 @@ def sections(results: CampaignTables, settings: Settings) -> list[Section]:
 def _claims(results: CampaignTables, settings: Settings) -> Section:
     """How many of the paper's claims hold, by basis, and each claim with its numbers."""
     claims = results.claims
-    numbers = results.claim_numbers
+    claim_numbers = results.claim_numbers
     if claims.empty:
         return Section("claims", "Claims of the paper")
     paper_claims = read_claims(reference_file("claims"))
     text_of_claim = {claim.id: claim.claim for claim in paper_claims.claims}
-    labelled = claims.assign(
-        basis=claims["basis"].map(BASES), claim=claims["claim"].map(text_of_claim)
+    labelled_claims = claims.assign(
+        basis=claims["basis"].map(BASIS_TEXTS), claim=claims["claim"].map(text_of_claim)
     )
-    verdicts = labelled.pivot(index="claim", columns="basis", values="verdict")
+    verdicts = labelled_claims.pivot(index="claim", columns="basis", values="verdict")
     verdicts = verdicts.reindex(
-        index=labelled["claim"].unique(), columns=labelled["basis"].unique()
+        index=labelled_claims["claim"].unique(), columns=labelled_claims["basis"].unique()
     )
     # without doubtful oils only some of the claims are judged
-    verdicts_of_all_claims = verdicts.drop(columns=BASES[UNDOUBTED], errors="ignore")
+    verdicts_of_all_claims = verdicts.drop(columns=BASIS_TEXTS[UNDOUBTED], errors="ignore")
     verdict_counts = (
         verdicts_of_all_claims.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
     )
-    refit = claims[claims["basis"] == "refit"]
-    judged_oils = set(numbers.loc[numbers["basis"] == "refit", "oil"])
-    reason_codes = [code for code in refit["reason_code"].unique() if code]
+    refit_claims = claims[claims["basis"] == "refit"]
+    judged_oils = set(claim_numbers.loc[claim_numbers["basis"] == "refit", "oil"])
+    reason_codes = [code for code in refit_claims["reason_code"].unique() if code]
     sentences = facts(
         "deng2026_study/claims.jinja",
-        refit=refit["verdict"].value_counts().reindex(_CLAIM_VERDICTS).dropna().astype(int),
+        refit=refit_claims["verdict"].value_counts().reindex(_CLAIM_VERDICTS).dropna().astype(int),
         reasons=[paper_claims.cannot_be_checked[code] for code in reason_codes],
         campaign=settings.campaign,
         left_out=[oil for oil in settings.oils if oil not in judged_oils],
@@ -232,7 +233,7 @@ def _claims(results: CampaignTables, settings: Settings) -> Section:
     entries = []
     for claim in paper_claims.claims:
         rows_of_claim = claims[claims["claim"] == claim.id]
-        numbers_of_claim = numbers[numbers["claim"] == claim.id]
+        numbers_of_claim = claim_numbers[claim_numbers["claim"] == claim.id]
         if len(rows_of_claim):
             entries.append(_entry(claim, rows_of_claim, paper_claims, numbers_of_claim, settings))
     return Section("claims", "Claims of the paper", sentences, shown_tables, entries, _EXPLANATIONS)
@@ -242,20 +243,20 @@ def _changed_without_doubtful(verdicts: pd.DataFrame) -> list[tuple[str, str, st
     """Each claim with another verdict without doubtful oils: claim, verdict, verdict without them.
 
     Args:
-        verdicts: Verdicts by claim, one column per basis of `BASES`.
+        verdicts: Verdicts by claim, one column per basis of `BASIS_TEXTS`.
     """
-    if BASES[UNDOUBTED] not in verdicts:
+    if BASIS_TEXTS[UNDOUBTED] not in verdicts:
         return []
-    compared = verdicts[[BASES["printed"], BASES[UNDOUBTED]]].dropna()
+    compared = verdicts[[BASIS_TEXTS["printed"], BASIS_TEXTS[UNDOUBTED]]].dropna()
     changed = compared[compared.iloc[:, 0] != compared.iloc[:, 1]]
     return list(changed.itertuples(name=None))
 
 
 def _entry(
     claim: Claim,
-    rows: pd.DataFrame,
+    claim_rows: pd.DataFrame,
     paper_claims: Claims,
-    numbers: pd.DataFrame,
+    numbers_of_claim: pd.DataFrame,
     settings: Settings,
 ) -> Entry:
     """A claim: the paper's words, the test, verdict and finding on each basis, a caveat."""
@@ -265,13 +266,13 @@ def _entry(
         f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}",
         f"Test: {_filled(claim.holds_where, settings)}.",
     ]
-    for row in tables.rows(rows):
-        basis = BASES[row["basis"]]
+    for row in tables.rows(claim_rows):
+        basis = BASIS_TEXTS[row["basis"]]
         if row["reason_code"]:
             reason = paper_claims.cannot_be_checked.get(row["reason_code"])
             finding = f"cannot be checked: {reason}."
         else:
-            numbers_of_basis = numbers[numbers["basis"] == row["basis"]]
+            numbers_of_basis = numbers_of_claim[numbers_of_claim["basis"] == row["basis"]]
             finding = _finding(row, claim, numbers_of_basis, settings)
         verdicts.append((basis, row["verdict"]))
         paragraphs.append(f"{basis}, {_JUDGED_ON[row['judged_on']]}: {finding}")
@@ -281,55 +282,55 @@ def _entry(
 
 
 def _finding(
-    row: Mapping[str, Any], claim: Claim, numbers: pd.DataFrame, settings: Settings
+    claim_row: Mapping[str, Any], claim: Claim, numbers_of_basis: pd.DataFrame, settings: Settings
 ) -> str:
     """Share, worst case and further numbers of a claim on one basis, in sentences."""
-    share = row["share"]
-    cases = "1 case" if row["cases"] == 1 else f"{row['cases']} cases"
+    share = claim_row["share"]
+    cases = "1 case" if claim_row["cases"] == 1 else f"{claim_row['cases']} cases"
     sentences = [f"Read strictly, it holds in {_percent(share)} of {cases}."]
-    if row["verdict"] == "by construction":
+    if claim_row["verdict"] == "by construction":
         sentences.append("The equation makes it so for any constants that it allows.")
-    condition = [row["worst_oil"]] if row["worst_oil"] else []
+    condition_texts = [claim_row["worst_oil"]] if claim_row["worst_oil"] else []
     for column, number_format in _WORST_CONDITION.items():
-        if not pd.isna(row[column]):
-            condition.append(number_format.format(row[column]))
+        if not pd.isna(claim_row[column]):
+            condition_texts.append(number_format.format(claim_row[column]))
     worst = "Worst case" if share < 1 else "Case nearest to failing"
-    where = f" at {', '.join(condition)}" if condition else ""
-    sentences.append(f"{worst}: {claim.quantity.format(row['worst_value'])}{where}.")
-    further = _further_numbers(claim, numbers, settings)
-    if further:
-        sentences.append(f"Further numbers: {'; '.join(further)}.")
+    where = f" at {', '.join(condition_texts)}" if condition_texts else ""
+    sentences.append(f"{worst}: {claim.quantity.format(claim_row['worst_value'])}{where}.")
+    further_numbers = _further_numbers(claim, numbers_of_basis, settings)
+    if further_numbers:
+        sentences.append(f"Further numbers: {'; '.join(further_numbers)}.")
     return " ".join(sentences)
 
 
-def _further_numbers(claim: Claim, numbers: pd.DataFrame, settings: Settings) -> list[str]:
+def _further_numbers(claim: Claim, numbers_of_basis: pd.DataFrame, settings: Settings) -> list[str]:
     """Each further number of a claim with its meaning, and readings that were not judged.
 
     Args:
         claim: The claim.
-        numbers: Rows of the claim and one basis of the table `claim_numbers`.
+        numbers_of_basis: Rows of the claim and one basis of the table `claim_numbers`.
         settings: All settings of the campaign.
     """
-    labels = {
+    label_of_number = {
         "share": "cases in which it holds",
         "share_tested": "the same in the box tested by the paper",
     }
     for reading, text in claim.readings.items():
-        labels[reading] = f'read as "{text}"'
-    labels.update(claim.numbers)
-    sentences = []
-    for name, label in labels.items():
+        label_of_number[reading] = f'read as "{text}"'
+    label_of_number.update(claim.numbers)
+    phrases = []
+    for name, label in label_of_number.items():
         # a label may end in the format of its number, as in "largest error: {:.1%}"
         meaning, _, number_format = label.partition(": {:")
         numbers_of_oils = [
             _number_of_oil(row["value"], row["oil"], number_format.rstrip("}"))
-            for row in tables.rows(numbers[numbers["number"] == name])
+            for row in tables.rows(numbers_of_basis[numbers_of_basis["number"] == name])
         ]
         if numbers_of_oils:
-            sentences.append(f"{_filled(meaning, settings)}: {', '.join(numbers_of_oils)}")
+            phrases.append(f"{_filled(meaning, settings)}: {', '.join(numbers_of_oils)}")
         elif name in claim.readings:
-            sentences.append(f"not judged on these constants: {_filled(label, settings)}")
-    return sentences
+            phrases.append(f"not judged on these constants: {_filled(label, settings)}")
+    return phrases
 
 
 def _number_of_oil(value: float, oil: str, number_format: str) -> str:
@@ -358,9 +359,9 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
     """
     if results.signs.empty:
         return Section("printed", "Printed constants")
-    fits = results.configured.coefficients
-    fits = fits[fits["law"] == PAPER_LAW.name]
-    fitted = fits[["oil", "constant", "value", "verdict"]].dropna(subset="value")
+    coefficients = results.configured.coefficients
+    coefficients = coefficients[coefficients["law"] == PAPER_LAW.name]
+    fitted = coefficients[["oil", "constant", "value", "verdict"]].dropna(subset="value")
     judged = fitted.merge(results.sign_verdicts[["oil", "constant", "sign"]])
     same_sign = (judged["value"] < 0) == (judged["sign"] == "-")
     # the other verdicts are `sign unknown`, `no interval`, `at a bound` and so on
@@ -375,8 +376,8 @@ def _printed(results: CampaignTables, campaign: Campaign) -> Section:
         campaign=campaign,
     )
     differences = results.printed_judged.dropna(subset=["tested_difference"])
-    columns = ["tested_difference", "extrapolated_difference"]
-    differences[columns] = differences[columns].abs()
+    difference_columns = ["tested_difference", "extrapolated_difference"]
+    differences[difference_columns] = differences[difference_columns].abs()
     constants_of_verdict = results.sign_verdicts.groupby(["oil", "verdict"])["constant"].agg(
         " ".join
     )
@@ -407,9 +408,11 @@ def _choice(results: CampaignTables) -> Section:
         "deng2026_study/choice.jinja",
         mapped=len(advice),
         total=len(judged),
-        undecided={UNDECIDED[str(code)]: count for code, count in undecided_counts.items()},
+        undecided={UNDECIDED_TEXTS[str(code)]: count for code, count in undecided_counts.items()},
         agreeing=len(judged) - len(disagreeing),
-        others={OTHER_CHOICES[str(judgement)]: count for judgement, count in disagreements.items()},
+        others={
+            OTHER_CHOICE_TEXTS[str(judgement)]: count for judgement, count in disagreements.items()
+        },
         best=disagreeing["best_oil"].value_counts().to_dict(),
         bands={
             traction: _ends_of_band(scenarios_of_traction)
@@ -481,13 +484,13 @@ _EXPORT_FOLDER = "printed-constants"
 
 
 def _exports(
-    oils: Collection[str], settings: Settings, provenance: Mapping[str, Any]
+    oil_names: Collection[str], settings: Settings, provenance: Mapping[str, Any]
 ) -> dict[str, bytes]:
     """The printed constants of these oils, in every form."""
     path = reference_file("printed_coefficients")
-    tested = study_settings(settings).printed.boxes.tested
-    descriptions = describe_printed(path, tested, settings.exports)
-    chosen = [description for description in descriptions if description.oil in oils]
+    tested_box = study_settings(settings).printed.boxes.tested
+    descriptions = describe_printed(path, tested_box, settings.exports)
+    chosen = [description for description in descriptions if description.oil in oil_names]
     files = in_folders(chosen, provenance) if chosen else {}
     return {f"{_EXPORT_FOLDER}/{file}": content for file, content in files.items()}
 
@@ -495,8 +498,8 @@ def _exports(
 def _describe_published() -> tuple[list[Description], Path]:
     """The printed constants of every oil, and their file."""
     path = reference_file("printed_coefficients")
-    tested = default_settings().printed.boxes.tested
-    return describe_printed(path, tested, read_config(CONFIG).exports), path
+    tested_box = default_settings().printed.boxes.tested
+    return describe_printed(path, tested_box, read_config(CONFIG).exports), path
 
 
 STUDY = Study(

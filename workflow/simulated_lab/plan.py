@@ -31,8 +31,15 @@ _NAME_FORMATS = {
 
 
 @dataclass(frozen=True)
-class PlannedRun:
-    """One simulated run: oil, set points by name, and the defect planted in it, if any."""
+class SimulatedRun:
+    """A run to be simulated.
+
+    Attributes:
+        oil: Name of its oil.
+        set_points: Level of each set point, by the name of the condition.
+        defect: Defect that is planted in its log, a key of `GATE_OF_DEFECT` or one of a torque log;
+            empty for a clean log.
+    """
 
     oil: str
     set_points: Mapping[str, float]
@@ -42,27 +49,30 @@ class PlannedRun:
     def name(self) -> str:
         """File name of the run's log, which is also the run's name."""
         suffix = "_again" if self.defect == "duplicate" else ""
-        level_texts = [_in_name(name, level) for name, level in self.set_points.items()]
+        level_texts = [
+            _level_in_name(set_point_name, level)
+            for set_point_name, level in self.set_points.items()
+        ]
         return "_".join([self.oil, *level_texts]) + f"{suffix}.csv"
 
 
-def _in_name(set_point: str, level: float) -> str:
+def _level_in_name(set_point_name: str, level: float) -> str:
     """A level with leading zeros, so that names sort, and with decimals where it has any."""
-    letter, digits = _NAME_FORMATS[set_point]
-    if digits == 0 and level == round(level, 2):
+    letter, integer_digits = _NAME_FORMATS[set_point_name]
+    if integer_digits == 0 and level == round(level, 2):
         return f"{letter}{level:.2f}"
-    if digits > 0 and level == round(level):
-        return f"{letter}{level:0{digits}.0f}"
+    if integer_digits > 0 and level == round(level):
+        return f"{letter}{level:0{integer_digits}.0f}"
     return f"{letter}{level:g}"
 
 
-def planned_runs(campaign: Campaign) -> list[PlannedRun]:
+def planned_runs(campaign: Campaign) -> list[SimulatedRun]:
     """Runs of a campaign file with `matrix` and `twin`, in the order of their names."""
     levels_of_matrix = present(campaign.matrix, "matrix", "the campaign").model_dump()
     twin = present(campaign.twin, "twin", "the campaign")
     # the levels of `condition` are in the order of the matrix: pressure, speed, temperature
     defective_runs = [
-        PlannedRun(
+        SimulatedRun(
             defect.oil, dict(zip(levels_of_matrix, defect.condition, strict=True)), defect.kind
         )
         for defect in twin.defects
@@ -70,14 +80,14 @@ def planned_runs(campaign: Campaign) -> list[PlannedRun]:
     return _planned(campaign.oils, levels_of_matrix, defective_runs)
 
 
-def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
+def planned_torque_runs(campaign: Campaign) -> list[SimulatedRun]:
     """Torque logs of a campaign file with `torque` and its `twin`, in the order of their names."""
     torque = present(campaign.torque, "torque", "the campaign")
     matrix = present(torque.matrix, "matrix", "the campaign's `torque`")
     twin = present(torque.twin, "twin", "the campaign's `torque`")
     set_point_names = ("axial_load_n", "oil_temperature_c")
     defective_runs = [
-        PlannedRun(
+        SimulatedRun(
             defect.oil, {name: getattr(defect, name) for name in set_point_names}, defect.kind
         )
         for defect in twin.defects
@@ -88,24 +98,24 @@ def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
 
 
 def _planned(
-    oils: Sequence[str],
+    oil_names: Sequence[str],
     levels_of_matrix: Mapping[str, Sequence[float]],
-    defective_runs: Iterable[PlannedRun],
-) -> list[PlannedRun]:
+    defective_runs: Iterable[SimulatedRun],
+) -> list[SimulatedRun]:
     """Runs of every oil at every condition of a matrix.
 
     A defect at a condition of the matrix replaces that run. A duplicate, or a defect at another
     condition, adds a run.
     """
     runs = [
-        PlannedRun(oil, dict(zip(levels_of_matrix, condition, strict=True)))
-        for oil in oils
+        SimulatedRun(oil_name, dict(zip(levels_of_matrix, condition, strict=True)))
+        for oil_name in oil_names
         for condition in product(*levels_of_matrix.values())
     ]
     # different conditions have different names, so that a defect replaces the run of its condition
     run_by_name = {run.name: run for run in runs}
     for run in defective_runs:
         # an oil may be left out of the campaign
-        if run.oil in oils:
+        if run.oil in oil_names:
             run_by_name[run.name] = run
     return [run_by_name[name] for name in sorted(run_by_name)]

@@ -16,7 +16,7 @@ from oilfilm.settings.quantities import Levels, Name, Text
 
 _Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
 _Certainty = Literal["certain", "probable", "open", "without effect"]
-_Signs = Annotated[list[_Certainty], Field(min_length=3, max_length=3)]
+_SignCertainties = Annotated[list[_Certainty], Field(min_length=3, max_length=3)]
 
 
 class OilConstants(Group):
@@ -25,7 +25,9 @@ class OilConstants(Group):
     A: _Constants = key("A0 and the exponents of P, U and T.")
     B: _Constants = key("B0 and the exponents of P, U and T.")
     C: _Constants = key("C0 and the exponents of P, U and T.")
-    signs: dict[Literal["A", "B", "C"], _Signs] = key("How sure each exponent's sign is, P, U, T.")
+    signs: dict[Literal["A", "B", "C"], _SignCertainties] = key(
+        "How sure each exponent's sign is, P, U, T."
+    )
 
 
 class PrintedCoefficients(Group):
@@ -40,18 +42,20 @@ class PrintedCoefficients(Group):
 
     def constants(self) -> dict[str, FloatArray]:
         """Twelve constants of each oil, the most viscous first: X0 and exponents of A, B, C."""
-        constants = {}
+        constants_of_oil = {}
         for oil in self.falling_viscosity:
             oil_constants = self.oils[oil]
-            constants[oil] = np.concatenate([oil_constants.A, oil_constants.B, oil_constants.C])
-        return constants
+            constants_of_oil[oil] = np.concatenate(
+                [oil_constants.A, oil_constants.B, oil_constants.C]
+            )
+        return constants_of_oil
 
     def sign_certainties(self, oil: str) -> dict[str, str]:
         """How sure the sign of each exponent of an oil is, by the name of the constant."""
         certainty_of_constant: dict[str, str] = {}
         for letter, certainties in self.oils[oil].signs.items():
-            for number, certainty in enumerate(certainties, start=1):
-                certainty_of_constant[f"{letter}{number}"] = certainty
+            for exponent_index, certainty in enumerate(certainties, start=1):
+                certainty_of_constant[f"{letter}{exponent_index}"] = certainty
         return certainty_of_constant
 
 

@@ -27,7 +27,7 @@ from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from simulated_lab.plan import GATE_OF_DEFECT, PlannedRun, planned_runs
+from simulated_lab.plan import GATE_OF_DEFECT, SimulatedRun, planned_runs
 from simulated_lab.truth import TrueTraction, known_contact, true_tractions
 
 _NEWTON_PER_KGF = 9.80665
@@ -47,7 +47,7 @@ _DECIMALS = {
 }
 
 
-# Signals by name.
+# Signals by name, each of shape (samples,).
 Signals = dict[str, FloatArray]
 
 
@@ -60,7 +60,7 @@ class SimulatedLog(NamedTuple):
         truth_rows: Rows of the table of the truth.
     """
 
-    run: PlannedRun
+    run: SimulatedRun
     content: bytes
     truth_rows: list[dict[str, Any]]
 
@@ -78,16 +78,18 @@ def simulate_campaign(
         constants: The printed constants of each oil. They are true unless the campaign's twin has
             another truth.
     """
-    tractions = true_tractions(settings, constants)
+    true_traction_of_oil = true_tractions(settings, constants)
     contact = known_contact(settings)
-    ((name, rig),) = settings.rigs.items()
+    ((rig_name, rig),) = settings.rigs.items()
     for key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
-        present(getattr(rig, key), key, f"config/rigs/{name}.yaml")
+        present(getattr(rig, key), key, f"config/rigs/{rig_name}.yaml")
     twin = present(settings.campaign.twin, "twin", "the campaign")
-    programme = slip_programme(twin)
+    time_and_slip = slip_programme(twin)
     for run in planned_runs(settings.campaign):
         random = generator(settings.seed, "rig twin", run.name)
-        true_signals = _true_signals(run, tractions[run.oil], twin, contact, programme, random)
+        true_signals = _true_signals(
+            run, true_traction_of_oil[run.oil], twin, contact, time_and_slip, random
+        )
         truth_row = {
             "run_id": run.name,
             "oil": run.oil,
@@ -101,30 +103,32 @@ def simulate_campaign(
 
 
 def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
-    """Time and slide-roll ratio of a run: rolling, the steps with their overshoot, rolling."""
+    """Time (s) and slide-roll ratio of a run: rolling, the steps with their overshoot, rolling."""
     rate_hz = twin.sampling_rate_hz
-    rolling = np.zeros(round(twin.baseline_s * rate_hz))
-    steps = np.linspace(0, twin.slip_max, twin.slip_steps)
-    target = np.concatenate([rolling, np.repeat(steps, round(twin.step_s * rate_hz)), rolling])
-    time_s = np.arange(len(target)) / rate_hz
+    slip_of_rolling = np.zeros(round(twin.baseline_s * rate_hz))
+    slip_of_steps = np.linspace(0, twin.slip_max, twin.slip_steps)
+    set_slip = np.concatenate(
+        [slip_of_rolling, np.repeat(slip_of_steps, round(twin.step_s * rate_hz)), slip_of_rolling]
+    )
+    time_s = np.arange(len(set_slip)) / rate_hz
     # a damped second-order answer to each change of the set point
     decay = np.exp(-time_s / twin.response_s)
     response = decay * np.cos(time_s / twin.response_s)
-    changes = np.diff(target, prepend=0.0)
-    remaining_change = np.convolve(changes, response)[: len(target)]
-    return time_s, target - remaining_change
+    set_slip_changes = np.diff(set_slip, prepend=0.0)
+    remaining_change = np.convolve(set_slip_changes, response)[: len(set_slip)]
+    return time_s, set_slip - remaining_change
 
 
 def _true_signals(
-    run: PlannedRun,
+    run: SimulatedRun,
     traction: TrueTraction,
     twin: Twin,
     contact: Contact,
-    programme: tuple[FloatArray, FloatArray],
+    time_and_slip: tuple[FloatArray, FloatArray],
     random: np.random.Generator,
 ) -> Signals:
     """The true signals of a run at each instant, before any sensor."""
-    time_s, slip = programme
+    time_s, slip = time_and_slip
     nominal_gpa, nominal_m_s, nominal_c = run.set_points.values()
     load_draw, speed_draw, temperature_draw = random.standard_normal(3)
     load_wander = _relative_wander(time_s, twin, random)
@@ -147,7 +151,7 @@ def _true_signals(
 
 
 def _sensor_signals(
-    run: PlannedRun, true_signals: Signals, twin: Twin, rig: Rig, random: np.random.Generator
+    run: SimulatedRun, true_signals: Signals, twin: Twin, rig: Rig, random: np.random.Generator
 ) -> Signals:
     """The signals as the sensors give them, with the planted defect."""
     full_scale = present(rig.full_scale, "full_scale", "the rig")
@@ -168,8 +172,8 @@ def _sensor_signals(
     force_n = true_signals["traction_force_n"] + twin.zero_offset_n * zero_draw
     force_n = force_n + twin.zero_drift_n * drift_draw * (time_s / time_s[-1])
     force_n = force_n + noise("traction_force_n")
-    spikes = random.choice(len(force_n), twin.spikes, replace=False)
-    force_n[spikes] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
+    spike_index = random.choice(len(force_n), twin.spikes, replace=False)
+    force_n[spike_index] += twin.spike_n * random.choice([-1.0, 1.0], twin.spikes)
     load_n = true_signals["load_n"] * (1 + twin.systematic_load * load_gain_draw) + noise("load_n")
     speed_m_s = true_signals["entrainment_speed_m_s"]
     half_slip = true_signals["slide_roll_ratio"] / 2
@@ -182,8 +186,8 @@ def _sensor_signals(
     if run.defect == "wrong_units":
         load_n = load_n / _NEWTON_PER_KGF
     if run.defect == "stuck_sensor":
-        start = int(0.4 * len(force_n))
-        force_n[start:] = force_n[start]
+        stuck_from = int(0.4 * len(force_n))
+        force_n[stuck_from:] = force_n[stuck_from]
     return {
         "time_s": time_s,
         "load_n": load_n,
@@ -195,19 +199,19 @@ def _sensor_signals(
 
 
 def _relative_wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> FloatArray:
-    """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
-    memory = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
-    pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
+    """Slow relative wandering of a controlled quantity: first-order noise with a memory of 1 s."""
+    kept_share = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
+    random_changes = random.standard_normal(len(time_s)) * np.sqrt(1 - kept_share**2)
 
-    def next_value(value: float, push: float) -> float:
-        return memory * value + push
+    def next_value(value: float, random_change: float) -> float:
+        return kept_share * value + random_change
 
     # a filter of SciPy gives the same, and takes longer to import
-    values = list(accumulate(pushes.tolist(), next_value))
-    return twin.wander * np.array(values)
+    wander = list(accumulate(random_changes.tolist(), next_value))
+    return twin.wander * np.array(wander)
 
 
-def log_content(twin_name: str, run: PlannedRun, signals: Signals) -> bytes:
+def log_content(twin_name: str, run: SimulatedRun, signals: Signals) -> bytes:
     """A log as a data logger writes it: header with the set points, column names and rows.
 
     The defect `truncated` cuts it off in the middle of a row, as a full disk does.
@@ -217,18 +221,20 @@ def log_content(twin_name: str, run: PlannedRun, signals: Signals) -> bytes:
         run: The run.
         signals: Signals by name; a logger writes a fixed number of decimals of each.
     """
-    header = [
+    header_lines = [
         f"# simulated: yes - written by the oilfilm {twin_name} twin, not a measurement",
         f"# oil: {run.oil}",
         *(f"# {name}: {value:g}" for name, value in run.set_points.items()),
     ]
-    rounded = {name: np.round(values, _DECIMALS[name]) for name, values in signals.items()}
+    rounded_signals = {name: np.round(values, _DECIMALS[name]) for name, values in signals.items()}
     buffer = io.BytesIO()
-    arrow_csv.write_csv(arrow.table(rounded), buffer, arrow_csv.WriteOptions(quoting_style="none"))
+    arrow_csv.write_csv(
+        arrow.table(rounded_signals), buffer, arrow_csv.WriteOptions(quoting_style="none")
+    )
     # column names are quoted whatever the style
-    column_line, line_end, rows = buffer.getvalue().partition(b"\n")
-    header_lines = "".join(f"{line}\n" for line in header).encode()
-    content = header_lines + column_line.replace(b'"', b"") + line_end + rows
+    column_line, line_end, row_bytes = buffer.getvalue().partition(b"\n")
+    header_bytes = "".join(f"{line}\n" for line in header_lines).encode()
+    content = header_bytes + column_line.replace(b'"', b"") + line_end + row_bytes
     if run.defect == "truncated":
         row_start = content.index(b"\n", int(0.6 * len(content))) + 1
         first_comma = content.index(b",", row_start)
@@ -238,22 +244,24 @@ def log_content(twin_name: str, run: PlannedRun, signals: Signals) -> bytes:
 
 
 def write_logs(
-    logs: Iterable[SimulatedLog], table: str, outputs: Any, provenance: Mapping[str, Any]
+    logs: Iterable[SimulatedLog], table_name: str, outputs: Any, provenance: Mapping[str, Any]
 ) -> None:
     """Write simulated logs, the list of their digests, and the table of their truth.
 
     Args:
         logs: The logs.
-        table: Name of that table.
+        table_name: Name of that table.
         outputs: Named outputs of a Snakemake job: `logs`, `listing`, and the table.
         provenance: As `tables.write`.
     """
-    paths = {Path(path).name: Path(path) for path in outputs.logs}
+    path_by_log_name = {Path(path).name: Path(path) for path in outputs.logs}
     truth_rows: list[dict[str, Any]] = []
     digest_of_run = {}
-    for run, content, rows in logs:
-        paths[run.name].write_bytes(content)
+    for run, content, truth_rows_of_run in logs:
+        path_by_log_name[run.name].write_bytes(content)
         digest_of_run[run.name] = sha256(content).hexdigest()
-        truth_rows += rows
+        truth_rows += truth_rows_of_run
     write_text(listing(dict(sorted(digest_of_run.items()))), Path(outputs.listing))
-    tables.write(tables.from_rows(truth_rows, table), table, Path(outputs[table]), provenance)
+    tables.write(
+        tables.from_rows(truth_rows, table_name), table_name, Path(outputs[table_name]), provenance
+    )

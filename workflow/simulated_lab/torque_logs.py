@@ -13,7 +13,7 @@ from oilfilm.bearing.resistance import HEATS
 from oilfilm.settings.base import present
 from oilfilm.settings.campaign import TorqueTwin
 from oilfilm.settings.resolved import Settings
-from simulated_lab.plan import PlannedRun, planned_torque_runs
+from simulated_lab.plan import SimulatedRun, planned_torque_runs
 from simulated_lab.simulate import SimulatedLog, log_content
 from simulated_lab.true_bearing import true_problem
 from simulated_lab.truth import TrueTraction, misfit, true_tractions
@@ -42,28 +42,28 @@ def simulate_torque(
     """
     torque_test = present(settings.campaign.torque, "torque", "the campaign")
     twin = present(torque_test.twin, "twin", "the campaign's `torque`")
-    tractions = true_tractions(settings, constants)
+    true_traction_of_oil = true_tractions(settings, constants)
     runs = planned_torque_runs(settings.campaign)
     for oil in dict.fromkeys(run.oil for run in runs):
         runs_of_oil = [run for run in runs if run.oil == oil]
-        rows_of_logs = _truth_rows(runs_of_oil, twin, tractions[oil], settings)
-        for run, truth_rows in zip(runs_of_oil, rows_of_logs, strict=True):
+        truth_rows_of_runs = _truth_rows(runs_of_oil, twin, true_traction_of_oil[oil], settings)
+        for run, truth_rows in zip(runs_of_oil, truth_rows_of_runs, strict=True):
             random = generator(settings.seed, "torque twin", run.name)
             yield SimulatedLog(run, _log_bytes(run, truth_rows, twin, random), truth_rows)
 
 
 def _truth_rows(
-    runs: list[PlannedRun], twin: TorqueTwin, true_traction: TrueTraction, settings: Settings
+    runs: list[SimulatedRun], twin: TorqueTwin, true_traction: TrueTraction, settings: Settings
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
     bearing = settings.tested_bearing()
     torque_test = present(settings.campaign.torque, "torque", "the campaign")
-    speeds = present(torque_test.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
+    speeds_rpm = present(torque_test.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
     load_of_run, temperature_of_run = _loads_and_temperatures(runs, twin, settings.seed)
     # operating points: the speeds of the first run, then those of the second, and so on
-    speed_rpm = np.tile(np.array(speeds, dtype=float), len(runs))
-    load_n = np.repeat(load_of_run, len(speeds))
-    temperature_c = np.repeat(temperature_of_run, len(speeds))
+    speed_rpm = np.tile(np.array(speeds_rpm, dtype=float), len(runs))
+    load_n = np.repeat(load_of_run, len(speeds_rpm))
+    temperature_c = np.repeat(temperature_of_run, len(speeds_rpm))
 
     operating_points = (load_n, speed_rpm, temperature_c)
     problem = true_problem(settings, runs[0].oil, true_traction, operating_points, _QUADRATURE)
@@ -76,32 +76,32 @@ def _truth_rows(
     law_misfit = misfit(true_traction, settings)
     torque_n_m = equilibrium.torque_n_m()
     traction_heat_w = bearing.ball_count * equilibrium.balance.heats_w[HEATS.index("traction")]
-    rows_of_logs = []
+    truth_rows_of_runs = []
     for run_index, run in enumerate(runs):
-        first_point = run_index * len(speeds)
-        rows_of_logs.append(
+        first_point = run_index * len(speeds_rpm)
+        truth_rows_of_runs.append(
             [
                 {
                     "run_id": run.name,
                     "oil": run.oil,
                     "defect": run.defect,
-                    "inner_speed_rpm": speed_rpm[point],
-                    "axial_load_n": load_n[point],
-                    "oil_temperature_c": temperature_c[point],
-                    "torque_n_m": torque_n_m[point],
+                    "inner_speed_rpm": speed_rpm[point_index],
+                    "axial_load_n": load_n[point_index],
+                    "oil_temperature_c": temperature_c[point_index],
+                    "torque_n_m": torque_n_m[point_index],
                     # the power that becomes heat is torque times speed
-                    "traction_torque_n_m": traction_heat_w[point]
-                    / (speed_rpm[point] * RAD_S_PER_RPM),
+                    "traction_torque_n_m": traction_heat_w[point_index]
+                    / (speed_rpm[point_index] * RAD_S_PER_RPM),
                     "law_misfit": law_misfit,
                 }
-                for point in range(first_point, first_point + len(speeds))
+                for point_index in range(first_point, first_point + len(speeds_rpm))
             ]
         )
-    return rows_of_logs
+    return truth_rows_of_runs
 
 
 def _loads_and_temperatures(
-    runs: list[PlannedRun], twin: TorqueTwin, seed: int
+    runs: list[SimulatedRun], twin: TorqueTwin, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     """Load in N and temperature in degC of each run, with the errors of their control."""
     control_draws = np.array(
@@ -114,7 +114,10 @@ def _loads_and_temperatures(
 
 
 def _log_bytes(
-    run: PlannedRun, truth_rows: list[dict[str, Any]], twin: TorqueTwin, random: np.random.Generator
+    run: SimulatedRun,
+    truth_rows: list[dict[str, Any]],
+    twin: TorqueTwin,
+    random: np.random.Generator,
 ) -> bytes:
     """The log of a run as the rig's logger writes it, with the planted defect.
 
@@ -125,17 +128,19 @@ def _log_bytes(
         random: The generator of the run.
     """
     rate_hz = twin.sampling_rate_hz
-    # samples of a rest and of a speed
-    rest_samples = round(twin.rest_s * rate_hz)
-    step_samples = round(twin.step_s * rate_hz)
+    # of a rest and of a speed
+    rest_sample_count = round(twin.rest_s * rate_hz)
+    step_sample_count = round(twin.step_s * rate_hz)
 
     def set_points_over_time(name: str) -> FloatArray:
         """Set points over time: rest, the levels, rest."""
-        set_points = np.repeat([row[name] for row in truth_rows], step_samples)
-        return np.concatenate([np.zeros(rest_samples), set_points, np.zeros(rest_samples)])
+        set_points = np.repeat([row[name] for row in truth_rows], step_sample_count)
+        return np.concatenate(
+            [np.zeros(rest_sample_count), set_points, np.zeros(rest_sample_count)]
+        )
 
     # first-order response to each change of the set point
-    unfinished_share = np.exp(-np.arange(step_samples) / rate_hz / twin.response_s)
+    unfinished_share = np.exp(-np.arange(step_sample_count) / rate_hz / twin.response_s)
 
     def controlled(set_point: FloatArray) -> FloatArray:
         """The controlled quantity, which follows its set point."""
@@ -154,16 +159,16 @@ def _log_bytes(
         drift_n_m = _PLANTED_DRIFT_N_M
     if run.defect == "warming":
         # the torque still falls at the end of each speed, as it does in a bearing that warms up
-        sample_in_step = (np.arange(len(torque_n_m)) - rest_samples) % step_samples
+        sample_in_step = (np.arange(len(torque_n_m)) - rest_sample_count) % step_sample_count
         torque_n_m = torque_n_m * (
-            1 + _PLANTED_TORQUE_RISE * np.exp(-sample_in_step / (0.5 * step_samples))
+            1 + _PLANTED_TORQUE_RISE * np.exp(-sample_in_step / (0.5 * step_sample_count))
         )
     torque_n_m = torque_n_m * (1 + twin.systematic_torque * gain_draw)
     torque_n_m = torque_n_m + twin.tare_n_m * tare_draw + drift_n_m * (time_s / time_s[-1])
 
-    def noise(spread: float) -> FloatArray:
+    def noise(standard_deviation: float) -> FloatArray:
         """Noise of a sensor with this standard deviation."""
-        return spread * random.standard_normal(len(time_s))
+        return standard_deviation * random.standard_normal(len(time_s))
 
     load_n, temperature_c = truth_rows[0]["axial_load_n"], truth_rows[0]["oil_temperature_c"]
     is_turning = ~is_resting

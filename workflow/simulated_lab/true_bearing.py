@@ -1,7 +1,7 @@
 """A bearing with the true traction of a simulated campaign, beside the campaign's fitted law.
 
-The map by the fitted law is no truth: bearings run where no rig has tested. Here bearing, oil, drag
-and everything else are as in the map, and only the traction is the true one.
+The map of cage slip by the fitted law may be wrong: bearings run where no rig has tested. Here
+bearing, oil, drag and everything else are as in that map, and only the traction is the true one.
 
 Decides: how far the map by the fitted law is from the truth.
 """
@@ -34,9 +34,9 @@ _RESULT_COLUMNS = (
 
 def true_problem(
     settings: Settings,
-    oil: str,
-    traction: TrueTraction,
-    points: tuple[FloatArray, FloatArray, FloatArray],
+    oil_name: str,
+    true_traction: TrueTraction,
+    operating_points: tuple[FloatArray, FloatArray, FloatArray],
     quadrature: tuple[int, int],
 ) -> FrictionProblem:
     """The friction problem of the campaign's bearing with the true traction of an oil.
@@ -45,16 +45,17 @@ def true_problem(
 
     Args:
         settings: The settings.
-        oil: Name of the oil.
-        traction: Its true traction.
-        points: Axial load (N), inner speed (rpm) and oil temperature (degC), each (points,).
+        oil_name: Name of the oil.
+        true_traction: Its true traction.
+        operating_points: Axial load (N), inner speed (rpm) and oil temperature (degC), each of
+            shape (points,).
         quadrature: Quadrature nodes across and along the ellipse.
     """
-    load_n, speed_rpm, temperature_c = points
+    load_n, speed_rpm, temperature_c = operating_points
     bearing = settings.tested_bearing()
     rule = gauss_rule(*quadrature)
     lubrication = Lubrication.flooded(
-        settings.known_oil(oil),
+        settings.known_oil(oil_name),
         temperature_c,
         settings.bearing.drag_coefficient,
         settings.bearing.oil_volume_fraction,
@@ -63,39 +64,41 @@ def true_problem(
         bearing,
         OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM),
         lubrication,
-        traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
+        true_traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
         rule,
     )
     inputs = Inputs.without_draws(
         {**bearing.uncertain, **settings.bearing.uncertain()}, len(speed_rpm)
     )
-    if traction.follows_ellipse:
+    if true_traction.follows_ellipse:
         inputs = replace(inputs, ellipse_factor=np.ones(len(speed_rpm)))
     return problem.with_inputs(inputs)
 
 
 def true_map(
-    cage_slip: pd.DataFrame, settings: Settings, constants: Mapping[str, FloatArray]
+    cage_slip_table: pd.DataFrame, settings: Settings, constants: Mapping[str, FloatArray]
 ) -> pd.DataFrame:
     """The map of cage slip with the true traction, and how far the map by the law is from it.
 
     Args:
-        cage_slip: Table of cage slip, by the fitted law.
+        cage_slip_table: Table of cage slip, by the fitted law.
         settings: The settings of a simulated campaign.
         constants: The printed constants of each oil.
 
     Returns:
         Rows of the table `true_cage_slip`. Results are null without equilibrium.
     """
-    tractions = true_tractions(settings, constants)
-    maps = []
-    for oil, map_of_law in cage_slip.groupby("oil", sort=False):
+    true_traction_of_oil = true_tractions(settings, constants)
+    true_maps = []
+    for oil_name, map_of_law in cage_slip_table.groupby("oil", sort=False):
         operating_points = map_of_law[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]]
         load_n, speed_rpm, temperature_c = operating_points.to_numpy(dtype=float).T
-        traction = tractions[str(oil)]
-        points = (load_n, speed_rpm, temperature_c)
+        true_traction = true_traction_of_oil[str(oil_name)]
+        load_speed_temperature = (load_n, speed_rpm, temperature_c)
         equilibrium = friction_equilibrium(
-            true_problem(settings, str(oil), traction, points, _QUADRATURE)
+            true_problem(
+                settings, str(oil_name), true_traction, load_speed_temperature, _QUADRATURE
+            )
         )
         pressure_gpa = equilibrium.balance.conditions.select(..., 0).max_hertz_pressure_gpa
         lambda_ratio, _ = film_ratio(equilibrium)
@@ -110,7 +113,7 @@ def true_map(
         converged_columns = {
             name: np.where(converged, value, np.nan) for name, value in result_by_column.items()
         }
-        maps.append(
+        true_maps.append(
             map_of_law.assign(
                 **converged_columns,
                 converged=converged,
@@ -120,14 +123,14 @@ def true_map(
                 torque_inside=_is_inside(map_of_law, "torque_n_m", converged_columns),
             )
         )
-    return pd.concat(maps, ignore_index=True)
+    return pd.concat(true_maps, ignore_index=True)
 
 
 def _is_inside(
-    map_of_law: pd.DataFrame, name: str, true_results: Mapping[str, FloatArray]
+    map_of_law: pd.DataFrame, column: str, true_results: Mapping[str, FloatArray]
 ) -> "pd.Series[bool]":
     """Whether the truth is in the 95 % interval of the law's result; null if one is not known."""
-    true_values = pd.Series(true_results[name], map_of_law.index)
-    lower, upper = map_of_law[f"{name}_lower"], map_of_law[f"{name}_upper"]
-    inside = (lower <= true_values) & (true_values <= upper)
-    return inside.astype("boolean").where(true_values.notna() & lower.notna())
+    true_values = pd.Series(true_results[column], map_of_law.index)
+    lower, upper = map_of_law[f"{column}_lower"], map_of_law[f"{column}_upper"]
+    is_inside = (lower <= true_values) & (true_values <= upper)
+    return is_inside.astype("boolean").where(true_values.notna() & lower.notna())

@@ -27,9 +27,10 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 _LEAST_LOAD_N = 1e-3
 _LEAST_PRESSURE_GPA = 1e-3
 _LEAST_SPEED_M_S = 1e-3
-# Comparison of the two rigs: quadrature nodes across and along the ellipse, and number of slips.
-_COMPARED_NODES = (12, 8)
-_COMPARED_SLIPS = 8
+# Comparison of the two rigs: numbers of quadrature nodes across and along the ellipse, and number
+# of slips.
+_COMPARED_NODE_COUNTS = (12, 8)
+_COMPARED_SLIP_COUNT = 8
 # Decimals of their misfit. Rigs with the same truth differ by rounding only, which must be 0.
 _MISFIT_DECIMALS = 6
 
@@ -111,13 +112,13 @@ class FilmTruth:
 
     Attributes:
         oil: The oil's properties.
-        constants: Stresses and thermal properties of the bodies.
+        film_constants: Stresses and thermal properties of the bodies.
         rig_contact: The traction rig's contact. Its mu is the mean over the whole contact.
     """
 
     follows_ellipse: ClassVar[bool] = True
     oil: Oil
-    constants: ThermalEhl
+    film_constants: ThermalEhl
     rig_contact: Contact
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
@@ -125,7 +126,7 @@ class FilmTruth:
         pressure_gpa, speed_m_s, temperature_c, slip = conditions
         return thermal_ehl_traction(
             self.oil,
-            self.constants,
+            self.film_constants,
             np.asarray(pressure_gpa) * PA_PER_GPA,
             speed_m_s,
             temperature_c,
@@ -151,7 +152,7 @@ class FilmTruth:
             pressure_pa = max_pressure_pa * np.sqrt(1 - rule.along**2 - rule.across**2)
             film = sliding_film(
                 self.oil,
-                self.constants,
+                self.film_constants,
                 replace(positive_conditions, ellipticity=contact.ellipticity),
                 pressure_pa,
                 slide_roll_ratio,
@@ -180,16 +181,16 @@ def true_tractions(
         film_constants = ThermalEhl(**thermal_ehl.model_dump())
         rig_contact = known_contact(settings)
         return {
-            oil: FilmTruth(settings.known_oil(oil), film_constants, rig_contact)
-            for oil in campaign.oils
+            oil_name: FilmTruth(settings.known_oil(oil_name), film_constants, rig_contact)
+            for oil_name in campaign.oils
         }
-    for oil in campaign.oils:
-        if oil not in constants:
+    for oil_name in campaign.oils:
+        if oil_name not in constants:
             raise OilfilmError(
-                f"campaign {campaign.name!r}: no constants are printed for the oil {oil!r}; "
+                f"campaign {campaign.name!r}: no constants are printed for the oil {oil_name!r}; "
                 f"the rig twin has constants of {', '.join(constants)}."
             )
-    return {oil: LawTruth(constants[oil]) for oil in campaign.oils}
+    return {oil_name: LawTruth(constants[oil_name]) for oil_name in campaign.oils}
 
 
 def known_contact(settings: Settings) -> Contact:
@@ -198,11 +199,11 @@ def known_contact(settings: Settings) -> Contact:
     Raises:
         OilfilmError: Its geometry and materials were not recorded.
     """
-    ((name, rig),) = settings.rigs.items()
+    ((rig_name, rig),) = settings.rigs.items()
     contact = rig.contact()
     if contact is None:
         raise OilfilmError(
-            f"config/rigs/{name}.yaml: the rig twin needs a rig of known geometry; it has none."
+            f"config/rigs/{rig_name}.yaml: the rig twin needs a rig of known geometry; it has none."
         )
     return contact
 
@@ -225,25 +226,25 @@ def misfit(true_traction: TrueTraction, settings: Settings) -> float:
     rig_contact = known_contact(settings)
     matrix = present(campaign.matrix, "matrix", "the campaign")
     slip_max = present(campaign.twin, "twin", "the campaign").slip_max
-    grid = np.meshgrid(
+    mesh = np.meshgrid(
         matrix.max_hertz_pressure_gpa,
         matrix.entrainment_speed_m_s,
         matrix.inlet_temperature_c,
         indexing="ij",
     )
     # axes: conditions of the matrix, slips, quadrature nodes
-    pressure_gpa, speed_m_s, temperature_c = (axis_values.reshape(-1, 1, 1) for axis_values in grid)
-    slip = np.linspace(0, slip_max, _COMPARED_SLIPS).reshape(1, -1, 1)
-    shape = np.broadcast_shapes(pressure_gpa.shape, slip.shape)
+    pressure_gpa, speed_m_s, temperature_c = (axis_values.reshape(-1, 1, 1) for axis_values in mesh)
+    slip = np.linspace(0, slip_max, _COMPARED_SLIP_COUNT).reshape(1, -1, 1)
+    shape_of_points = np.broadcast_shapes(pressure_gpa.shape, slip.shape)
     conditions = Conditions(
-        load_n=np.broadcast_to(rig_contact.load_n(pressure_gpa), shape),
-        max_hertz_pressure_gpa=np.broadcast_to(pressure_gpa, shape),
-        entrainment_speed_m_s=np.broadcast_to(speed_m_s, shape),
-        inlet_temperature_c=np.broadcast_to(temperature_c, shape),
-        radius_x_m=np.full(shape, rig_contact.radius_m),
+        load_n=np.broadcast_to(rig_contact.load_n(pressure_gpa), shape_of_points),
+        max_hertz_pressure_gpa=np.broadcast_to(pressure_gpa, shape_of_points),
+        entrainment_speed_m_s=np.broadcast_to(speed_m_s, shape_of_points),
+        inlet_temperature_c=np.broadcast_to(temperature_c, shape_of_points),
+        radius_x_m=np.full(shape_of_points, rig_contact.radius_m),
         reduced_modulus_pa=rig_contact.reduced_modulus_pa,
     )
-    rule = gauss_rule(*_COMPARED_NODES)
+    rule = gauss_rule(*_COMPARED_NODE_COUNTS)
     local_law = true_traction.local_law(rule, np.asarray(rig_contact.radius_m))
     mean_mu = (local_law(conditions, slip) * rule.load_share).sum(axis=-1)
     rig_mu = true_traction(pressure_gpa, speed_m_s, temperature_c, slip)[..., 0]

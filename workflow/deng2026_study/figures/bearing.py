@@ -8,7 +8,7 @@ from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE, STAYS_BEST_SHARE
+from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE_FILM_FORMULA, STAYS_BEST_SHARE
 from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.bearing.resistance import HEATS
 from oilfilm.report.figures import style
@@ -23,7 +23,7 @@ _FIELD_TINT = 0.45
 # Where there is no best oil: symbol and its meaning, by judgement.
 _NO_CHOICE = {
     "no film": ("x", "no film thick enough"),
-    OUTSIDE: ("+", "outside the film formula"),
+    OUTSIDE_FILM_FORMULA: ("+", "outside the film formula"),
     NO_EQUILIBRIUM: ("1", "an oil without equilibrium"),
 }
 # Where the advised oil is not the best one: symbol and its meaning, by judgement.
