@@ -128,9 +128,9 @@ _SIGN_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENTS))))
 _SLIP_LEVELS = ("curve", "figures")
 # Indices of the axes of arrays.
 STRESS_AXIS, SPEED_AXIS, TEMPERATURE_AXIS, SLIP_AXIS = range(4)
-# Names of the statements that count half. The paper does not state the first one: it follows from the
-# Newtonian oil and its falling viscosity that section 2.4 names. The others are two readings of one
-# sentence.
+# Names of the statements that count half. The paper does not state the first one: it follows from
+# the Newtonian oil and its falling viscosity that section 2.4 names. The others are two readings of
+# one sentence.
 HALF_STATEMENTS = (
     "start_falls_with_temperature",
     "earlier_plateau_with_speed",

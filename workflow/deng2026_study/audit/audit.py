@@ -63,26 +63,27 @@ def audit_campaign(
 
 
 def refit_evidence(
-    results: CampaignTables, viscosity_order: Sequence[str], settings: Settings
+    results: CampaignTables, falling_viscosity: Sequence[str], settings: Settings
 ) -> View:
     """The campaign's own fits and points of the paper's oils, without other oils."""
     fits = results.configured.coefficients
     points = results.points
-    oils = [oil for oil in fits["oil"].unique() if oil in viscosity_order]
-    laws = {oil: FittedLaw.from_tables(fits, oil) for oil in oils}
+    oil_names = [oil for oil in fits["oil"].unique() if oil in falling_viscosity]
+    fitted_law_of_oil = {oil: FittedLaw.from_tables(fits, oil) for oil in oil_names}
     is_planned = points["run_id"].isin(runs_of_matrix(results.runs, settings)["run_id"])
-    measured_rows = {
+    table_by_name = {
         "points": points[is_planned & failed_gates.failed_none_but(points, "thin_film")]
     }
-    for name in ("fit_quality", "torque", "torque_control"):
-        measured_rows[name] = results.table(name)
+    for table_name in ("fit_quality", "torque", "torque_control"):
+        table_by_name[table_name] = results.table(table_name)
     rows_of_paper_oils = {
-        name: rows[rows["oil"].isin(viscosity_order)] for name, rows in measured_rows.items()
+        table_name: table[table["oil"].isin(falling_viscosity)]
+        for table_name, table in table_by_name.items()
     }
     return View(
         "refit",
-        viscosity_order,
-        {oil: law for oil, law in laws.items() if not reason_without_value(law)},
+        falling_viscosity,
+        {oil: law for oil, law in fitted_law_of_oil.items() if not reason_without_value(law)},
         settings,
         grid_of_box(settings, "tested"),
         results.replace(**rows_of_paper_oils),
@@ -90,23 +91,33 @@ def refit_evidence(
     )
 
 
-def printed_evidence(printed_constants: dict[str, FloatArray], settings: Settings) -> View:
+def printed_evidence(printed_constants_of_oil: dict[str, FloatArray], settings: Settings) -> View:
     """The constants that the paper prints, signs restored; the most viscous oil first."""
-    laws = {
+    fitted_law_of_oil = {
         oil: FittedLaw(DENG2026, Coefficients.bare(DENG2026, constants))
-        for oil, constants in printed_constants.items()
+        for oil, constants in printed_constants_of_oil.items()
     }
-    return View("printed", list(laws), laws, settings, grid_of_box(settings, "tested"))
+    return View(
+        "printed",
+        list(fitted_law_of_oil),
+        fitted_law_of_oil,
+        settings,
+        grid_of_box(settings, "tested"),
+    )
 
 
 def undoubted_evidence(
-    printed_constants: dict[str, FloatArray], doubtful: Collection[str], settings: Settings
+    printed_constants_of_oil: dict[str, FloatArray],
+    doubtful_oils: Collection[str],
+    settings: Settings,
 ) -> View:
     """The constants that the paper prints, without the oils whose constants may be damaged."""
-    undoubted_constants = {
-        oil: constants for oil, constants in printed_constants.items() if oil not in doubtful
+    undoubted_constants_of_oil = {
+        oil: constants
+        for oil, constants in printed_constants_of_oil.items()
+        if oil not in doubtful_oils
     }
-    return replace(printed_evidence(undoubted_constants, settings), basis=UNDOUBTED)
+    return replace(printed_evidence(undoubted_constants_of_oil, settings), basis=UNDOUBTED)
 
 
 def grid_of_box(settings: Settings, box_name: str) -> Grid:
@@ -127,8 +138,8 @@ def audit(claims: Sequence[Claim], views: Sequence[View]) -> dict[str, pd.DataFr
         claims: The paper's claims.
         views: What a verdict is based on, one view per basis.
     """
-    rows: list[dict[str, Any]] = []
-    numbers: list[dict[str, Any]] = []
+    claim_rows: list[dict[str, Any]] = []
+    number_rows: list[dict[str, Any]] = []
     for claim, view in itertools.product(claims, views):
         if claim.judged_on == "formula" and view.basis != "printed":
             continue
@@ -138,24 +149,28 @@ def audit(claims: Sequence[Claim], views: Sequence[View]) -> dict[str, pd.DataFr
         if view.basis == UNDOUBTED and not rests_on_constants:
             continue
         key_columns = {"claim": claim.id, "basis": view.basis}
-        row, further_numbers = _judge(claim, view)
-        rows.append(key_columns | {"judged_on": claim.judged_on} | row)
+        claim_columns, further_numbers = _judge(claim, view)
+        claim_rows.append(key_columns | {"judged_on": claim.judged_on} | claim_columns)
         for number_columns in _rows_of_numbers(further_numbers):
-            numbers.append(key_columns | number_columns)
-    judged = pd.DataFrame(rows, columns=tables.columns("claims"))
+            number_rows.append(key_columns | number_columns)
+    judged = pd.DataFrame(claim_rows, columns=tables.columns("claims"))
     return {
         "claims": tables.conform(judged, "claims", "claims"),
-        "claim_numbers": tables.from_rows(numbers, "claim_numbers"),
+        "claim_numbers": tables.from_rows(number_rows, "claim_numbers"),
     }
 
 
 def _rows_of_numbers(numbers: Numbers) -> Iterator[dict[str, Any]]:
     """Rows of further numbers: one per number, or per number and oil; none where it is NaN."""
-    for name, values in numbers.items():
-        value_of_oil = values if isinstance(values, dict) else {"": values}
+    for number_name, value_or_values_of_oil in numbers.items():
+        value_of_oil = (
+            value_or_values_of_oil
+            if isinstance(value_or_values_of_oil, dict)
+            else {"": value_or_values_of_oil}
+        )
         for oil, value in value_of_oil.items():
             if not np.isnan(value):
-                yield {"number": name, "oil": oil, "value": value}
+                yield {"number": number_name, "oil": oil, "value": value}
 
 
 def check(claim_id: str, view: View) -> Outcome:
@@ -173,46 +188,46 @@ def _judge(claim: Claim, view: View) -> tuple[dict[str, Any], Numbers]:
 
     A claim holds if every fair reading of it holds. It fails if no reading holds in a fair share.
     """
-    limits = view.study.audit
+    audit_settings = view.study.audit
     grid = view.grid
     if claim.judged_on == "extrapolated":
         grid = grid_of_box(view.settings, claim.judged_on)
     try:
         outcome = check(claim.id, replace(view, grid=grid))
     except NotCheckableError as error:
-        row = {
+        claim_columns = {
             "verdict": "cannot be checked",
             "reason_code": str(error),
             "worst_oil": "",
             "cases": 0,
         }
-        return row, {}
-    shares = [outcome.share]
+        return claim_columns, {}
+    share_of_readings = [outcome.share]
     for reading in claim.readings:
         share = outcome.numbers.get(reading, np.nan)
         if isinstance(share, float) and not np.isnan(share):
-            shares.append(share)
-    if reaches(min(shares), limits.holds_share) and outcome.complete:
+            share_of_readings.append(share)
+    if reaches(min(share_of_readings), audit_settings.holds_share) and outcome.can_hold:
         verdict = "by construction" if outcome.by_construction else "holds"
-    elif exceeds(limits.fails_share, max(shares)):
+    elif exceeds(audit_settings.fails_share, max(share_of_readings)):
         verdict = "fails"
     else:
         verdict = "holds in part"
-    row = {
+    claim_columns = {
         "verdict": verdict,
         "reason_code": "",
         "cases": len(outcome.cases),
         "share": outcome.share,
     }
-    row.update(outcome.worst_case(claim.worst).add_prefix("worst_"))
+    claim_columns.update(outcome.worst_case(claim.worst).add_prefix("worst_"))
     share_by_oil = (
         outcome.cases.groupby("oil", sort=False)["holds"].mean().drop("", errors="ignore")
     )
-    numbers: Numbers = {"share": {str(oil): share for oil, share in share_by_oil.items()}}
+    further_numbers: Numbers = {"share": {str(oil): share for oil, share in share_by_oil.items()}}
     if claim.judged_on == "extrapolated":
-        numbers.update(_share_where_tested(claim, view))
-    numbers.update(outcome.numbers)
-    return row, numbers
+        further_numbers.update(_share_where_tested(claim, view))
+    further_numbers.update(outcome.numbers)
+    return claim_columns, further_numbers
 
 
 def _share_where_tested(claim: Claim, view: View) -> Numbers:

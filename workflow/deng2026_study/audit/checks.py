@@ -33,11 +33,11 @@ from oilfilm.traction.law import Law
 from oilfilm.traction.laws.deng2026 import DENG2026
 
 # Axes of the arrays.
-_P, _U, _T, _S = 1, 2, 3, 4
+_P_AXIS, _U_AXIS, _T_AXIS, _S_AXIS = 1, 2, 3, 4
 # D cos(alpha)/dm of ball bearings.
 _GAMMAS = (0.0, 0.1, 0.2, 0.3)
 # Sizes of each coefficient that represent all sizes that a law allows.
-_SIZES_OF_COEFFICIENT = 6
+_SIZE_COUNT_OF_COEFFICIENT = 6
 # Values of mu up to this share of the largest coefficient are rounding.
 _ROUNDING_SHARE = 1e-15
 # Deng et al. (2026), section 2.1: Ra of ball and disc, and their composite roughness as stated.
@@ -46,35 +46,39 @@ _COMPOSITE_UM = 0.017
 # Cage slip from which on there is something to suppress.
 _SLIPPING = 0.01
 # A, B and C of Eq. 7.
-_COEFFICIENTS_OF_CURVE = 3
+_COEFFICIENT_COUNT_OF_CURVE = 3
 # Lowest slip at which the slope of a curve is clear, over the largest slip.
 _CLEAR_SLIP = 0.01
 # Shares of the slope at that slip from which the fit of a curve starts.
 _SHARES_OF_SLOPE = (0.2, 0.5, 0.8, 0.95)
 # Tolerances of that fit, relative.
-_EXACT = 1e-12
+_FIT_TOLERANCE = 1e-12
 # Relative standard errors from this on say the same: the curve does not determine the coefficient.
-_UNDETERMINED = 1e3
+_LARGEST_RELATIVE_ERROR = 1e3
 
 
 def zero_slip(view: View) -> Outcome:
     """Without slip there is no traction."""
     without_slip = view.with_levels(slide_roll_ratio=[0.0])
     mu = np.abs(without_slip.mu())
-    for_any_constants = _true_of_every_law(view, lambda law: _any_constants(law, np.zeros(1)) == 0)
+    holds_for_any_constants = _true_of_every_law(
+        view, lambda law: _any_constants(law, np.zeros(1)) == 0
+    )
     outcome_on_grid = without_slip.outcome(mu <= view.study.audit.zero_traction_max, mu)
-    return replace(outcome_on_grid, by_construction=for_any_constants)
+    return replace(outcome_on_grid, by_construction=holds_for_any_constants)
 
 
 def non_negative(view: View) -> Outcome:
     """Mu is never negative."""
     mu = view.mu(slide_roll_ratio=view.curve[1:])
-    lowest_mu = mu.min(axis=_S, keepdims=True)
-    largest_size = np.abs(mu).max(axis=_S, keepdims=True)
-    for_any_constants = _true_of_every_law(view, lambda law: _any_constants(law, view.curve) >= 0)
+    lowest_mu = mu.min(axis=_S_AXIS, keepdims=True)
+    largest_size = np.abs(mu).max(axis=_S_AXIS, keepdims=True)
+    holds_for_any_constants = _true_of_every_law(
+        view, lambda law: _any_constants(law, view.curve) >= 0
+    )
     return replace(
         view.outcome(reaches(lowest_mu, 0.0, largest_size), lowest_mu),
-        by_construction=for_any_constants,
+        by_construction=holds_for_any_constants,
     )
 
 
@@ -83,9 +87,9 @@ def linear_start(view: View) -> Outcome:
     linear_end = _linear_range(view)
     required_end = view.study.audit.linear_to_slip
     start_slips = np.linspace(0.0, required_end, view.study.audit.levels)
-    straight, _ = _straight(view, start_slips, view.mu(slide_roll_ratio=start_slips), _S)
+    is_straight, _ = _straight(view, start_slips, view.mu(slide_roll_ratio=start_slips), _S_AXIS)
     return view.outcome(
-        straight,
+        is_straight,
         linear_end,
         within=reaches(linear_end, required_end),
         longest=np.nanmax(linear_end),
@@ -95,20 +99,20 @@ def linear_start(view: View) -> Outcome:
 def peak_decline(view: View) -> Outcome:
     """Mu peaks, then declines slightly."""
     mu = view.mu(slide_roll_ratio=view.curve)
-    peak = mu.max(axis=_S, keepdims=True)
+    peak_mu = mu.max(axis=_S_AXIS, keepdims=True)
     mu_at_largest_slip = mu[..., -1:]
     # a law that comes to a constant level reaches it within rounding, and has no peak
-    peaks = exceeds(peak, mu_at_largest_slip)
-    decline = 1 - mu_at_largest_slip / peak
-    slight = reaches(view.study.printed.signs.decline_max, decline, size=1.0)
+    has_peak = exceeds(peak_mu, mu_at_largest_slip)
+    decline = 1 - mu_at_largest_slip / peak_mu
+    is_slight = reaches(view.study.printed.signs.decline_max, decline, size=1.0)
     is_shown_oil = [oil == view.falling_viscosity[0] for oil in view.laws]
     decline_coldest = decline[:, :, :, 0]
     return view.outcome(
-        peaks & slight,
+        has_peak & is_slight,
         decline,
-        shown_oil=(peaks & slight)[is_shown_oil],
-        peaks=peaks,
-        slight=slight,
+        shown_oil=(has_peak & is_slight)[is_shown_oil],
+        peaks=has_peak,
+        slight=is_slight,
         coldest_least=view.by_oil(np.nanmin, decline_coldest),
         coldest_most=view.by_oil(np.nanmax, decline_coldest),
     )
@@ -116,28 +120,38 @@ def peak_decline(view: View) -> Outcome:
 
 def falls_with_temperature(view: View) -> Outcome:
     """Mu falls with T, more steeply where it is cold."""
-    audit = view.study.audit
+    audit_settings = view.study.audit
     mu = view.mu()
     lowest_c, highest_c = _ends(view.grid.inlet_temperature_c)
-    cold_band, hot_band = np.clip([audit.cold_band_c, audit.hot_band_c], lowest_c, highest_c)
-    cold_slope = -np.diff(view.mu(inlet_temperature_c=cold_band), axis=_T) / np.diff(cold_band)
-    hot_slope = -np.diff(view.mu(inlet_temperature_c=hot_band), axis=_T) / np.diff(hot_band)
+    cold_band, hot_band = np.clip(
+        [audit_settings.cold_band_c, audit_settings.hot_band_c], lowest_c, highest_c
+    )
+    cold_slope = -np.diff(view.mu(inlet_temperature_c=cold_band), axis=_T_AXIS) / np.diff(cold_band)
+    hot_slope = -np.diff(view.mu(inlet_temperature_c=hot_band), axis=_T_AXIS) / np.diff(hot_band)
     # slopes have the rounding of the largest slope that mu could give
     largest_slope = np.abs(mu).max() / min(np.diff(cold_band)[0], np.diff(hot_band)[0])
-    steeper = exceeds(cold_slope, hot_slope, size=largest_slope)
-    always = _falls(mu, _T)
-    return view.outcome(always & steeper, _last_over_first(mu, _T), always=always, steeper=steeper)
+    is_steeper_when_cold = exceeds(cold_slope, hot_slope, size=largest_slope)
+    falls_everywhere = _falls(mu, _T_AXIS)
+    return view.outcome(
+        falls_everywhere & is_steeper_when_cold,
+        _last_over_first(mu, _T_AXIS),
+        always=falls_everywhere,
+        steeper=is_steeper_when_cold,
+    )
 
 
 def falls_with_speed(view: View) -> Outcome:
     """Mu falls with U and levels off."""
     mu = view.mu()
     ends_of_thirds = np.linspace(*_ends(view.grid.entrainment_speed_m_s), 4)
-    fall = -np.diff(view.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U)
+    fall = -np.diff(view.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U_AXIS)
     levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), size=np.abs(mu).max())
-    always = _falls(mu, _U)
+    falls_everywhere = _falls(mu, _U_AXIS)
     return view.outcome(
-        always & levels_off, _last_over_first(mu, _U), always=always, levels_off=levels_off
+        falls_everywhere & levels_off,
+        _last_over_first(mu, _U_AXIS),
+        always=falls_everywhere,
+        levels_off=levels_off,
     )
 
 
@@ -146,11 +160,15 @@ def rises_with_stress(view: View) -> Outcome:
     pressures = view.grid.max_hertz_pressure_gpa
     even_pressures = np.linspace(*_ends(pressures), len(pressures))
     mu = view.mu(max_hertz_pressure_gpa=even_pressures)
-    always = _falls(-mu, _P)
-    straight, r2 = _straight(view, even_pressures, mu, _P)
+    rises_everywhere = _falls(-mu, _P_AXIS)
+    is_straight, r2 = _straight(view, even_pressures, mu, _P_AXIS)
     median_r2 = view.by_oil(np.nanmedian, r2)
     return view.outcome(
-        always & straight, r2, always=always, straight=straight, median_r2=median_r2
+        rises_everywhere & is_straight,
+        r2,
+        always=rises_everywhere,
+        straight=is_straight,
+        median_r2=median_r2,
     )
 
 
@@ -159,10 +177,10 @@ def rises_with_slip(view: View) -> Outcome:
     tested_ends = view.study.printed.boxes.tested.max_hertz_pressure_gpa
     at_highest_pressure = view.with_levels(max_hertz_pressure_gpa=tested_ends[1:])
     mu = at_highest_pressure.mu()
-    level_rises = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
+    level_rises = _falls(-mu.mean(axis=(_U_AXIS, _T_AXIS), keepdims=True), _S_AXIS)
     ends_rise = exceeds(mu[..., -1], mu[..., 0])
     return at_highest_pressure.outcome(
-        _falls(-mu, _S), _last_over_first(mu, _S), level=level_rises, ends=ends_rise
+        _falls(-mu, _S_AXIS), _last_over_first(mu, _S_AXIS), level=level_rises, ends=ends_rise
     )
 
 
@@ -188,11 +206,13 @@ def earlier_plateau(view: View) -> Outcome:
     linear_end = _linear_range(view)
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(inlet_temperature_c=ends_c, slide_roll_ratio=view.curve)
-    on_plateau = reaches(mu, view.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
-    plateau_begin = view.curve[np.argmax(on_plateau, axis=_S)]
+    is_on_plateau = reaches(
+        mu, view.study.audit.plateau_share * mu.max(axis=_S_AXIS, keepdims=True)
+    )
+    plateau_begin = view.curve[np.argmax(is_on_plateau, axis=_S_AXIS)]
     return view.outcome(
-        _falls(linear_end, _P),
-        _last_over_first(linear_end, _P),
+        _falls(linear_end, _P_AXIS),
+        _last_over_first(linear_end, _P_AXIS),
         plateau_coldest=view.by_oil(np.median, plateau_begin[..., 0]),
         plateau_hottest=view.by_oil(np.median, plateau_begin[..., 1]),
     )
@@ -238,9 +258,9 @@ def hot_convergence(view: View) -> Outcome:
     relative_spread = spread / mu.mean(axis=0, keepdims=True)
     spread_coldest, spread_hottest = relative_spread.mean(axis=(0, 1, 2, 4))
     return view.outcome(
-        _falls(spread, _T),
-        _last_over_first(spread, _T),
-        relative=_falls(relative_spread, _T),
+        _falls(spread, _T_AXIS),
+        _last_over_first(spread, _T_AXIS),
+        relative=_falls(relative_spread, _T_AXIS),
         spread_coldest=spread_coldest,
         spread_hottest=spread_hottest,
     )
@@ -251,9 +271,9 @@ def speed_mutes_temperature(view: View) -> Outcome:
     speeds = np.clip(view.study.audit.slow_and_fast_m_s, *_ends(view.grid.entrainment_speed_m_s))
     ends_c = _ends(view.grid.inlet_temperature_c)
     mu = view.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
-    drop = -np.diff(mu, axis=_T)
-    drop_ratio = _last_over_first(drop, _U)
-    relative_drop_falls = _falls(drop / mu[:, :, :, :1], _U)
+    drop = -np.diff(mu, axis=_T_AXIS)
+    drop_ratio = _last_over_first(drop, _U_AXIS)
+    relative_drop_falls = _falls(drop / mu[:, :, :, :1], _U_AXIS)
     return view.outcome(exceeds(1.0, drop_ratio), drop_ratio, relative=relative_drop_falls)
 
 
@@ -261,33 +281,35 @@ def full_film(view: View) -> Outcome:
     """Film and lambda are above what a full film needs."""
     oils = view.falling_viscosity
     film_min_um = view.study.audit.film_min_um
-    limits = np.array([film_min_um, view.settings.gates.lambda_limit])
+    limit_of_film_and_lambda = np.array([film_min_um, view.settings.gates.lambda_limit])
     figure_slips = view.study.printed.signs.slide_roll_ratio.figures
     at_curve_slips = view.with_levels(slide_roll_ratio=[0.0, *figure_slips, view.curve[-1]])
     points = view.measured.points.dropna(subset=["lambda_ratio"])
     if view.basis == "printed" or view.measured.points.empty:
-        films = at_curve_slips.films(*oils)
-        margins = films / limits.reshape(2, 1, 1, 1, 1, 1)
-        smaller_margin = margins.min(axis=0)
-        judged = at_curve_slips.cases(oils, exceeds(smaller_margin, 1.0), smaller_margin)
+        film_and_lambda = at_curve_slips.films(*oils)
+        margin_of_film_and_lambda = film_and_lambda / limit_of_film_and_lambda.reshape(
+            2, 1, 1, 1, 1, 1
+        )
+        smaller_margin = margin_of_film_and_lambda.min(axis=0)
+        cases = at_curve_slips.cases(oils, exceeds(smaller_margin, 1.0), smaller_margin)
     elif points.empty:
         raise NotCheckableError("no lambda")
     else:
-        films = points[["film_thickness_um", "lambda_ratio"]].to_numpy().T
-        margins = films / limits.reshape(2, 1)
-        judged = points.assign(value=margins.min(axis=0))
-        judged["holds"] = exceeds(judged["value"], 1.0)
-    central_um, _ = at_curve_slips.films(thickness="central")
-    count_unknown = judged["value"].isna().sum()
+        film_and_lambda = points[["film_thickness_um", "lambda_ratio"]].to_numpy().T
+        margin_of_film_and_lambda = film_and_lambda / limit_of_film_and_lambda.reshape(2, 1)
+        cases = points.assign(value=margin_of_film_and_lambda.min(axis=0))
+        cases["holds"] = exceeds(cases["value"], 1.0)
+    central_um, _ = at_curve_slips.films(film_kind="central")
+    unknown_count = cases["value"].isna().sum()
     return outcome(
         # where the formula gives no film the claim is neither true nor false
-        judged.dropna(subset="value"),
+        cases.dropna(subset="value"),
         central=_above_one(central_um / film_min_um),
-        full=_above_one(margins[1]),
-        thick=_above_one(margins[0]),
-        smallest_lambda=np.nanmin(films[1]),
-        thinnest_um=np.nanmin(films[0]),
-        unknown=count_unknown if count_unknown else np.nan,
+        full=_above_one(margin_of_film_and_lambda[1]),
+        thick=_above_one(margin_of_film_and_lambda[0]),
+        smallest_lambda=np.nanmin(film_and_lambda[1]),
+        thinnest_um=np.nanmin(film_and_lambda[0]),
+        unknown=unknown_count if unknown_count else np.nan,
     )
 
 
@@ -311,23 +333,25 @@ def wang_deng_zero(view: View) -> Outcome:
 
 def wang_deng_overfit(view: View) -> Outcome:
     """The errors of the Wang-Deng law grow more on curves left out."""
-    audit = view.study.audit
+    audit_settings = view.study.audit
     fits = _wang_deng(view)
     all_fits = view.measured.fit_quality
-    by_paper_law = all_fits[all_fits["law"] == audit.stress_law].set_index("oil")
+    by_paper_law = all_fits[all_fits["law"] == audit_settings.stress_law].set_index("oil")
     if not set(fits["oil"]) <= set(by_paper_law.index):
         raise NotCheckableError("no fit by the paper's law")
     growth = fits["left_out_rmse"] / fits["rmse"]
     growth_of_paper_law = by_paper_law["left_out_rmse"] / by_paper_law["rmse"]
     relative_growth = growth / fits["oil"].map(growth_of_paper_law)
     return outcome(
-        fits.assign(holds=exceeds(relative_growth, audit.overfit_min), value=relative_growth)
+        fits.assign(
+            holds=exceeds(relative_growth, audit_settings.overfit_min), value=relative_growth
+        )
     )
 
 
 def properties_not_needed(view: View) -> Outcome:
     """Laws with properties of the oil predict no better than the paper's law."""
-    limit = view.study.audit.prediction_error
+    largest_good_error = view.study.audit.prediction_error
     by_paper_law = _by_paper_law(view).set_index("oil")
     if view.truth_is_law:
         raise NotCheckableError("own law")
@@ -342,7 +366,7 @@ def properties_not_needed(view: View) -> Outcome:
     return outcome(
         fits.assign(holds=reaches(1.0, error_ratio), value=error_ratio),
         ends=reaches(fits[end_column].to_numpy(), paper_law_fits[end_column].to_numpy()),
-        enough=reaches(limit, _relative_left_out(by_paper_law).to_numpy()),
+        enough=reaches(largest_good_error, _relative_left_out(by_paper_law).to_numpy()),
         own_error=paper_law_fits.groupby(fits["oil"], sort=False)[end_column].first().to_dict(),
         least_error=fits.groupby("oil", sort=False)[end_column].min().to_dict(),
     )
@@ -350,21 +374,21 @@ def properties_not_needed(view: View) -> Outcome:
 
 def torque_stress(view: View) -> Outcome:
     """The law of pressure gives the torque of a bearing."""
-    errors, counts = _torque_errors(view)
+    errors, count_by_number_name = _torque_errors(view)
     errors = errors.dropna(subset="stress")
     holds = reaches(view.study.audit.torque_stress_error, errors["stress"])
-    judged = errors.assign(holds=holds, value=errors["stress"])
-    return outcome(judged, largest=errors["stress"].max(), **counts)
+    cases = errors.assign(holds=holds, value=errors["stress"])
+    return outcome(cases, largest=errors["stress"].max(), **count_by_number_name)
 
 
 def torque_load(view: View) -> Outcome:
     """The law of load does not."""
-    errors, counts = _torque_errors(view)
+    errors, count_by_number_name = _torque_errors(view)
     errors_of_both = errors.dropna()
     if errors_of_both.empty:
         raise NotCheckableError("no torque by the law")
     excess = errors_of_both["load"] - errors_of_both["stress"]
-    largest = errors_of_both["load"].max()
+    largest_error = errors_of_both["load"].max()
     load_is_worse = exceeds(errors_of_both["load"], errors_of_both["stress"], size=1.0)
     load_is_worse_on_median = exceeds(
         errors_of_both["load"].median(), errors_of_both["stress"].median(), size=1.0
@@ -372,32 +396,34 @@ def torque_load(view: View) -> Outcome:
     torque_outcome = outcome(
         errors_of_both.assign(holds=load_is_worse, value=excess),
         systematic=load_is_worse_on_median,
-        largest=largest,
-        **counts,
+        largest=largest_error,
+        **count_by_number_name,
     )
     return replace(
-        torque_outcome, complete=bool(reaches(largest, view.study.audit.torque_load_error))
+        torque_outcome, can_hold=bool(reaches(largest_error, view.study.audit.torque_load_error))
     )
 
 
 def uniquely_determined(view: View) -> Outcome:
     """The curves determine A, B and C; all curves of an oil determine its constants."""
     fits = _by_paper_law(view).dropna(subset="constant_spread")
-    errors = _errors_of_curves(view.measured.points)
-    if fits.empty or errors.empty:
+    error_of_curve = _errors_of_curves(view.measured.points)
+    if fits.empty or error_of_curve.empty:
         raise NotCheckableError("no fit by the paper's law")
-    constants = view.measured.coefficients
-    of_paper_law = constants["law"] == view.study.audit.stress_law
-    is_known = constants[of_paper_law & constants["oil"].isin(fits["oil"])]["verdict"].eq("known")
+    coefficients = view.measured.coefficients
+    of_paper_law = coefficients["law"] == view.study.audit.stress_law
+    is_known = coefficients[of_paper_law & coefficients["oil"].isin(fits["oil"])]["verdict"].eq(
+        "known"
+    )
     # digits below a millionth of a standard error are rounding
     spread = fits["constant_spread"].round(6)
-    judged = errors.rename("value").reset_index()
+    cases = error_of_curve.rename("value").reset_index()
     return outcome(
-        judged.assign(holds=reaches(view.study.audit.curve_error_max, judged["value"])),
+        cases.assign(holds=reaches(view.study.audit.curve_error_max, cases["value"])),
         constants=fits["certified"].to_numpy(),
         known=is_known.to_numpy(),
         spread=spread.max(),
-        curve_error=errors.groupby(level="oil", sort=False).median().to_dict(),
+        curve_error=error_of_curve.groupby(level="oil", sort=False).median().to_dict(),
     )
 
 
@@ -408,7 +434,7 @@ def genetic_optimum(view: View) -> Outcome:
 
 def extrapolates(view: View) -> Outcome:
     """The law predicts beyond the tested conditions."""
-    limit = view.study.audit.prediction_error
+    largest_good_error = view.study.audit.prediction_error
     fits = _by_paper_law(view)
     if view.truth_is_law:
         raise NotCheckableError("own law")
@@ -416,24 +442,31 @@ def extrapolates(view: View) -> Outcome:
     if errors_at_ends.empty:
         raise NotCheckableError("no fit by the paper's law")
     left_out_error = _relative_left_out(fits)
-    truth = view.measured.extrapolation
-    of_paper_law = truth["law"] == view.study.audit.stress_law
-    has_fitted_oil = truth["oil"].isin(fits["oil"])
-    truth = truth[of_paper_law & has_fitted_oil & (truth["beyond"].map(len) > 0)]
-    error = (truth["traction_coefficient"] / truth["true_traction_coefficient"] - 1).abs()
+    rows_beyond_tests = view.measured.extrapolation
+    of_paper_law = rows_beyond_tests["law"] == view.study.audit.stress_law
+    has_fitted_oil = rows_beyond_tests["oil"].isin(fits["oil"])
+    rows_beyond_tests = rows_beyond_tests[
+        of_paper_law & has_fitted_oil & (rows_beyond_tests["beyond"].map(len) > 0)
+    ]
+    error = (
+        rows_beyond_tests["traction_coefficient"] / rows_beyond_tests["true_traction_coefficient"]
+        - 1
+    ).abs()
     return outcome(
-        errors_at_ends.assign(holds=reaches(limit, errors_at_ends["value"])),
-        truth=reaches(limit, error),
-        accuracy=reaches(limit, left_out_error),
+        errors_at_ends.assign(holds=reaches(largest_good_error, errors_at_ends["value"])),
+        truth=reaches(largest_good_error, error),
+        accuracy=reaches(largest_good_error, left_out_error),
         left_out=left_out_error.max(),
     )
 
 
 def composite_roughness(view: View) -> Outcome:
     """The roughness of ball and disc make the stated one."""
-    composite = float(np.hypot(*_RA_UM))
-    judged = pd.DataFrame({"oil": [""], "holds": composite < _COMPOSITE_UM, "value": composite})
-    return outcome(judged, rounded=round(composite, 3) <= _COMPOSITE_UM)
+    composite_um = float(np.hypot(*_RA_UM))
+    cases = pd.DataFrame(
+        {"oil": [""], "holds": composite_um < _COMPOSITE_UM, "value": composite_um}
+    )
+    return outcome(cases, rounded=round(composite_um, 3) <= _COMPOSITE_UM)
 
 
 def rolling_speed(view: View) -> Outcome:
@@ -479,18 +512,18 @@ def load_suppresses_slip(view: View) -> Outcome:
     slip_by_load = slip_rows.pivot(
         index="axial_load_n", columns=["oil", "inlet_temperature_c", "pitch_speed_mm_rpm"]
     )["cage_slip"]
-    lighter = slip_by_load.shift()
-    steps = pd.DataFrame(
-        {"lighter": lighter.stack([0, 1, 2]), "heavier": slip_by_load.stack([0, 1, 2])}
+    slip_at_lighter_load = slip_by_load.shift()
+    load_steps = pd.DataFrame(
+        {"lighter": slip_at_lighter_load.stack([0, 1, 2]), "heavier": slip_by_load.stack([0, 1, 2])}
     )
-    steps = steps[exceeds(steps["lighter"], _SLIPPING)].dropna()
-    if steps.empty:
+    load_steps = load_steps[exceeds(load_steps["lighter"], _SLIPPING)].dropna()
+    if load_steps.empty:
         raise NotCheckableError("no bearing")
-    change = steps["heavier"] - steps["lighter"]
+    change = load_steps["heavier"] - load_steps["lighter"]
     slip_falls = exceeds(0.0, change, size=1.0)
-    is_slipping = exceeds(steps["lighter"], view.study.selection.limits.slip_limit)
-    judged = steps.reset_index().assign(holds=slip_falls, value=change.to_numpy())
-    return outcome(judged, where_it_slips=slip_falls[is_slipping])
+    is_slipping = exceeds(load_steps["lighter"], view.study.selection.limits.slip_limit)
+    cases = load_steps.reset_index().assign(holds=slip_falls, value=change.to_numpy())
+    return outcome(cases, where_it_slips=slip_falls[is_slipping])
 
 
 def heavy_load_grips(view: View) -> Outcome:
@@ -536,25 +569,25 @@ def slip_15(view: View) -> Outcome:
     selection = view.study.selection
     view = _with_largest_slip(view)
     mu = view.mu_by_viscosity()
-    film_adequate = _thinnest_is_adequate(view)
+    is_film_adequate = _thinnest_is_adequate(view)
     is_slipping = exceeds(view.grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
     # S taken for the cage slip, as section 4.3 does
-    slipping_by_ratio = exceeds(view.grid.slide_roll_ratio, selection.limits.slip_limit)
+    is_slipping_by_ratio = exceeds(view.grid.slide_roll_ratio, selection.limits.slip_limit)
     ratio_of_thinnest = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
     ratios_to_thicker = mu[1:] / mu[:-1]
     largest_ratio_to_thicker = ratios_to_thicker.max(axis=0, keepdims=True)
     value = np.where(is_slipping, largest_ratio_to_thicker, ratio_of_thinnest)
-    value_by_ratio = np.where(slipping_by_ratio, largest_ratio_to_thicker, ratio_of_thinnest)
+    value_by_ratio = np.where(is_slipping_by_ratio, largest_ratio_to_thicker, ratio_of_thinnest)
     outcome_on_grid = view.outcome(
         exceeds(1.0, value),
         value,
-        as_cage_slip=exceeds(1.0, value_by_ratio[slipping_by_ratio | film_adequate]),
+        as_cage_slip=exceeds(1.0, value_by_ratio[is_slipping_by_ratio | is_film_adequate]),
         more_than_thinnest=exceeds(1.0, ratios_to_thicker[1][..., is_slipping]),
-        below=exceeds(1.0, value[..., ~is_slipping][film_adequate[..., ~is_slipping]]),
+        below=exceeds(1.0, value[..., ~is_slipping][is_film_adequate[..., ~is_slipping]]),
         beyond=exceeds(1.0, value[..., is_slipping]),
-        adequate=film_adequate,
+        adequate=is_film_adequate,
     )
-    return _only_cases(outcome_on_grid, is_slipping | film_adequate, "no condition")
+    return _only_cases(outcome_on_grid, is_slipping | is_film_adequate, "no condition")
 
 
 def heavy_load_4010(view: View) -> Outcome:
@@ -563,10 +596,10 @@ def heavy_load_4010(view: View) -> Outcome:
         view, above=view.study.selection.limits.heavy_from_gpa, below=np.inf
     )
     mu = heavy_view.mu_by_viscosity()
-    film_adequate = _thinnest_is_adequate(heavy_view)
+    is_film_adequate = _thinnest_is_adequate(heavy_view)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    all_cases = heavy_view.outcome(exceeds(1.0, ratio), ratio, adequate=film_adequate)
-    outcome_with_film = _only_cases(all_cases, film_adequate, "no film")
+    all_cases = heavy_view.outcome(exceeds(1.0, ratio), ratio, adequate=is_film_adequate)
+    outcome_with_film = _only_cases(all_cases, is_film_adequate, "no film")
     thinnest_has_least_torque = _least_torque_of_thinnest(view)
     bearing_numbers = {
         "bearing": thinnest_has_least_torque.mean(),
@@ -577,17 +610,19 @@ def heavy_load_4010(view: View) -> Outcome:
 
 def _true_of_every_law(view: View, holds: Callable[[Law], BoolArray]) -> bool:
     """Whether something is true of every law, whatever its constants."""
-    laws = {fitted.law.name: fitted.law for fitted in view.laws.values()}
-    return all(holds(law).all() for law in laws.values())
+    law_by_name = {fitted.law.name: fitted.law for fitted in view.laws.values()}
+    return all(holds(law).all() for law in law_by_name.values())
 
 
 def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
     """mu at slips for all combinations of coefficients within their bounds; rounding becomes 0."""
-    levels = [
-        np.geomspace(coefficient.smallest, coefficient.largest, _SIZES_OF_COEFFICIENT)
+    sizes_of_coefficients = [
+        np.geomspace(coefficient.smallest, coefficient.largest, _SIZE_COUNT_OF_COEFFICIENT)
         for coefficient in law.coefficients
     ]
-    sizes = np.stack([size.ravel() for size in np.meshgrid(*levels)])[..., np.newaxis]
+    sizes = np.stack([size.ravel() for size in np.meshgrid(*sizes_of_coefficients)])[
+        ..., np.newaxis
+    ]
     with np.errstate(over="ignore", invalid="ignore"):
         mu = law.mu_of_sizes(sizes, slip)
     return np.where(np.abs(mu) <= _ROUNDING_SHARE * sizes.max(axis=0), 0.0, mu)
@@ -604,19 +639,21 @@ def _linear_range(view: View) -> FloatArray:
     slip = np.concatenate([[curve[1] * 1e-3], curve[1:]])
     chord = view.mu(slide_roll_ratio=slip) / slip
     deviation = np.abs(chord / chord[..., :1] - 1)
-    outside = deviation > tolerance
-    leaves = outside.any(axis=_S, keepdims=True)
-    first_outside = np.argmax(outside, axis=_S)[..., np.newaxis]
-    index_after = np.where(leaves, first_outside, len(slip) - 1)
-    index_before = index_after - 1
+    is_outside = deviation > tolerance
+    leaves_tolerance = is_outside.any(axis=_S_AXIS, keepdims=True)
+    first_index_outside = np.argmax(is_outside, axis=_S_AXIS)[..., np.newaxis]
+    index_of_outside = np.where(leaves_tolerance, first_index_outside, len(slip) - 1)
+    index_of_inside = index_of_outside - 1
     # linear interpolation between the last slip inside and the first one outside
-    deviation_before = np.take_along_axis(deviation, index_before, axis=_S)
-    deviation_after = np.take_along_axis(deviation, index_after, axis=_S)
+    deviation_before = np.take_along_axis(deviation, index_of_inside, axis=_S_AXIS)
+    deviation_after = np.take_along_axis(deviation, index_of_outside, axis=_S_AXIS)
     rises = deviation_after > deviation_before
-    rise = np.where(rises, deviation_after - deviation_before, 1.0)
-    fraction = np.where(rises, (tolerance - deviation_before) / rise, 1.0)
+    deviation_step = np.where(rises, deviation_after - deviation_before, 1.0)
+    fraction_of_step = np.where(rises, (tolerance - deviation_before) / deviation_step, 1.0)
     return np.where(
-        leaves, slip[index_before] + fraction * (slip[index_after] - slip[index_before]), slip[-1]
+        leaves_tolerance,
+        slip[index_of_inside] + fraction_of_step * (slip[index_of_outside] - slip[index_of_inside]),
+        slip[-1],
     )
 
 
@@ -627,8 +664,10 @@ def _ends(levels: FloatArray) -> tuple[float, float]:
 
 def _falls(values: FloatArray, axis: int) -> BoolArray:
     """Whether values fall at every step along an axis, which is kept with length 1."""
-    levels = np.moveaxis(values, axis, 0)
-    falls: BoolArray = np.asarray(exceeds(levels[:-1], levels[1:]).all(axis=0, keepdims=True))
+    values_of_level = np.moveaxis(values, axis, 0)
+    falls: BoolArray = np.asarray(
+        exceeds(values_of_level[:-1], values_of_level[1:]).all(axis=0, keepdims=True)
+    )
     return np.moveaxis(falls, 0, axis)
 
 
@@ -636,8 +675,8 @@ def _ranks(values: FloatArray) -> IndexArray:
     """Rank of each row among the rows, 1 for the largest, shape (rows, n); of equals by the row."""
     is_larger = exceeds(values[:, np.newaxis], values)
     is_earlier_row = np.triu(np.ones((len(values), len(values)), dtype=bool), k=1)[..., np.newaxis]
-    ranks_ahead = is_larger | (is_earlier_row & ~is_larger.swapaxes(0, 1))
-    return np.asarray(1 + ranks_ahead.sum(axis=0))
+    is_ahead = is_larger | (is_earlier_row & ~is_larger.swapaxes(0, 1))
+    return np.asarray(1 + is_ahead.sum(axis=0))
 
 
 def _near_one(ratio: FloatArray | float, tolerance: float) -> BoolArray:
@@ -654,7 +693,7 @@ def _straight(
     view: View, abscissa: FloatArray, values: FloatArray, axis: int
 ) -> tuple[BoolArray, FloatArray]:
     """Whether values along one axis are on a straight line, and the line's R2."""
-    other_axes = [number for number in range(values.ndim) if number != axis]
+    other_axes = [axis_index for axis_index in range(values.ndim) if axis_index != axis]
     x_deviation = np.expand_dims(abscissa - abscissa.mean(), other_axes)
     deviation = values - values.mean(axis=axis, keepdims=True)
     covariance = (x_deviation * deviation).sum(axis=axis, keepdims=True)
@@ -696,12 +735,14 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     Raises:
         NotCheckableError: There is no such point.
     """
-    oils = list(view.falling_viscosity)
+    oil_names = list(view.falling_viscosity)
     slip_rows = view.measured.cage_slip
-    slip_rows = slip_rows[slip_rows["oil"].isin(oils)]
-    film_known = slip_rows["lambda_ratio"].notna()
-    film_known_by_point = film_known.groupby([slip_rows[name] for name in OPERATING_POINT_COLUMNS])
-    slip_rows = slip_rows[film_known_by_point.transform("all")]
+    slip_rows = slip_rows[slip_rows["oil"].isin(oil_names)]
+    is_film_known = slip_rows["lambda_ratio"].notna()
+    is_film_known_by_point = is_film_known.groupby(
+        [slip_rows[name] for name in OPERATING_POINT_COLUMNS]
+    )
+    slip_rows = slip_rows[is_film_known_by_point.transform("all")]
     larger_pressure_gpa = slip_rows[
         ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
     ].max(axis=1)
@@ -711,10 +752,10 @@ def _least_torque_of_thinnest(view: View) -> BoolArray:
     has_full_film = exceeds(slip_rows["lambda_ratio"], view.settings.gates.lambda_limit)
     slip_rows = slip_rows[has_full_film & is_heavy]
     torque = slip_rows.pivot(index=OPERATING_POINT_COLUMNS, columns="oil", values="torque_n_m")
-    torque = torque.reindex(columns=oils).dropna(subset=[oils[-1]])
+    torque = torque.reindex(columns=oil_names).dropna(subset=[oil_names[-1]])
     if torque.empty:
         raise NotCheckableError("no bearing")
-    return reaches(torque.min(axis=1), torque[oils[-1]])
+    return reaches(torque.min(axis=1), torque[oil_names[-1]])
 
 
 def _cage_slips(view: View) -> pd.DataFrame:
@@ -737,16 +778,17 @@ def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
         points: Table of points.
 
     Returns:
-        By oil and run, `_UNDETERMINED` at most. A curve with fewer than four points has none.
+        Errors by oil and run, `_LARGEST_RELATIVE_ERROR` at most. A curve with fewer than four
+        points has none.
     """
-    rows = []
-    for (oil, run), curve in points.groupby(["oil", "run_id"], sort=False):
-        if len(curve) > _COEFFICIENTS_OF_CURVE:
+    rows_of_curves = []
+    for (oil_name, run_id), curve in points.groupby(["oil", "run_id"], sort=False):
+        if len(curve) > _COEFFICIENT_COUNT_OF_CURVE:
             slip, mu = curve[["slide_roll_ratio", "traction_coefficient"]].abs().to_numpy().T
-            rows.append((oil, run, _error_of_curve(slip, mu)))
-    errors = pd.DataFrame(rows, columns=["oil", "run_id", "error"])
+            rows_of_curves.append((oil_name, run_id, _error_of_curve(slip, mu)))
+    errors = pd.DataFrame(rows_of_curves, columns=["oil", "run_id", "error"])
     error_by_curve = errors.set_index(["oil", "run_id"])["error"].astype(float)
-    return error_by_curve.clip(upper=_UNDETERMINED)
+    return error_by_curve.clip(upper=_LARGEST_RELATIVE_ERROR)
 
 
 def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
@@ -770,32 +812,39 @@ def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
         for share in _SHARES_OF_SLOPE
     ]
     fits = [
-        least_squares(residual, start, method="lm", ftol=_EXACT, xtol=_EXACT, gtol=_EXACT)
+        least_squares(
+            residual,
+            start,
+            method="lm",
+            ftol=_FIT_TOLERANCE,
+            xtol=_FIT_TOLERANCE,
+            gtol=_FIT_TOLERANCE,
+        )
         for start in starts
     ]
     fit = min(fits, key=lambda candidate: float(candidate.cost))
     # the inverse of J'J by singular values; a direction without effect has an infinite error
     _, singular_values, directions = np.linalg.svd(np.asarray(fit.jac), full_matrices=False)
-    variance = 2 * fit.cost / (len(slip) - _COEFFICIENTS_OF_CURVE)
+    variance = 2 * fit.cost / (len(slip) - _COEFFICIENT_COUNT_OF_CURVE)
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse_diagonal = ((directions / singular_values[:, np.newaxis]) ** 2).sum(axis=0)
     return float(np.sqrt(variance * np.nan_to_num(inverse_diagonal, nan=np.inf).max()))
 
 
-def _only_cases(judged: Outcome, selected: BoolArray, reason: str) -> Outcome:
+def _only_cases(outcome_on_grid: Outcome, is_selected: BoolArray, reason: str) -> Outcome:
     """An outcome with the cases that a claim is about.
 
     Args:
-        judged: The outcome over the grid.
-        selected: Whether the claim is about a case.
+        outcome_on_grid: The outcome over the grid.
+        is_selected: Whether the claim is about a case.
         reason: Code of the reason where it is about none.
 
     Raises:
         NotCheckableError: There are none.
     """
-    if not selected.any():
+    if not is_selected.any():
         raise NotCheckableError(reason)
-    return replace(judged, cases=judged.cases[selected.ravel()])
+    return replace(outcome_on_grid, cases=outcome_on_grid.cases[is_selected.ravel()])
 
 
 def _by_paper_law(view: View) -> pd.DataFrame:
@@ -843,6 +892,9 @@ def _torque_errors(view: View) -> tuple[pd.DataFrame, dict[str, float]]:
     errors = errors.reindex(columns=["stress", "load"]).reset_index()
     if errors["stress"].isna().all():
         raise NotCheckableError("no torque by the law")
-    left_out = len(torque_rows[is_bistable(torque_rows)].drop_duplicates(plateau_and_oil[:2]))
-    counts = {"bistable": left_out, "undecided": undecided_plateaus(torque_rows)}
-    return errors, {name: float(count) for name, count in counts.items() if count}
+    bistable_count = len(torque_rows[is_bistable(torque_rows)].drop_duplicates(plateau_and_oil[:2]))
+    count_by_number_name = {
+        "bistable": bistable_count,
+        "undecided": undecided_plateaus(torque_rows),
+    }
+    return errors, {name: float(count) for name, count in count_by_number_name.items() if count}

@@ -12,7 +12,7 @@ from deng2026_study.settings import StudySettings, study_settings
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.physics.film import Thickness
+from oilfilm.physics.film import FilmKind
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXES, Grid, film_by_oil, traction_on_grid
@@ -33,27 +33,31 @@ class Outcome:
         cases: Columns oil, holds, value and the grid's axes (null where a case spans an axis).
         numbers: Further numbers by name, as shares of parts of the claim.
         by_construction: Whether the claim is true whatever the oils are.
-        complete: False where something beside the cases fails, so that the claim holds in part
+        can_hold: False where something beside the cases fails, so that the claim holds in part
             at most.
     """
 
     cases: pd.DataFrame
     numbers: Numbers
     by_construction: bool = False
-    complete: bool = True
+    can_hold: bool = True
 
     @property
     def share(self) -> float:
         """Share of the cases in which the claim holds."""
         return float(self.cases["holds"].mean())
 
-    def worst_case(self, worst: Literal["largest", "smallest"]) -> pd.Series:
-        """The case farthest from holding; of those that hold the nearest to failing."""
+    def worst_case(self, worst_end: Literal["largest", "smallest"]) -> pd.Series:
+        """The case farthest from holding; if all hold, the one nearest to failing.
+
+        Args:
+            worst_end: Whether the largest or the smallest value is farthest from holding.
+        """
         failing = self.cases[~self.cases["holds"]]
         candidates = self.cases if failing.empty else failing
-        values = candidates["value"].to_numpy()
-        index = first_largest(values if worst == "largest" else -values)
-        return candidates.iloc[int(index)].reindex(["oil", *AXES, "value"])
+        value_of_case = candidates["value"].to_numpy()
+        worst_index = first_largest(value_of_case if worst_end == "largest" else -value_of_case)
+        return candidates.iloc[int(worst_index)].reindex(["oil", *AXES, "value"])
 
 
 def outcome(cases: pd.DataFrame, **numbers: Any) -> Outcome:
@@ -64,13 +68,13 @@ def outcome(cases: pd.DataFrame, **numbers: Any) -> Outcome:
         numbers: Each a number, an array of bool, or a dictionary of these by oil. An array gives
             its share of true values, NaN where it is empty.
     """
-    as_floats: Numbers = {}
+    number_by_name: Numbers = {}
     for name, content in numbers.items():
         if isinstance(content, dict):
-            as_floats[name] = {oil: _as_float(value) for oil, value in content.items()}
+            number_by_name[name] = {oil: _as_float(value) for oil, value in content.items()}
         else:
-            as_floats[name] = _as_float(content)
-    return Outcome(cases, as_floats)
+            number_by_name[name] = _as_float(content)
+    return Outcome(cases, number_by_name)
 
 
 def _as_float(content: Any) -> float:
@@ -109,18 +113,18 @@ class View:
         """The same with other levels on some axes of the grid."""
         return replace(self, grid=self.grid.with_levels(**levels))
 
-    def rows(self, table: str, *, reason: str) -> pd.DataFrame:
+    def rows(self, table_name: str, *, reason: str) -> pd.DataFrame:
         """A table of the basis.
 
         Args:
-            table: Name of the table.
+            table_name: Name of the table.
             reason: Code of claims.yaml where the basis `refit` has none of its rows. The other
                 bases say "not printed".
 
         Raises:
             NotCheckableError: The basis has none.
         """
-        frame = self.measured.table(table)
+        frame = self.measured.table(table_name)
         if frame.empty:
             raise NotCheckableError(reason if self.basis == "refit" else "not printed")
         return frame
@@ -133,46 +137,47 @@ class View:
     @property
     def curve(self) -> FloatArray:
         """Slips of a whole curve."""
-        end = self.study.printed.boxes.tested.slide_roll_ratio[1]
-        return np.linspace(0.0, end, self.study.audit.curve_points)
+        largest_slip = self.study.printed.boxes.tested.slide_roll_ratio[1]
+        return np.linspace(0.0, largest_slip, self.study.audit.curve_points)
 
     def mu(
-        self, oils: Sequence[str] | None = None, **levels: Sequence[float] | FloatArray
+        self, oil_names: Sequence[str] | None = None, **levels: Sequence[float] | FloatArray
     ) -> FloatArray:
         """mu over the grid, with other levels on some axes, of every oil with a law.
 
         Raises:
             NotCheckableError: None has one, or one of the given oils has none.
         """
-        if oils is None:
-            oils = list(self.laws)
+        if oil_names is None:
+            oil_names = list(self.laws)
         grid = self.grid.with_levels(**levels)
-        if not oils or not set(oils) <= set(self.laws):
+        if not oil_names or not set(oil_names) <= set(self.laws):
             raise NotCheckableError("no law")
-        return np.stack([traction_on_grid(self.laws[oil], grid) for oil in oils])
+        return np.stack([traction_on_grid(self.laws[oil], grid) for oil in oil_names])
 
     def mu_by_viscosity(self, **levels: Sequence[float] | FloatArray) -> FloatArray:
         """mu over the grid of the oils that the claims are about, the most viscous first."""
         return self.mu(self.falling_viscosity, **levels)
 
-    def films(self, *oils: str, thickness: Thickness | None = None) -> FloatArray:
+    def films(self, *oil_names: str, film_kind: FilmKind | None = None) -> FloatArray:
         """Film thickness in um and lambda over the grid, shape (2, oils, P, U, T, S).
 
         Args:
-            oils: The oils; without any, those of the claims whose film is known.
-            thickness: Which film; that of the settings if not given.
+            oil_names: The oils; without any, those of the claims whose film is known.
+            film_kind: Which film; that of the settings if not given.
 
         Raises:
             NotCheckableError: An oil or the contact is not known well enough.
         """
         film_of_oil = film_by_oil(self.settings)
-        if not oils:
-            oils = tuple(oil for oil in self.falling_viscosity if oil in film_of_oil)
-        if not oils or not set(oils) <= set(film_of_oil):
+        if not oil_names:
+            oil_names = tuple(oil for oil in self.falling_viscosity if oil in film_of_oil)
+        if not oil_names or not set(oil_names) <= set(film_of_oil):
             raise NotCheckableError("no film")
-        film_kind = thickness or self.settings.film.thickness
+        drawn_film_kind = film_kind or self.settings.film.thickness
         films_of_oils = [
-            replace(film_of_oil[oil], thickness=film_kind).over(self.grid) for oil in oils
+            replace(film_of_oil[oil], film_kind=drawn_film_kind).over(self.grid)
+            for oil in oil_names
         ]
         return np.stack(films_of_oils, axis=1)
 
@@ -180,8 +185,8 @@ class View:
         self, summary: Callable[[FloatArray], float], values: FloatArray
     ) -> dict[str, float]:
         """One number per oil from an array whose first axis is that of the oils with a law."""
-        values_of_oil = zip(self.laws, values, strict=True)
-        return {oil: float(summary(values_of_one)) for oil, values_of_one in values_of_oil}
+        oils_and_values = zip(self.laws, values, strict=True)
+        return {oil: float(summary(values_of_oil)) for oil, values_of_oil in oils_and_values}
 
     def outcome(self, holds: BoolArray, value: FloatArray, **numbers: Any) -> Outcome:
         """The outcome of a check over the grid.
@@ -191,18 +196,18 @@ class View:
             value: The quantity that decides.
             numbers: Further numbers, as for `outcome`.
         """
-        oils = list(self.laws) if len(holds) == len(self.laws) else [""]
-        return outcome(self.cases(oils, holds, value), **numbers)
+        oil_names = list(self.laws) if len(holds) == len(self.laws) else [""]
+        return outcome(self.cases(oil_names, holds, value), **numbers)
 
-    def cases(self, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:
+    def cases(self, oil_names: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:
         """Cases from arrays over the grid.
 
         Args:
-            oils: The oils of the first axis; one empty name where a case compares oils.
+            oil_names: The oils of the first axis; one empty name where a case compares oils.
             holds: True where the claim holds.
             value: The quantity that decides, which broadcasts against `holds`.
         """
-        axes = [np.asarray(oils, dtype=object)]
+        axes = [np.asarray(oil_names, dtype=object)]
         for levels, length in zip(self.grid.levels, holds.shape[1:], strict=True):
             spans_axis = length == 1 and len(levels) > 1
             axes.append(np.array([np.nan]) if spans_axis else levels)

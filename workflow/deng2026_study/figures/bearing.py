@@ -21,13 +21,13 @@ from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, stays_best
 # Share of an oil's colour in its field.
 _FIELD_TINT = 0.45
 # Where there is no best oil: symbol and its meaning, by judgement.
-_NO_CHOICE = {
+_SYMBOL_OF_NO_CHOICE = {
     "no film": ("x", "no film thick enough"),
     OUTSIDE_FILM_FORMULA: ("+", "outside the film formula"),
     NO_EQUILIBRIUM: ("1", "an oil without equilibrium"),
 }
 # Where the advised oil is not the best one: symbol and its meaning, by judgement.
-_WRONG = {
+_SYMBOL_OF_WRONG_ADVICE = {
     "slips": ("v", "the cage slips with it, not with the best"),
     "slips more": ("^", "the cage slips more with it"),
     "heats more": ("s", "it heats more"),
@@ -58,20 +58,22 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     points: NASA TP-2275, transcribed by a third party. The traction law is fitted to the logs of
     this campaign.
     """
-    table = results.published_tests.dropna(subset="published_power_w")
+    published_tests = results.published_tests.dropna(subset="published_power_w")
     sheet = Sheet(height=2.0)
     panel = sheet.panel(title=None)
     sheet.label(style.SPEED_LABEL, "Power loss (W)")
-    if table.empty:
+    if published_tests.empty:
         panel.say("The published test's oil is not fitted,\nor its bearing not described.")
         return sheet
-    bearing, oil, load_n, temperature_c = table.iloc[0][
+    bearing_name, oil_name, load_n, temperature_c = published_tests.iloc[0][
         ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
     ]
-    speed_rad_s = table["inner_speed_rpm"] * RAD_S_PER_RPM
+    speed_rad_s = published_tests["inner_speed_rpm"] * RAD_S_PER_RPM
     # feed oil of unknown flow adds nothing
-    power_of_terms = [table[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEATS]
-    speed_1000_rpm = table["inner_speed_rpm"] / 1e3
+    power_of_terms = [
+        published_tests[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEATS
+    ]
+    speed_1000_rpm = published_tests["inner_speed_rpm"] / 1e3
     colour_of_terms = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
     areas = panel.axis.stackplot(
         speed_1000_rpm,
@@ -82,23 +84,28 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
         linewidth=0.3,
     )
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
-    dashed: style.Look = {"linestyle": "--", "color": "black"}
+    dashed_look: style.Look = {"linestyle": "--", "color": "black"}
     for column in ("power_low_w", "power_high_w"):
-        panel.axis.plot(speed_1000_rpm, table[column], **dashed)
+        panel.axis.plot(speed_1000_rpm, published_tests[column], **dashed_look)
     # not in the colour of an oil; the rim shows it on dark areas
     dot_look: style.Look = {"marker": "o", "color": "black", "markeredgecolor": "white"}
     dot_look["markersize"] = 4
     for term, power in zip(HEATS, power_of_terms, strict=True):
-        panel.keep(term, speed_1000_rpm, power, oil=oil)
-    power_interval = {"lower": table["power_low_w"], "upper": table["power_high_w"]}
-    panel.keep("sum", speed_1000_rpm, table["power_w"], oil=oil, **power_interval)
-    panel.dots("published", speed_1000_rpm, table["published_power_w"], dot_look)
+        panel.keep(term, speed_1000_rpm, power, oil=oil_name)
+    power_interval = {
+        "lower": published_tests["power_low_w"],
+        "upper": published_tests["power_high_w"],
+    }
+    panel.keep("sum", speed_1000_rpm, published_tests["power_w"], oil=oil_name, **power_interval)
+    panel.dots("published", speed_1000_rpm, published_tests["published_power_w"], dot_look)
     panel.axis.set_axisbelow(True)
-    panel.axis.set_title(f"{bearing}, {oil}, {load_n:g} N, {temperature_c:.0f} \N{DEGREE SIGN}C")
+    panel.axis.set_title(
+        f"{bearing_name}, {oil_name}, {load_n:g} N, {temperature_c:.0f} \N{DEGREE SIGN}C"
+    )
     published_handle = style.line_handle("published", **dot_look | {"linestyle": ""})
     handles = [
         *areas,
-        style.line_handle(f"oil {lowest_fraction:.2%} and {highest_fraction:.2%}", **dashed),
+        style.line_handle(f"oil {lowest_fraction:.2%} and {highest_fraction:.2%}", **dashed_look),
         published_handle,
     ]
     origin_of_logs = SIMULATED if settings.campaign.data == "simulated" else "this campaign's"
@@ -124,7 +131,7 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     the best one nor nearly as good, and why. White: no oil is best, or none is advised. Abscissa:
     dmN, pitch diameter times speed (million mm rpm). Ordinate: axial load (kN).
     """
-    advice, oils = results.slip_advice, list(settings.oils)
+    advice, oil_names = results.slip_advice, list(settings.oils)
     if advice.empty:
         return sentences(_NO_MAP)
     advice = advice.assign(**in_units_of_axes(advice))
@@ -135,11 +142,11 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     advised_panel = sheet.panel(1, "oil that the paper advises")
     judgement = advice["judgement"]
     is_decided = ~judgement.isin(NO_CHOICE)
-    _draw_oils(best_panel, advice, "best_oil", is_decided, oils)
-    _draw_oils(advised_panel, advice, "advised_oil", is_decided, oils)
+    _draw_oils(best_panel, advice, "best_oil", is_decided, oil_names)
+    _draw_oils(advised_panel, advice, "advised_oil", is_decided, oil_names)
     handles: list[Any] = [
-        Patch(facecolor=style.tint(style.oil_colour(oil, oils), _FIELD_TINT), label=oil)
-        for oil in oils
+        Patch(facecolor=style.tint(style.oil_colour(oil, oil_names), _FIELD_TINT), label=oil)
+        for oil in oil_names
     ]
     handles += _draw_sure(best_panel, advice, results.cage_slip)
     handles += _draw_wrong_by_truth(best_panel, advice)
@@ -172,36 +179,51 @@ def is_wrong_by_truth(advice: pd.DataFrame) -> "pd.Series[bool]":
 
 
 def _draw_oils(
-    panel: Panel, advice: pd.DataFrame, column: str, is_decided: "pd.Series[bool]", oils: list[str]
+    panel: Panel,
+    advice: pd.DataFrame,
+    column: str,
+    is_decided: "pd.Series[bool]",
+    oil_names: list[str],
 ) -> None:
     """Draw each cell in the colour of the oil in a column; white where nothing is decided."""
-    chosen = advice[column].where(is_decided, "")
-    with_number = advice.assign(number=chosen.map(["", *oils].index))
-    number_by_cell = with_number.pivot(index="load_kn", columns="speed", values="number")
+    oil_of_cell = advice[column].where(is_decided, "")
+    with_colour_index = advice.assign(number=oil_of_cell.map(["", *oil_names].index))
+    colour_index_by_cell = with_colour_index.pivot(
+        index="load_kn", columns="speed", values="number"
+    )
     axis = panel.axis
-    tints = [style.tint(style.oil_colour(oil, oils), _FIELD_TINT) for oil in oils]
+    tints = [
+        style.tint(style.oil_colour(oil_name, oil_names), _FIELD_TINT) for oil_name in oil_names
+    ]
     axis.pcolormesh(
-        style.cell_edges(number_by_cell.columns.to_numpy(), axis.get_xscale()),
-        style.cell_edges(number_by_cell.index.to_numpy(), axis.get_yscale()),
-        number_by_cell.to_numpy(),
+        style.cell_edges(colour_index_by_cell.columns.to_numpy(), axis.get_xscale()),
+        style.cell_edges(colour_index_by_cell.index.to_numpy(), axis.get_yscale()),
+        colour_index_by_cell.to_numpy(),
         cmap=ListedColormap([(1.0, 1.0, 1.0), *tints]),
         vmin=-0.5,
-        vmax=len(oils) + 0.5,
+        vmax=len(oil_names) + 0.5,
         rasterized=True,
     )
     axis.grid(False)
 
 
-def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
+def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip_table: pd.DataFrame) -> list[Any]:
     """Dots where one oil stays the best one in nearly all draws; entries of the legend."""
-    surely_best = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    surely_best = (
+        stays_best(cage_slip_table, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    )
     sure_rows = advice.merge(surely_best, on=OPERATING_POINT_COLUMNS).query(
         "surely and best_oil != ''"
     )
     look: style.Look = {"marker": "o", "markersize": 2.5, "color": "black"}
-    oils = sure_rows["best_oil"]
+    best_oil_names = sure_rows["best_oil"]
     panel.dots(
-        "stays best", sure_rows["speed"], sure_rows["load_kn"], look, oil=oils, label="stays best"
+        "stays best",
+        sure_rows["speed"],
+        sure_rows["load_kn"],
+        look,
+        oil=best_oil_names,
+        label="stays best",
     )
     label = f"best in {100 * STAYS_BEST_SHARE:.0f} % of the draws"
     return [style.line_handle(label, linestyle="", **look)] if len(sure_rows) else []
@@ -221,7 +243,7 @@ def _draw_wrong_by_truth(panel: Panel, advice: pd.DataFrame) -> list[Any]:
 def _draw_judgements(panel: Panel, advice: pd.DataFrame) -> list[Any]:
     """Symbols where the advised oil is not the best one; entries of the legend."""
     handles = []
-    for judgement, (marker, label) in _WRONG.items():
+    for judgement, (marker, label) in _SYMBOL_OF_WRONG_ADVICE.items():
         cells = advice[advice["judgement"] == judgement]
         if len(cells):
             look: style.Look = {"marker": marker, "color": "black", "markersize": 3.5}
@@ -233,7 +255,7 @@ def _draw_judgements(panel: Panel, advice: pd.DataFrame) -> list[Any]:
 def _draw_undecided(panel: Panel, advice: pd.DataFrame) -> list[Any]:
     """Symbols where there is no choice of an oil; entries of the legend."""
     handles = []
-    for judgement, (marker, label) in _NO_CHOICE.items():
+    for judgement, (marker, label) in _SYMBOL_OF_NO_CHOICE.items():
         cells = advice[advice["judgement"] == judgement]
         if len(cells):
             # a cross of thin lines must be larger than a filled symbol

@@ -53,15 +53,15 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     """
     runs = with_levels(results.runs, settings)
     shown_conditions = study_settings(settings).figures.fig02
-    oil = shown_conditions.oil
+    oil_name = shown_conditions.oil
     temperatures = shown_conditions.inlet_temperature_c
-    law = FittedLaw.from_tables(results.configured.coefficients, oil)
-    oil_colour = style.oil_colour(oil, list(settings.oils))
+    law = FittedLaw.from_tables(results.configured.coefficients, oil_name)
+    oil_colour = style.oil_colour(oil_name, list(settings.oils))
     sheet = Sheet(2 * len(temperatures), 2, height=1.7, sharex=True, sharey=True)
     # left: pressures at one speed; right: speeds at one pressure
     varied_and_fixed = ((_PRESSURE, _SPEED), (_SPEED, _PRESSURE))
     panels = itertools.product(temperatures, varied_and_fixed)
-    for panel_number, (temperature, (varied, fixed)) in enumerate(panels):
+    for panel_index, (temperature, (varied, fixed)) in enumerate(panels):
         levels_of_panel = {_TEMPERATURE: temperature, fixed: getattr(shown_conditions, fixed)}
         levels = _levels_of(runs, settings.campaign, varied)
         shades = style.shades(oil_colour, len(levels))
@@ -69,12 +69,12 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
         series = []
         for level, shade, marker in zip(levels, shades, markers, strict=False):
             points = _points_at_levels(
-                results.points, runs, oil, {**levels_of_panel, varied: level}
+                results.points, runs, oil_name, {**levels_of_panel, varied: level}
             )
             label = style.level_phrases({varied: level})
-            series.append(Series(label, oil, points, law, shade, marker))
-        title = style.level_phrases(levels_of_panel) + _count_of_curves(series)
-        draw_series(sheet.panel(panel_number, title), series)
+            series.append(Series(label, oil_name, points, law, shade, marker))
+        title = style.level_phrases(levels_of_panel) + _curve_count_text(series)
+        draw_series(sheet.panel(panel_index, title), series)
     left_panels = sheet.axes[::2]
     right_panels = sheet.axes[1::2]
     _label_axes_and_legend(sheet, [left_panels, right_panels])
@@ -95,65 +95,72 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     """
     runs = with_levels(results.runs, settings)
     shown_conditions = study_settings(settings).figures.fig03
-    oils = list(settings.oils)
+    oil_names = list(settings.oils)
     levels_of_sheet = {
         _SPEED: shown_conditions.entrainment_speed_m_s,
         _TEMPERATURE: shown_conditions.inlet_temperature_c,
     }
     pressures = _levels_of(runs, settings.campaign, _PRESSURE)
     # all panels side by side; without any level one panel says so
-    columns = max(len(pressures), 1)
-    sheet = Sheet(columns, columns, width=style.DOUBLE_COLUMN_IN, sharex=True, sharey=True)
-    for panel_number, pressure in enumerate(pressures):
+    column_count = max(len(pressures), 1)
+    sheet = Sheet(
+        column_count, column_count, width=style.DOUBLE_COLUMN_IN, sharex=True, sharey=True
+    )
+    for panel_index, pressure in enumerate(pressures):
         series = []
-        for oil in oils:
+        for oil_name in oil_names:
             points = _points_at_levels(
-                results.points, runs, oil, {_PRESSURE: pressure, **levels_of_sheet}
+                results.points, runs, oil_name, {_PRESSURE: pressure, **levels_of_sheet}
             )
-            law = FittedLaw.from_tables(results.configured.coefficients, oil)
-            look = style.oil_look(oil, oils)
-            series.append(Series(oil, oil, points, law, look["color"], look["marker"]))
-        draw_series(sheet.panel(panel_number, style.level_phrases({_PRESSURE: pressure})), series)
+            law = FittedLaw.from_tables(results.configured.coefficients, oil_name)
+            look = style.oil_look(oil_name, oil_names)
+            series.append(Series(oil_name, oil_name, points, law, look["color"], look["marker"]))
+        draw_series(sheet.panel(panel_index, style.level_phrases({_PRESSURE: pressure})), series)
     drawn_oils = set(sheet.drawn()["oil"])
-    oils_without_points = [oil for oil in oils if oil not in drawn_oils]
+    oils_without_points = [oil_name for oil_name in oil_names if oil_name not in drawn_oils]
     notes = style.lost_handles(oils_without_points, "no accepted point here")
     _label_axes_and_legend(sheet, [sheet.axes], notes, style.level_phrases(levels_of_sheet))
     return sheet
 
 
-def _count_of_curves(series: Sequence[Series]) -> str:
+def _curve_count_text(series: Sequence[Series]) -> str:
     """How many curves of a panel have points; empty where all or none have."""
-    count = sum(len(curve.points) > 0 for curve in series)
-    if count in (0, len(series)):
+    drawn_count = sum(len(curve.points) > 0 for curve in series)
+    if drawn_count in (0, len(series)):
         return ""
-    return f" ({count} of {len(series)} curves)"
+    return f" ({drawn_count} of {len(series)} curves)"
 
 
-def _levels_of(runs: pd.DataFrame, campaign: Campaign, name: str) -> list[float]:
+def _levels_of(runs: pd.DataFrame, campaign: Campaign, condition_name: str) -> list[float]:
     """Levels of a condition: those of the campaign's matrix, else those that runs were set to."""
     if campaign.matrix is not None:
-        return list(getattr(campaign.matrix, name))
-    return sorted(runs[f"nominal_{name}"].dropna().unique())
+        return list(getattr(campaign.matrix, condition_name))
+    return sorted(runs[f"nominal_{condition_name}"].dropna().unique())
 
 
 def _points_at_levels(
-    points: pd.DataFrame, runs: pd.DataFrame, oil: str, levels: Mapping[str, float]
+    points: pd.DataFrame, runs_at_levels: pd.DataFrame, oil_name: str, levels: Mapping[str, float]
 ) -> pd.DataFrame:
     """Accepted points of the runs of an oil at given levels."""
-    runs = runs[runs["oil"] == oil]
-    for name, level in levels.items():
-        runs = runs[np.isclose(runs[f"nominal_{name}"], level)]
-    return points[points["accepted"] & points["run_id"].isin(runs["run_id"])]
+    runs_at_levels = runs_at_levels[runs_at_levels["oil"] == oil_name]
+    for condition_name, level in levels.items():
+        runs_at_levels = runs_at_levels[
+            np.isclose(runs_at_levels[f"nominal_{condition_name}"], level)
+        ]
+    return points[points["accepted"] & points["run_id"].isin(runs_at_levels["run_id"])]
 
 
 def _label_axes_and_legend(
-    sheet: Sheet, groups: Sequence[Sequence[Axes]], notes: Sequence[Any] = (), title: str = ""
+    sheet: Sheet,
+    axes_of_groups: Sequence[Sequence[Axes]],
+    notes: Sequence[Any] = (),
+    title: str = "",
 ) -> None:
     """Label the axes, and list below each group of panels the series that any of them shows.
 
     Args:
         sheet: The drawn sheet.
-        groups: Axes of the panels of each group; each group has one column of the legend.
+        axes_of_groups: Axes of the panels of each group; each group has one column of the legend.
         notes: Further entries of the legend, after those of the series.
         title: Title of the legend.
     """
@@ -163,23 +170,23 @@ def _label_axes_and_legend(
         if not sheet.axes[0].texts:
             sheet.panel(0).say(NO_POINT)
         return
-    columns = []
-    for axes_of_group in groups:
+    handles_of_groups = []
+    for axes_of_group in axes_of_groups:
         entries = [axis.get_legend_handles_labels() for axis in axes_of_group]
         # a series may have no points in the first panel; the fullest one gives the order
         fullest_first = sorted(entries, key=lambda entry: -len(entry[1]))
         handle_of_label: dict[str, Any] = {}
         for handles, labels in fullest_first:
             handle_of_label.update(zip(labels, handles, strict=True))
-        columns.append(list(handle_of_label.values()))
-    rows = max(len(column) for column in columns)
-    legend = []
-    for column in columns:
+        handles_of_groups.append(list(handle_of_label.values()))
+    row_count = max(len(handles_of_group) for handles_of_group in handles_of_groups)
+    legend_handles = []
+    for handles_of_group in handles_of_groups:
         # empty entries, so that each group has a column of its own
-        empty_entries = style.lost_handles([""] * (rows - len(column)))
-        legend += [*column, *empty_entries]
-    columns_of_legend = len(groups) if len(groups) > 1 else _AS_MANY_AS_FIT
-    sheet.legend([*legend, *notes], title, columns_of_legend)
+        empty_entries = style.lost_handles([""] * (row_count - len(handles_of_group)))
+        legend_handles += [*handles_of_group, *empty_entries]
+    legend_column_count = len(axes_of_groups) if len(axes_of_groups) > 1 else _AS_MANY_AS_FIT
+    sheet.legend([*legend_handles, *notes], title, legend_column_count)
     sheet.axes[0].set_ylim(bottom=0)
     # symbols at slip 0 are drawn completely
     sheet.axes[0].set_xlim(left=-0.005)
@@ -239,18 +246,18 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     at 100 \N{DEGREE SIGN}C and 1 bar, with their sources. The values of the paper are lost.
     Properties that stand in for unknown ones are marked.
     """
-    rows, notes = [], []
-    for name in settings.oils:
-        oil = settings.properties_of(name)
+    cells, notes = [], []
+    for oil_name in settings.oils:
+        oil = settings.properties_of(oil_name)
         source = "no known properties"
         if oil is not None:
             source = f"stand-in: {oil.source}" if oil.stand_in else oil.source
-        notes.append(f"{name}: {source}")
-        for quantity, unit, value_of_oil in _OIL_PROPERTIES:
-            value = np.nan if oil is None else float(value_of_oil(oil))
-            rows.append(_cell(name, quantity, unit, value, source))
+        notes.append(f"{oil_name}: {source}")
+        for quantity, unit, property_of_oil in _OIL_PROPERTIES:
+            value = np.nan if oil is None else float(property_of_oil(oil))
+            cells.append(_cell(oil_name, quantity, unit, value, source))
     title = f"Properties at {_PROPERTIES_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
-    return _table_sheet(title, rows, notes, paper_tables.tab01)
+    return _table_sheet(title, cells, notes, paper_tables.tab01)
 
 
 @register(
@@ -272,26 +279,28 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     source_of_logs = "set points of the logs"
     source = "campaign file, matrix" if matrix is not None else source_of_logs
     accepted = results.points[results.points["accepted"]]
-    rows = []
-    column = "this campaign"
-    for name, (quantity, unit) in _MATRIX_QUANTITIES.items():
-        levels = _levels_of(runs, settings.campaign, name)
-        rows.append(_cell(column, quantity, unit, _levels_text(levels), source))
+    cells = []
+    column_head = "this campaign"
+    for condition_name, (quantity, unit) in _MATRIX_QUANTITIES.items():
+        levels = _levels_of(runs, settings.campaign, condition_name)
+        cells.append(_cell(column_head, quantity, unit, _levels_text(levels), source))
     # set points of a rig whose contact is not known
     loads = sorted(runs["nominal_load_n"].dropna().unique())
     if loads:
-        rows.append(_cell(column, "load", "N", _levels_text(loads), source_of_logs))
+        cells.append(_cell(column_head, "load", "N", _levels_text(loads), source_of_logs))
     slips = accepted["slide_roll_ratio"].abs()
     slip_range = _NO_VALUE
     if len(slips):
         slip_range = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}"
-    rows.append(_cell(column, "slide-roll ratio", "", slip_range, "accepted points"))
-    for oil in settings.oils:
-        runs_of_oil = runs.loc[runs["oil"] == oil, "run_id"]
-        count_accepted = runs_of_oil.isin(accepted["run_id"]).sum()
-        curves = f"{count_accepted} accepted of {len(runs_of_oil)} runs"
-        rows.append(_cell(column, f"curves of {oil}", "", curves, "tables runs and points"))
-    return _table_sheet("Test matrix", rows, [f"Levels: {source}."], paper_tables.tab02)
+    cells.append(_cell(column_head, "slide-roll ratio", "", slip_range, "accepted points"))
+    for oil_name in settings.oils:
+        run_ids_of_oil = runs.loc[runs["oil"] == oil_name, "run_id"]
+        accepted_count = run_ids_of_oil.isin(accepted["run_id"]).sum()
+        curves = f"{accepted_count} accepted of {len(run_ids_of_oil)} runs"
+        cells.append(
+            _cell(column_head, f"curves of {oil_name}", "", curves, "tables runs and points")
+        )
+    return _table_sheet("Test matrix", cells, [f"Levels: {source}."], paper_tables.tab02)
 
 
 @register(
@@ -308,30 +317,34 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     Geometry, materials and cage of the bearing, with their sources. The table of the paper is
     partly lost; the last column quotes its text.
     """
-    torque = present(settings.campaign.torque, "torque", "the campaign")
-    bearing = settings.bearings[torque.bearing]
-    rows = []
+    torque_test = present(settings.campaign.torque, "torque", "the campaign")
+    bearing_file = settings.bearings[torque_test.bearing]
+    cells = []
     # column `of`: the quantity is one of the bearing's file, or of the test in the campaign file
     quantities = pd.read_csv(Path(__file__).with_name("tab03.csv"), keep_default_na=False)
     for subject, quantity, unit, dotted_key, factor in quantities.itertuples(index=False):
         if subject == "test":
-            if torque.matrix is not None:
-                levels = [factor * level for level in getattr(torque.matrix, dotted_key)]
+            if torque_test.matrix is not None:
+                levels = [factor * level for level in getattr(torque_test.matrix, dotted_key)]
                 source = "campaign file, `torque`"
-                rows.append(_cell(torque.bearing, quantity, unit, _levels_text(levels), source))
+                cells.append(
+                    _cell(torque_test.bearing, quantity, unit, _levels_text(levels), source)
+                )
             continue
         keys = dotted_key.split(".")
-        value: Any = bearing
+        value: Any = bearing_file
         for key in keys:
             value = getattr(value, key, None)
         # the file of the bearing may leave the key out
         if value is not None:
-            source = "assumed" if keys[0] in bearing.assumed else bearing.source
+            source = "assumed" if keys[0] in bearing_file.assumed else bearing_file.source
             content = value if isinstance(value, str) else factor * value
             # all digits of the drawing and no others
-            rows.append(_cell(torque.bearing, quantity, unit, content, source, "{:.7g}".format))
-    notes = [f"{torque.bearing}: {bearing.source}. *: assumed."]
-    return _table_sheet("Bearing and test of its torque", rows, notes, paper_tables.tab03)
+            cells.append(
+                _cell(torque_test.bearing, quantity, unit, content, source, "{:.7g}".format)
+            )
+    notes = [f"{torque_test.bearing}: {bearing_file.source}. *: assumed."]
+    return _table_sheet("Bearing and test of its torque", cells, notes, paper_tables.tab03)
 
 
 def _levels_text(levels: Iterable[float]) -> str:
@@ -394,22 +407,22 @@ def _table_sheet(
         notes: Notes below the table.
         paper_statements: What the paper's text says, by quantity. It is added to the cells.
     """
-    units = {row["quantity"]: row["unit"] for row in cells_of_table}
+    unit_of_quantity = {row["quantity"]: row["unit"] for row in cells_of_table}
     for quantity, statement in paper_statements.items():
         where_in_paper = f" ({statement.where})" if statement.where else ""
-        unit = units.get(quantity, "")
+        unit = unit_of_quantity.get(quantity, "")
         source = statement.where or "lost"
         cells_of_table.append(
             _cell(_PAPER_COLUMN, quantity, unit, f"{statement.says}{where_in_paper}", source)
         )
-    drawn_cells = pd.DataFrame(cells_of_table)
-    columns = list(drawn_cells.loc[drawn_cells["column"] != _PAPER_COLUMN, "column"].unique())
-    text_by_quantity = drawn_cells.pivot(index="quantity", columns="column", values="text")
+    cell_table = pd.DataFrame(cells_of_table)
+    column_heads = list(cell_table.loc[cell_table["column"] != _PAPER_COLUMN, "column"].unique())
+    text_by_quantity = cell_table.pivot(index="quantity", columns="column", values="text")
     text_by_quantity = text_by_quantity.reindex(
-        index=drawn_cells["quantity"].unique(), columns=[*columns, _PAPER_COLUMN]
+        index=cell_table["quantity"].unique(), columns=[*column_heads, _PAPER_COLUMN]
     ).fillna("")
     # start of the quotations, from 0 to 1 of the width, and letters per line behind it
-    if len(columns) <= 1:
+    if len(column_heads) <= 1:
         paper_x = 0.64
         letters_per_line = 46
     else:
@@ -418,20 +431,21 @@ def _table_sheet(
     text_by_quantity[_PAPER_COLUMN] = [
         "\n".join(textwrap.wrap(text, letters_per_line)) for text in text_by_quantity[_PAPER_COLUMN]
     ]
-    right_ends = np.linspace(_END_OF_NAMES, paper_x - 0.02, len(columns) + 1)[1:]
+    right_ends = np.linspace(_END_OF_NAMES, paper_x - 0.02, len(column_heads) + 1)[1:]
     quantity_names = [
-        _with_unit(quantity, units.get(quantity, "")) for quantity in text_by_quantity.index
+        _with_unit(quantity, unit_of_quantity.get(quantity, ""))
+        for quantity in text_by_quantity.index
     ]
-    lines_of_row = text_by_quantity[_PAPER_COLUMN].str.count("\n").to_numpy() + 1
-    row_in = _LINE_IN * lines_of_row + _ROW_SPACE_IN
-    head_in = _LINE_IN + _ROW_SPACE_IN
+    line_count_of_row = text_by_quantity[_PAPER_COLUMN].str.count("\n").to_numpy() + 1
+    row_heights_in = _LINE_IN * line_count_of_row + _ROW_SPACE_IN
+    head_height_in = _LINE_IN + _ROW_SPACE_IN
     sheet, panel, write_column = table_page(
-        style.DOUBLE_COLUMN_IN, len(text_by_quantity), row_in, head_in, notes
+        style.DOUBLE_COLUMN_IN, len(text_by_quantity), row_heights_in, head_height_in, notes
     )
     bold: style.Look = {"fontweight": "bold"}
     write_column(0, title, quantity_names, {"color": style.GREY})
-    for column, right_end in zip(columns, right_ends, strict=True):
-        write_column(right_end, column, text_by_quantity[column], bold, ha="right")
+    for column_head, right_end in zip(column_heads, right_ends, strict=True):
+        write_column(right_end, column_head, text_by_quantity[column_head], bold, ha="right")
     write_column(
         paper_x,
         _PAPER_COLUMN,
@@ -441,10 +455,10 @@ def _table_sheet(
     )
     series = [
         _with_unit(quantity, unit)
-        for quantity, unit in zip(drawn_cells["quantity"], drawn_cells["unit"], strict=True)
+        for quantity, unit in zip(cell_table["quantity"], cell_table["unit"], strict=True)
     ]
-    label = drawn_cells["text"] + " [" + drawn_cells["source"] + "]"
-    panel.keep(series, np.nan, value=drawn_cells["value"], label=label, panel=drawn_cells["column"])
+    label = cell_table["text"] + " [" + cell_table["source"] + "]"
+    panel.keep(series, np.nan, value=cell_table["value"], label=label, panel=cell_table["column"])
     return sheet
 
 
@@ -498,12 +512,12 @@ def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     sheet.axes = [sheet.figure.add_subplot(grid[:, 0]), *sheet.axes[1::2]]
     rig = next(iter(settings.rigs.values()))
     radii = {"disc": rig.disc_track_radius_m, "ball": rig.ball_track_radius_m}
-    sizes = {
+    size_by_name = {
         name: "" if radius is None else f" = {1e3 * radius:.4g} mm"
         for name, radius in radii.items()
     }
     titles = ("Rig from the side", "Cradle from above", "Contact, along the ball's axis")
-    return _draw_schematic(sheet, "fig01", titles, sizes)
+    return _draw_schematic(sheet, "fig01", titles, size_by_name)
 
 
 @register(counterpart="Fig. 5", family="data", shows_data=False)
@@ -519,7 +533,7 @@ def fig05(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _draw_schematic(
-    sheet: Sheet, name: str, titles: Sequence[str | None], sizes: Mapping[str, str]
+    sheet: Sheet, file_stem: str, titles: Sequence[str | None], size_by_name: Mapping[str, str]
 ) -> Sheet:
     """Draw the parts of a rig that a file lists, later ones over earlier ones, and the legend.
 
@@ -528,16 +542,16 @@ def _draw_schematic(
 
     Args:
         sheet: The sheet with its panels.
-        name: The file `<name>.csv` beside this module has the parts.
+        file_stem: The file `<file_stem>.csv` beside this module has the parts.
         titles: Title of each panel.
-        sizes: Text that replaces each name in braces in the words of the file.
+        size_by_name: Text that replaces each name in braces in the words of the file.
     """
-    parts = pd.read_csv(Path(__file__).with_name(f"{name}.csv"), keep_default_na=False)
-    labels = [label.format_map(sizes).replace("\\n", "\n") for label in parts["words"]]
-    panels = [sheet.panel(panel_number, title) for panel_number, title in enumerate(titles)]
-    for part in tables.rows(parts.assign(words=labels)):
-        panel_number = string.ascii_lowercase.index(part["panel"])
-        _draw_mark(sheet.axes[panel_number], part)
+    part_rows = pd.read_csv(Path(__file__).with_name(f"{file_stem}.csv"), keep_default_na=False)
+    labels = [label.format_map(size_by_name).replace("\\n", "\n") for label in part_rows["words"]]
+    panels = [sheet.panel(panel_index, title) for panel_index, title in enumerate(titles)]
+    for part_row in tables.rows(part_rows.assign(words=labels)):
+        panel_index = string.ascii_lowercase.index(part_row["panel"])
+        _draw_mark(sheet.axes[panel_index], part_row)
     for axis in sheet.axes:
         axis.set_aspect("equal")
         axis.set_axis_off()
@@ -548,22 +562,22 @@ def _draw_schematic(
             for colour, label in _COLOUR_AND_LABEL_OF_KIND.values()
         ]
     )
-    series = (parts["mark"] + " " + parts["kind"]).str.strip().repeat(2)
-    x = parts[["x", "to_x"]].to_numpy().ravel()
-    y = parts[["y", "to_y"]].to_numpy().ravel()
-    panels[0].keep(series, x, y, label=np.repeat(labels, 2), panel=parts["panel"].repeat(2))
+    series = (part_rows["mark"] + " " + part_rows["kind"]).str.strip().repeat(2)
+    x = part_rows[["x", "to_x"]].to_numpy().ravel()
+    y = part_rows[["y", "to_y"]].to_numpy().ravel()
+    panels[0].keep(series, x, y, label=np.repeat(labels, 2), panel=part_rows["panel"].repeat(2))
     return sheet
 
 
-def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
+def _draw_mark(axis: Axes, part_row: Mapping[str, Any]) -> None:
     """Draw one row of the file of a schematic."""
-    start = (part["x"], part["y"])
-    end = (part["to_x"], part["to_y"])
+    start = (part_row["x"], part_row["y"])
+    end = (part_row["to_x"], part_row["to_y"])
     width = end[0] - start[0]
     height = end[1] - start[1]
-    colour, _ = _COLOUR_AND_LABEL_OF_KIND.get(part["kind"], ("black", ""))
-    is_oil = part["kind"] == "oil"
-    match part["mark"]:
+    colour, _ = _COLOUR_AND_LABEL_OF_KIND.get(part_row["kind"], ("black", ""))
+    is_oil = part_row["kind"] == "oil"
+    match part_row["mark"]:
         case "box":
             axis.add_patch(Rectangle(start, width, height, facecolor=colour, **_EDGE))
         case "film":
@@ -582,7 +596,7 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
                 solid_capstyle="butt",
             )
         case "arrow" | "turn" | "turn left":
-            bend = {"turn": -0.6, "turn left": 0.6}.get(part["mark"], 0.0)
+            bend = {"turn": -0.6, "turn left": 0.6}.get(part_row["mark"], 0.0)
             axis.add_patch(
                 FancyArrowPatch(
                     start,
@@ -597,7 +611,7 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
                 )
             )
         case "words":
-            _draw_label(axis, part["words"], start, end)
+            _draw_label(axis, part_row["words"], start, end)
 
 
 def _draw_label(

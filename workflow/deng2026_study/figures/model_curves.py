@@ -110,86 +110,101 @@ def fig10(results: CampaignTables, settings: Settings, **references: Any) -> She
 
 
 def _draw_cuts(
-    figure: str,
+    figure_name: str,
     results: CampaignTables,
     settings: Settings,
     printed_coefficients: PrintedCoefficients,
 ) -> Sheet:
     """Each oil along the cuts of one figure; the levels are those of `extrapolation` of config."""
-    abscissa, line_condition = CUTS[figure]
-    levels = study_settings(settings).extrapolation[figure]
-    fixed_names = [name for name in style.LEVEL_PHRASES if name not in (abscissa, line_condition)]
-    fixed_levels_of_rows = [
-        dict(zip(fixed_names, fixed_levels, strict=True))
-        for fixed_levels in itertools.product(*(getattr(levels, name) for name in fixed_names))
+    abscissa, line_condition = CUTS[figure_name]
+    levels = study_settings(settings).extrapolation[figure_name]
+    fixed_condition_names = [
+        name for name in style.LEVEL_PHRASES if name not in (abscissa, line_condition)
+    ]
+    fixed_levels_by_row = [
+        dict(zip(fixed_condition_names, fixed_levels, strict=True))
+        for fixed_levels in itertools.product(
+            *(getattr(levels, name) for name in fixed_condition_names)
+        )
     ]
     printed = with_printed(results.configured.coefficients, printed_coefficients)
-    laws = {}
-    for oil in settings.oils:
-        laws_of_oil = _laws_of_series(results, printed, oil)
-        if laws_of_oil:
-            laws[oil] = laws_of_oil
-    truth = results.extrapolation[results.extrapolation["figure"] == figure]
+    laws_by_oil = {}
+    for oil_name in settings.oils:
+        law_by_series = _law_by_series(results, printed, oil_name)
+        if law_by_series:
+            laws_by_oil[oil_name] = law_by_series
+    truth_of_figure = results.extrapolation[results.extrapolation["figure"] == figure_name]
     sheet, panels = oil_grid(
-        list(laws),
+        list(laws_by_oil),
         "no oil has a fitted law\nof pressure, speed and temperature",
-        fixed_levels_of_rows,
+        fixed_levels_by_row,
         lambda fixed_levels, _: style.level_phrases(fixed_levels),
         height=1.15,
         across=0.25,
         sharey="row",
         width=style.DOUBLE_COLUMN_IN,
     )
-    highest_of_rows = dict.fromkeys(range(len(fixed_levels_of_rows)), 0.0)
-    for panel, fixed_levels, oil in panels:
-        row_index = fixed_levels_of_rows.index(fixed_levels)
+    highest_mu_by_row = dict.fromkeys(range(len(fixed_levels_by_row)), 0.0)
+    for panel, fixed_levels, oil_name in panels:
+        row_index = fixed_levels_by_row.index(fixed_levels)
         largest_mu = _draw_refit(
-            panel, oil, laws[oil], levels, fixed_levels, (abscissa, line_condition), settings
+            panel,
+            oil_name,
+            laws_by_oil[oil_name],
+            levels,
+            fixed_levels,
+            (abscissa, line_condition),
+            settings,
         )
         largest_mu = max(
             largest_mu,
             _draw_truth(
-                panel, truth[truth["oil"] == oil], fixed_levels, (abscissa, line_condition)
+                panel,
+                truth_of_figure[truth_of_figure["oil"] == oil_name],
+                fixed_levels,
+                (abscissa, line_condition),
             ),
         )
-        highest_of_rows[row_index] = max(highest_of_rows[row_index], largest_mu)
+        highest_mu_by_row[row_index] = max(highest_mu_by_row[row_index], largest_mu)
         # a very wide interval leaves the panel; otherwise the lines would be flat
-        panel.axis.set_ylim(0, _HEADROOM * highest_of_rows[row_index])
-        colour = style.oil_colour(oil, list(settings.oils))
+        panel.axis.set_ylim(0, _HEADROOM * highest_mu_by_row[row_index])
+        colour = style.oil_colour(oil_name, list(settings.oils))
         corner: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
-        panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner)
+        panel.axis.text(0.98, 0.96, oil_name, color=colour, fontweight="bold", **corner)
     sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL, fontsize=7)
     sheet.legend(
         _legend_entries(sheet.drawn(), getattr(levels, line_condition), (abscissa, line_condition)),
-        _speeds_of_bearings(fixed_levels_of_rows),
+        _speeds_of_bearings(fixed_levels_by_row),
     )
     return sheet
 
 
-def _speeds_of_bearings(fixed_levels_of_rows: Sequence[Mapping[str, float]]) -> str:
+def _speeds_of_bearings(fixed_levels_by_row: Sequence[Mapping[str, float]]) -> str:
     """The dmN (mm rpm) of a bearing with the speed of each row; empty where speed is no level."""
-    texts = []
+    speed_texts = []
     for speed in dict.fromkeys(
-        fixed_levels[_SPEED] for fixed_levels in fixed_levels_of_rows if _SPEED in fixed_levels
+        fixed_levels[_SPEED] for fixed_levels in fixed_levels_by_row if _SPEED in fixed_levels
     ):
         mantissa, exponent = f"{pitch_speed_mm_rpm(speed):.1e}".split("e")
-        texts.append(f"{style.level_phrases({_SPEED: speed})}: dmN {mantissa}e{int(exponent)}")
-    return "; ".join(texts)
+        speed_texts.append(
+            f"{style.level_phrases({_SPEED: speed})}: dmN {mantissa}e{int(exponent)}"
+        )
+    return "; ".join(speed_texts)
 
 
-def _laws_of_series(
-    results: CampaignTables, coefficients: pd.DataFrame, oil: str
+def _law_by_series(
+    results: CampaignTables, coefficients: pd.DataFrame, oil_name: str
 ) -> dict[str, FittedLaw]:
     """The refit and, where the paper has them, the printed constants, by the name of the series.
 
     Empty for an oil whose law does not depend on all three conditions, or has unknown constants.
     """
-    constants = coefficients[coefficients["oil"] == oil]
-    if constants.empty:
+    coefficients_of_oil = coefficients[coefficients["oil"] == oil_name]
+    if coefficients_of_oil.empty:
         return {}
     configured = results.configured
-    refit = FittedLaw.from_tables(constants, oil, quality=configured.fit_quality)
-    refit = replace(refit, read_surface=partial(read_surface, results, oil))
+    refit = FittedLaw.from_tables(coefficients_of_oil, oil_name, quality=configured.fit_quality)
+    refit = replace(refit, read_surface=partial(read_surface, results, oil_name))
     law = refit.law
     refit_constants = refit.coefficients
     if (
@@ -198,18 +213,21 @@ def _laws_of_series(
         or np.isnan(refit_constants.constants).any()
     ):
         return {}
-    names = [constant.name for constant in law.constants]
-    printed_values = constants.set_index("constant")["printed_value"]
-    printed = printed_values.reindex(names).to_numpy(dtype=float)
-    if results.extrapolation.empty and not np.isnan(printed).any():
-        return {"refit": refit, "printed": FittedLaw(law, Coefficients.bare(law, printed))}
+    constant_names = [constant.name for constant in law.constants]
+    printed_values = coefficients_of_oil.set_index("constant")["printed_value"]
+    printed_constants = printed_values.reindex(constant_names).to_numpy(dtype=float)
+    if results.extrapolation.empty and not np.isnan(printed_constants).any():
+        return {
+            "refit": refit,
+            "printed": FittedLaw(law, Coefficients.bare(law, printed_constants)),
+        }
     return {"refit": refit}
 
 
 def _draw_refit(
     panel: Panel,
-    oil: str,
-    laws: Mapping[str, FittedLaw],
+    oil_name: str,
+    law_by_series: Mapping[str, FittedLaw],
     levels: MatrixWithSlip,
     fixed_levels: Mapping[str, float],
     cut: tuple[str, str],
@@ -231,34 +249,34 @@ def _draw_refit(
     symbol_indices = reaches(x, symbol_positions[:, np.newaxis]).argmax(axis=1).tolist()
     largest_mu = 0.0
     is_beyond_tests = np.zeros(_POINTS_PER_CURVE, dtype=bool)
-    law = laws["refit"]
-    for index, level in enumerate(curve_levels):
+    refit = law_by_series["refit"]
+    for level_index, level in enumerate(curve_levels):
         along_curve = pd.DataFrame({**fixed_levels, line_condition: level, abscissa: x})
         points = along_curve[[*CONDITIONS, _SLIP]].to_numpy()
         conditions = np.ascontiguousarray(points[:, :-1])
         slip = points[:, -1]
         # a level counts as tested only where every curve is tested
-        box = law.coefficients.box
+        box = refit.coefficients.box
         is_beyond_tests |= is_beyond(points, box, settings.same_set_point.relative).any(axis=1)
-        refit_mu = law.without_interval().predict(conditions, slip).traction_coefficient
+        refit_mu = refit.without_interval().predict(conditions, slip).traction_coefficient
         # a run measures one curve over the slip, but not one over another condition
-        prediction = law.predict(conditions, slip, whole_curve=abscissa == _SLIP)
+        prediction = refit.predict(conditions, slip, whole_curve=abscissa == _SLIP)
         interval_of_next_run = {"lower": prediction.obs_ci_lower, "upper": prediction.obs_ci_upper}
         look: style.Look = {
-            "color": style.oil_colour(oil, list(settings.oils)),
+            "color": style.oil_colour(oil_name, list(settings.oils)),
             "markerfacecolor": "white",
             "markeredgewidth": 0.7,
             "markersize": 3,
             "linewidth": 0.9,
-            "marker": style.MARKERS[index % len(style.MARKERS)],
+            "marker": style.MARKERS[level_index % len(style.MARKERS)],
             "linestyle": style.LINES["fit"],
             "markevery": symbol_indices,
         }
         oil_and_label: style.Look = {
-            "oil": oil,
+            "oil": oil_name,
             "label": style.level_phrases({line_condition: level}),
         }
-        is_middle = index == len(curve_levels) // 2
+        is_middle = level_index == len(curve_levels) // 2
         panel.line(
             "refit",
             x,
@@ -268,8 +286,8 @@ def _draw_refit(
             **(interval_of_next_run if is_middle else {}),
         )
         largest_mu = max(largest_mu, refit_mu.max())
-        if "printed" in laws:
-            printed_mu = laws["printed"].predict(conditions, slip).traction_coefficient
+        if "printed" in law_by_series:
+            printed_mu = law_by_series["printed"].predict(conditions, slip).traction_coefficient
             panel.line("printed", x, printed_mu, _comparison_look(), **oil_and_label)
             largest_mu = max(largest_mu, printed_mu.max())
     for start, end in _intervals_where(x, is_beyond_tests):
@@ -296,24 +314,24 @@ def _draw_truth(
     """
     abscissa, line_condition = cut
     levels_of_rows = truth[list(fixed_levels)].to_numpy(dtype=float)
-    has_levels: BoolArray = np.asarray(
+    is_of_panel: BoolArray = np.asarray(
         np.isclose(levels_of_rows, list(fixed_levels.values())).all(axis=1)
     )
-    truth_of_panel = truth.loc[has_levels]
+    truth_of_panel = truth.loc[is_of_panel]
     # every law has the same truth
     truth_of_panel = truth_of_panel.drop_duplicates([abscissa, line_condition]).sort_values(
         [line_condition, abscissa]
     )
     for level in truth_of_panel[line_condition].unique().tolist():
-        line = truth_of_panel[truth_of_panel[line_condition] == level]
+        rows_of_line = truth_of_panel[truth_of_panel[line_condition] == level]
         oil_and_label: style.Look = {
-            "oil": line["oil"],
+            "oil": rows_of_line["oil"],
             "label": style.level_phrases({line_condition: level}),
         }
         panel.line(
             "truth",
-            line[abscissa],
-            line["true_traction_coefficient"],
+            rows_of_line[abscissa],
+            rows_of_line["true_traction_coefficient"],
             _comparison_look(),
             **oil_and_label,
         )
@@ -351,13 +369,14 @@ def _legend_entries(
         if (drawn["series"] == series).any()
     ]
     if drawn["y_lower"].notna().any():
-        middle = style.level_phrases({line_condition: levels[len(levels) // 2]})
-        label = f"{_BAND_LABELS[abscissa == _SLIP]}, {middle}"
+        middle_level_text = style.level_phrases({line_condition: levels[len(levels) // 2]})
+        label = f"{_BAND_LABELS[abscissa == _SLIP]}, {middle_level_text}"
         handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label=label))
     return [*handles, _BEYOND]
 
 
-Fit = Mapping[str, Any]  # a row of a table
+# A row of the table of fit quality.
+FitRow = Mapping[str, Any]
 _MU, _LEFT_OUT_MU = "traction_coefficient", "left_out_traction_coefficient"
 _UNIT_OF_TEXTS = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _WANG_DENG = "wang-deng"
@@ -384,7 +403,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     those of the fit with the curve and without it. The groups and readings of the Wang-Deng laws
     are ours.
     """
-    fits = results.fit_quality.dropna(subset="rmse")
+    fit_quality = results.fit_quality.dropna(subset="rmse")
     sheet = Sheet(4, 2, height=(1.7, 1.5), across=0.55, down=0.45)
     zero_slip_panel = sheet.panel(0, f"Curve with the largest |{style.MU}(0)|")
     left_out_panel = sheet.panel(1, "Curve with the largest growth of error")
@@ -394,17 +413,22 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     near_zero_axis.xaxis.set_major_locator(MaxNLocator(4))
     error_axis.set_title("    fitted minus measured")
     oil_handles: list[Any] = []
-    for oil in settings.oils:
-        fit_by_law = {fit["law"]: fit for fit in tables.rows(fits[fits["oil"] == oil])}
+    for oil_name in settings.oils:
+        fit_row_by_law = {
+            fit_row["law"]: fit_row
+            for fit_row in tables.rows(fit_quality[fit_quality["oil"] == oil_name])
+        }
         text_at_zero = _draw_zero_slip(
-            zero_slip_panel, near_zero_axis, fit_by_law, results, settings
+            zero_slip_panel, near_zero_axis, fit_row_by_law, results, settings
         )
-        text_left_out = _draw_left_out(left_out_panel, error_axis, fit_by_law, results, settings)
-        label_lines = [oil]
+        text_left_out = _draw_left_out(
+            left_out_panel, error_axis, fit_row_by_law, results, settings
+        )
+        label_lines = [oil_name]
         label_lines += [f"(a) {text_at_zero}"] if text_at_zero else []
         label_lines += [f"(b) {text_left_out}"] if text_left_out else []
         if text_at_zero or text_left_out:
-            look = style.oil_look(oil, list(settings.oils)) | {"linewidth": 0.9}
+            look = style.oil_look(oil_name, list(settings.oils)) | {"linewidth": 0.9}
             oil_handles.append(style.line_handle("\n".join(label_lines), **look))
     for panel in (zero_slip_panel, left_out_panel):
         if not panel.axis.lines:
@@ -416,18 +440,20 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     zero_slip_panel.axis.set_ylabel(style.TRACTION_LABEL)
     near_zero_axis.set_ylabel(f"{style.MU} ({style.THOUSANDTHS})")
     error_axis.set_ylabel(f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})")
-    black: style.Look = {"color": "black", "linewidth": 0.9}
-    plateau = style.symbol_handle("plateau, 95 % (random part)", ".", color="black", markersize=4)
-    labels = {
+    black_look: style.Look = {"color": "black", "linewidth": 0.9}
+    plateau_handle = style.symbol_handle(
+        "plateau, 95 % (random part)", ".", color="black", markersize=4
+    )
+    label_of_series = {
         "fit": "fit to all curves",
         "left out": "fit to all other curves",
         "Eq. 7": f"{law_name(DENG2026.name)}, fit to all other curves",
     }
     line_handles = [
-        style.line_handle(label, linestyle=_LINESTYLE_OF_SERIES[series], **black)
-        for series, label in labels.items()
+        style.line_handle(label, linestyle=_LINESTYLE_OF_SERIES[series], **black_look)
+        for series, label in label_of_series.items()
     ]
-    sheet.legend([*oil_handles, plateau, *line_handles], columns=1)
+    sheet.legend([*oil_handles, plateau_handle, *line_handles], columns=1)
     return sheet
 
 
@@ -446,7 +472,7 @@ def _zoom(axis: Axes, drawn: pd.DataFrame) -> None:
 def _draw_zero_slip(
     panel: Panel,
     near_zero_axis: Axes,
-    fit_by_law: Mapping[str, Fit],
+    fit_row_by_law: Mapping[str, FitRow],
     results: CampaignTables,
     settings: Settings,
 ) -> str:
@@ -456,20 +482,22 @@ def _draw_zero_slip(
         The law, the conditions and mu without slip; empty if nothing was drawn.
     """
     mu_at_zero_of_laws = [
-        mu_at_zero_slip(results, fit["oil"], law, settings).assign(law=law)
-        for law, fit in fit_by_law.items()
-        if law.startswith(_WANG_DENG)
+        mu_at_zero_slip(results, fit_row["oil"], law_name_of_fit, settings).assign(
+            law=law_name_of_fit
+        )
+        for law_name_of_fit, fit_row in fit_row_by_law.items()
+        if law_name_of_fit.startswith(_WANG_DENG)
     ]
     if not sum(map(len, mu_at_zero_of_laws)):
         return ""
     candidates = pd.concat(mu_at_zero_of_laws, ignore_index=True)
-    chosen_law, run_id = candidates[["law", "run_id"]].to_numpy()[
+    chosen_law_name, run_id = candidates[["law", "run_id"]].to_numpy()[
         first_largest(candidates["y"].abs())
     ]
     curve, symbol_look, line_look, oil_and_label, label = _draw_measured(
-        panel, fit_by_law[chosen_law], run_id, results, settings
+        panel, fit_row_by_law[chosen_law_name], run_id, results, settings
     )
-    slip, mu = _fitted_curve(fit_by_law[chosen_law], curve, results, settings)
+    slip, mu = _fitted_curve(fit_row_by_law[chosen_law_name], curve, results, settings)
     near_zero_axis.plot(
         curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **line_look
     )
@@ -480,7 +508,7 @@ def _draw_zero_slip(
         0,
         1e3 * mu[0],
         **symbol_look | {"markersize": 5},
-        zorder=4 + (not fit_by_law[chosen_law]["certified"]),
+        zorder=4 + (not fit_row_by_law[chosen_law_name]["certified"]),
     )
     panel.keep("zero slip", 0.0, mu[0], **oil_and_label)
     return f"{label}; {style.MU}(0) = {_in_thousandths(mu[0])} {_UNIT_OF_TEXTS}"
@@ -489,7 +517,7 @@ def _draw_zero_slip(
 def _draw_left_out(
     panel: Panel,
     error_axis: Axes,
-    fit_by_law: Mapping[str, Fit],
+    fit_row_by_law: Mapping[str, FitRow],
     results: CampaignTables,
     settings: Settings,
 ) -> str:
@@ -498,43 +526,60 @@ def _draw_left_out(
     Returns:
         The law, the conditions and the errors; empty if nothing was drawn.
     """
-    oils = [fit["oil"] for fit in fit_by_law.values()][:1]
-    fitted_points = results.law_points[results.law_points["oil"].isin(oils)]
-    rms = _rms_errors(fitted_points, results.points)
-    growth = {
+    oil_names = [fit_row["oil"] for fit_row in fit_row_by_law.values()][:1]
+    fitted_points = results.law_points[results.law_points["oil"].isin(oil_names)]
+    rms_by_law_and_run = _rms_errors(fitted_points, results.points)
+    growth_by_law_and_run = {
         law_and_run: left_out_rms - fit_rms
-        for law_and_run, (fit_rms, left_out_rms) in rms.items()
+        for law_and_run, (fit_rms, left_out_rms) in rms_by_law_and_run.items()
         if law_and_run[0].startswith(_WANG_DENG) and not np.isnan(left_out_rms)
     }
-    if not growth:
+    if not growth_by_law_and_run:
         return ""
     # a law that comes to its special case grows as that does: the first of both
-    chosen_law, run_id = list(growth)[first_largest(list(growth.values()))]
+    chosen_law_name, run_id = list(growth_by_law_and_run)[
+        first_largest(list(growth_by_law_and_run.values()))
+    ]
     curve, _, line_look, _, label = _draw_measured(
-        panel, fit_by_law[chosen_law], run_id, results, settings
+        panel, fit_row_by_law[chosen_law_name], run_id, results, settings
     )
-    for law, series in ((chosen_law, "fit"), (chosen_law, "left out"), (DENG2026.name, "left out")):
+    for law_name_of_fit, series in (
+        (chosen_law_name, "fit"),
+        (chosen_law_name, "left out"),
+        (DENG2026.name, "left out"),
+    ):
         column = _LEFT_OUT_MU if series == "left out" else _MU
         plateaus = _with_positive_slip(
-            fitted_points[(fitted_points["law"] == law) & (fitted_points["run_id"] == run_id)]
+            fitted_points[
+                (fitted_points["law"] == law_name_of_fit) & (fitted_points["run_id"] == run_id)
+            ]
         )
-        if law not in fit_by_law or plateaus[column].isna().any():
+        if law_name_of_fit not in fit_row_by_law or plateaus[column].isna().any():
             continue
         slip_of_plateaus = plateaus["slide_roll_ratio"].to_numpy()
         mu_of_plateaus = plateaus[column].to_numpy()
         # a fit without the curve is known at its plateaus alone
         drawn_slip, drawn_mu = slip_of_plateaus, mu_of_plateaus
         if series == "fit":
-            drawn_slip, drawn_mu = _fitted_curve(fit_by_law[law], curve, results, settings)
-        dashes = {"linestyle": _LINESTYLE_OF_SERIES["Eq. 7" if law == DENG2026.name else series]}
-        oil_and_label: style.Look = {"oil": fit_by_law[law]["oil"], "label": f"{law}, run {run_id}"}
+            drawn_slip, drawn_mu = _fitted_curve(
+                fit_row_by_law[law_name_of_fit], curve, results, settings
+            )
+        dashes = {
+            "linestyle": _LINESTYLE_OF_SERIES[
+                "Eq. 7" if law_name_of_fit == DENG2026.name else series
+            ]
+        }
+        oil_and_label: style.Look = {
+            "oil": fit_row_by_law[law_name_of_fit]["oil"],
+            "label": f"{law_name_of_fit}, run {run_id}",
+        }
         panel.line(series, drawn_slip, drawn_mu, line_look | dashes, **oil_and_label)
         dot_look: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
         difference = mu_of_plateaus - curve[_MU].to_numpy()
         error_axis.plot(slip_of_plateaus, 1e3 * difference, **line_look | dashes | dot_look)
-    label += f"; rms error {_growth_text(*rms[chosen_law, run_id])}"
-    if (DENG2026.name, run_id) in rms:
-        label += f"; Eq. 7: {_growth_text(*rms[DENG2026.name, run_id])}"
+    label += f"; rms error {_growth_text(*rms_by_law_and_run[chosen_law_name, run_id])}"
+    if (DENG2026.name, run_id) in rms_by_law_and_run:
+        label += f"; Eq. 7: {_growth_text(*rms_by_law_and_run[DENG2026.name, run_id])}"
     return label
 
 
@@ -563,11 +608,11 @@ def _rms_errors(
 
 
 def _draw_measured(
-    panel: Panel, fit: Fit, run_id: str, results: CampaignTables, settings: Settings
+    panel: Panel, fit_row: FitRow, run_id: str, results: CampaignTables, settings: Settings
 ) -> tuple[pd.DataFrame, style.Look, style.Look, style.Look, str]:
     """Draw a curve as measured; give it with the looks of symbol and lines, and what it is."""
     curve = _with_positive_slip(results.points.query("accepted and run_id == @run_id"))
-    symbol_look = symbol_of(fit, list(settings.oils))
+    symbol_look = symbol_of(fit_row, list(settings.oils))
     x, y = curve["slide_roll_ratio"], curve["traction_coefficient"]
     half_interval = style.SE_DRAWN * curve["traction_coefficient_se"]
     dot_look: style.Look = {
@@ -576,7 +621,7 @@ def _draw_measured(
         "markersize": 3,
         "elinewidth": 0.7,
     }
-    oil_and_label: style.Look = {"oil": fit["oil"], "label": f"{fit['law']}, run {run_id}"}
+    oil_and_label: style.Look = {"oil": fit_row["oil"], "label": f"{fit_row['law']}, run {run_id}"}
     panel.dots(
         "measured",
         x,
@@ -587,8 +632,8 @@ def _draw_measured(
         **oil_and_label,
     )
     levels = [f"{curve[name].mean():.3g} {CONDITION_NAMES[name][2]}" for name in CONDITIONS]
-    label = f"{law_name(fit['law'])}; {', '.join(levels)}"
-    if not fit["certified"]:
+    label = f"{law_name(fit_row['law'])}; {', '.join(levels)}"
+    if not fit_row["certified"]:
         label += ", not certified"
     return (
         curve,
@@ -600,11 +645,11 @@ def _draw_measured(
 
 
 def _fitted_curve(
-    fit: Fit, curve: pd.DataFrame, results: CampaignTables, settings: Settings
+    fit_row: FitRow, curve: pd.DataFrame, results: CampaignTables, settings: Settings
 ) -> tuple[FloatArray, FloatArray]:
     """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well."""
-    law = laws_of(fit["oil"], settings)[fit["law"]]
-    fitted = FittedLaw.from_tables(results.coefficients, fit["oil"], law=law)
+    law = laws_of(fit_row["oil"], settings)[fit_row["law"]]
+    fitted = FittedLaw.from_tables(results.coefficients, fit_row["oil"], law=law)
     # close enough together for the detail
     slip = np.linspace(0, 1, 301) ** 2 * float(curve["slide_roll_ratio"].max())
     return slip, fitted.traction(curve[list(law.conditions)].mean().to_numpy(dtype=float), slip)

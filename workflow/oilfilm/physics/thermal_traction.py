@@ -405,8 +405,10 @@ def sliding_film(
     inlet_c = conditions.inlet_temperature_c
     speed_m_s = conditions.entrainment_speed_m_s
     # without the pressure term, see Validity
-    without_pressure = replace(conditions, max_hertz_pressure_gpa=np.zeros(()))
-    film_thickness_m = film_thickness(inlet_oil, without_pressure, slide_roll_ratio, "central")
+    conditions_without_pressure = replace(conditions, max_hertz_pressure_gpa=np.zeros(()))
+    film_thickness_m = film_thickness(
+        inlet_oil, conditions_without_pressure, slide_roll_ratio, "central"
+    )
     sliding_m_s = np.asarray(slide_roll_ratio) * speed_m_s
     # Both rises are in kelvin per pascal of shear stress, as they are proportional to the heat. The
     # chords of an ellipse are those of a circle with the semi-axis along the rolling direction.
@@ -424,10 +426,10 @@ def sliding_film(
     creep_slope_of_bodies = creep_slope(conditions.relative_pressure, conditions.ellipticity)
     creep_stress_pa = creep_slope_of_bodies * pressure_pa * slide_roll_ratio
     # all of one shape, as the search needs them
-    state_without_creep = np.broadcast_arrays(
+    film_without_creep = np.broadcast_arrays(
         pressure_pa, inlet_c, flash_k_pa + film_k_pa, shear_rate_1_s, creep_stress_pa
     )
-    stress_pa = _stress_with_heat(oil, constants, *state_without_creep)
+    stress_pa = _stress_with_heat(oil, constants, *film_without_creep)
     film_share = _film_share_of_slip(stress_pa, creep_stress_pa)
     return SlidingFilm(
         shear_stress_pa=stress_pa,
@@ -545,5 +547,5 @@ def _stress_with_heat(
 
 def _film_share_of_slip(stress_pa: FloatArray, creep_stress_pa: FloatArray) -> FloatArray:
     """Share of the film in the slip; the rest is creep of the bodies."""
-    divisor = np.where(creep_stress_pa > 0, creep_stress_pa, 1.0)
-    return np.asarray(1 - stress_pa / divisor)
+    positive_creep_stress_pa = np.where(creep_stress_pa > 0, creep_stress_pa, 1.0)
+    return np.asarray(1 - stress_pa / positive_creep_stress_pa)

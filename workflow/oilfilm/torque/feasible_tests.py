@@ -170,7 +170,7 @@ def judge_tests(
         _, lambda_ratio = contact_film(
             film.oil,
             film.contact,
-            film.thickness,
+            film.film_kind,
             load_n=load_n[:, np.newaxis],
             entrainment_speed_m_s=speed_m_s[:, np.newaxis],
             inlet_temperature_c=temperature_c[:, np.newaxis],

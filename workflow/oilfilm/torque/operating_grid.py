@@ -9,7 +9,7 @@ import pandas as pd
 from oilfilm.base.units import M_PER_UM, FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Contact
-from oilfilm.physics.film import Thickness, contact_film
+from oilfilm.physics.film import FilmKind, contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Observations, to_internal
@@ -90,12 +90,12 @@ class Film:
     Attributes:
         contact: The contact.
         oil: The oil.
-        thickness: Minimum or central film, `film.thickness` of the configuration.
+        film_kind: Minimum or central film, `film.film_kind` of the configuration.
     """
 
     contact: Contact
     oil: Oil
-    thickness: Thickness
+    film_kind: FilmKind
 
     def over(self, grid: Grid) -> tuple[FloatArray, FloatArray]:
         """Film thickness in um and lambda, both of shape `grid.shape`.
@@ -106,7 +106,7 @@ class Film:
         thickness_m, lambda_ratio = contact_film(
             self.oil,
             self.contact,
-            self.thickness,
+            self.film_kind,
             load_n=self.contact.load_n(pressure),
             entrainment_speed_m_s=speed,
             inlet_temperature_c=temperature,
