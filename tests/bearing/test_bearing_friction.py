@@ -64,7 +64,7 @@ def test_pure_sliding_pulls_with_all_of_the_coefficient():
     # each race slides over a ball at rest; across a curved contact its speed turns a little
     np.testing.assert_allclose(film.along_n[0], 0.1 * contacts.load_n[0], rtol=1e-4)
     speed = np.hypot(slip.along_m_s, slip.across_m_s)
-    mean = (speed * gauss_rule(16, 4).share).sum(axis=-1)
+    mean = (speed * gauss_rule(16, 4).load_share).sum(axis=-1)
     np.testing.assert_allclose(film.heat_w, 0.1 * contacts.load_n * mean)
 
 
@@ -193,7 +193,7 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
     film = balance.traction
     # force times sliding speed, node by node
     sliding_m_s = film.slide_roll_ratio * balance.conditions.entrainment_speed_m_s
-    heat = film.coefficient * balance.conditions.load_n * gauss_rule(16, 4).share * sliding_m_s
+    heat = film.coefficient * balance.conditions.load_n * gauss_rule(16, 4).load_share * sliding_m_s
     np.testing.assert_allclose(heat.sum(axis=-1), film.heat_w)
     limit = float(np.median(film.slide_roll_ratio))
 

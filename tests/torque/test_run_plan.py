@@ -213,7 +213,7 @@ def test_first_plan_has_24_runs_at_three_or_more_levels_of_each_condition() -> N
 
 def lies_within_the_rig(made: RunPlan, mu: float) -> None:
     """Against limits, sensors and film of the rig, from its file; the film as in the maps."""
-    rig = SETTINGS.rigs[made.rig]
+    rig = SETTINGS.rigs[made.rig_name]
     assert rig.limits is not None
     assert rig.full_scale is not None
     table = made.table()

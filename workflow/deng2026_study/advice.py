@@ -196,7 +196,7 @@ def _missing_temperatures(cage_slip_table: pd.DataFrame, settings: Settings) -> 
 
 def _oil_names_of_rules(selection: SelectionSettings) -> list[str]:
     """The oils that the rules name, each once, in the order of the rules."""
-    return list(dict.fromkeys(oil for rule in selection.rules for oil in rule.prefer))
+    return list(dict.fromkeys(oil_name for rule in selection.rules for oil_name in rule.prefer))
 
 
 def advise(
@@ -224,7 +224,9 @@ def advise(
 def _slip_map(cage_slip_table: pd.DataFrame, selection: SelectionSettings) -> SlipMap:
     """The map of those oils of the table that the rules name."""
     names_of_rules = _oil_names_of_rules(selection)
-    oil_names = [oil for oil in dict.fromkeys(cage_slip_table["oil"]) if oil in names_of_rules]
+    oil_names = [
+        oil_name for oil_name in dict.fromkeys(cage_slip_table["oil"]) if oil_name in names_of_rules
+    ]
     slip, torque, lambda_ratio, inner_pressure, outer_pressure = arrays_by_oil(
         cage_slip_table,
         oil_names,
@@ -335,8 +337,10 @@ def first_rule_and_oil(
         OilfilmError: No rule applies to one of the points.
     """
     limits = selection.limits
-    levels = points[["max_hertz_pressure_gpa", "pitch_speed_mm_rpm", "inlet_temperature_c"]]
-    pressure_gpa, pitch_speed, temperature_c = levels.to_numpy(dtype=float).T
+    levels_of_points = points[
+        ["max_hertz_pressure_gpa", "pitch_speed_mm_rpm", "inlet_temperature_c"]
+    ]
+    pressure_gpa, pitch_speed, temperature_c = levels_of_points.to_numpy(dtype=float).T
     is_slipping = exceeds(slip, limits.slip_limit)
     is_in_state = {
         "slipping": is_slipping,
@@ -351,7 +355,7 @@ def first_rule_and_oil(
     )
     is_without_rule = ~does_rule_apply.any(axis=0)
     if is_without_rule.any():
-        first_without_rule = levels.assign(cage_slip=slip)[is_without_rule].iloc[0]
+        first_without_rule = levels_of_points.assign(cage_slip=slip)[is_without_rule].iloc[0]
         condition = ", ".join(f"{name} {level:.3g}" for name, level in first_without_rule.items())
         raise OilfilmError(
             f"selection.rules of the study's settings: no rule applies at {condition}; end the "

@@ -53,11 +53,15 @@ def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.Da
     for oil, true_traction in true_tractions(settings, constants).items():
         for figure, conditions in study_settings(settings).extrapolation.items():
             levels = conditions.model_dump()
-            grid = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
-            mu = true_traction(*(grid[name].to_numpy(dtype=float) for name in levels))
-            load_n = contact.load_n(grid["max_hertz_pressure_gpa"].to_numpy())
+            condition_table = pd.DataFrame(
+                itertools.product(*levels.values()), columns=list(levels)
+            )
+            mu = true_traction(*(condition_table[name].to_numpy(dtype=float) for name in levels))
+            load_n = contact.load_n(condition_table["max_hertz_pressure_gpa"].to_numpy())
             grids_of_figures.append(
-                grid.assign(oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu)
+                condition_table.assign(
+                    oil=oil, figure=figure, load_n=load_n, traction_coefficient=mu
+                )
             )
     return tables.conform(
         pd.concat(grids_of_figures, ignore_index=True), "truth_grid", "truth of the twin"
@@ -171,7 +175,7 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
     Returns:
         Table `extrapolation_errors`; NaN where no condition is in the tested box, or beyond it.
     """
-    rows = []
+    error_rows = []
     for law_name, rows_of_law in compared.dropna(subset="traction_coefficient").groupby(
         "law", sort=False
     ):
@@ -180,8 +184,8 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
         is_covered = with_interval["true_traction_coefficient"].between(
             with_interval["obs_ci_lower"], with_interval["obs_ci_upper"]
         )
-        error = rows_of_law["traction_coefficient"] - rows_of_law["true_traction_coefficient"]
-        row = {
+        mu_error = rows_of_law["traction_coefficient"] - rows_of_law["true_traction_coefficient"]
+        error_columns = {
             "law": law_name,
             "relative_rms": relative_rms(rows_of_law),
             "inside_relative_rms": relative_rms(rows_of_law.drop(rows_beyond.index)),
@@ -189,10 +193,10 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
             "beyond_obs_ci_ratio": is_covered.mean(),
             "beyond_supported_ratio": rows_beyond["obs_ci_lower"].notna().mean(),
         }
-        worst_row = rows_of_law[_WORST_COLUMNS].iloc[int(first_largest(error.abs()))]
-        row.update(worst_row.add_prefix("worst_"))
-        rows.append(row)
-    return tables.from_rows(rows, "extrapolation_errors")
+        worst_columns = rows_of_law[_WORST_COLUMNS].iloc[int(first_largest(mu_error.abs()))]
+        error_columns.update(worst_columns.add_prefix("worst_"))
+        error_rows.append(error_columns)
+    return tables.from_rows(error_rows, "extrapolation_errors")
 
 
 def relative_rms(compared: pd.DataFrame) -> float:

@@ -38,16 +38,16 @@ LAW = DENG2026
 
 def judge_printed(
     results: CampaignTables,
-    printed: Mapping[str, FloatArray],
-    oils: Iterable[str],
+    printed_constants_of_oil: Mapping[str, FloatArray],
+    oil_names: Iterable[str],
     settings: PrintedSettings,
 ) -> pd.DataFrame:
     """One row per oil that has printed constants and a fit of the paper's law.
 
     Args:
         results: Tables of points, coefficients and fit quality, of one law per oil.
-        printed: The twelve printed constants of each oil.
-        oils: The campaign's oils.
+        printed_constants_of_oil: The twelve printed constants of each oil.
+        oil_names: The campaign's oils.
         settings: Boxes of conditions and levels of the grid.
 
     Returns:
@@ -55,40 +55,45 @@ def judge_printed(
         differences are where the conditions cannot give all twelve constants.
     """
     quality = results.fit_quality[results.fit_quality["law"] == LAW.name].set_index("oil")
-    rows = []
-    for oil in oils:
-        if oil not in printed or oil not in quality.index:
+    judged_rows = []
+    for oil in oil_names:
+        if oil not in printed_constants_of_oil or oil not in quality.index:
             continue
         points = results.points[results.points["oil"] == oil]
-        row = {
+        judged_columns = {
             "oil": oil,
             "n_points": points["accepted"].sum(),
-            "printed_sse": squared_error(points, printed[oil]),
+            "printed_sse": squared_error(points, printed_constants_of_oil[oil]),
             "fitted_sse": quality.at[oil, "sse"],
         }
-        fitted = FittedLaw.from_tables(results.coefficients, oil, law=LAW).coefficients.constants
+        fitted_constants = FittedLaw.from_tables(
+            results.coefficients, oil, law=LAW
+        ).coefficients.constants
         for box_name, ends in settings.boxes.model_dump().items():
-            row[f"{box_name}_difference"] = largest_difference(
-                fitted, printed[oil], ends, settings.levels
+            judged_columns[f"{box_name}_difference"] = largest_difference(
+                fitted_constants, printed_constants_of_oil[oil], ends, settings.levels
             )
-        rows.append(row)
-    return tables.from_rows(rows, "printed_judged")
+        judged_rows.append(judged_columns)
+    return tables.from_rows(judged_rows, "printed_judged")
 
 
 def largest_difference(
-    fitted: FloatArray, printed: FloatArray, box: Mapping[str, Sequence[float]], level_count: int
+    fitted_constants: FloatArray,
+    printed_constants: FloatArray,
+    box: Mapping[str, Sequence[float]],
+    level_count: int,
 ) -> float:
     """printed - fitted mu where they differ most in a box, on a grid of evenly spaced levels.
 
     Args:
-        fitted: A0..A3, B0..B3, C0..C3; any NaN makes the answer NaN.
-        printed: The same, as printed.
+        fitted_constants: A0..A3, B0..B3, C0..C3; any NaN makes the answer NaN.
+        printed_constants: The same, as printed.
         box: Lowest and highest value of each condition and of `slide_roll_ratio`.
         level_count: Number of levels of each condition and of slip.
     """
     lowest, highest = box["slide_roll_ratio"]
     slip = np.linspace(lowest, highest, level_count)
-    internal = to_internal(LAW, np.array([printed, fitted])).T
+    internal = to_internal(LAW, np.array([printed_constants, fitted_constants])).T
     printed_mu, fitted_mu = np.moveaxis(
         TractionOverBox.over(box, level_count, slip, internal).mu, -1, 0
     )
@@ -107,12 +112,12 @@ def squared_error(points: pd.DataFrame, constants: FloatArray) -> float:
         Sum of squared errors; NaN where no point was accepted, or where a condition is unknown or
         not above zero.
     """
-    data = curve_data(points)
-    if len(data.mu) == 0 or not np.all(data.conditions > 0):
+    curves = curve_data(points)
+    if len(curves.mu) == 0 or not np.all(curves.conditions > 0):
         return np.nan
-    observations = Observations(LAW.design(data.conditions), data.curve, data.slip)
+    observations = Observations(LAW.design(curves.conditions), curves.curve, curves.slip)
     fitted_mu = LAW.traction(to_internal(LAW, constants), observations)
-    return float(np.sum((fitted_mu - data.mu) ** 2))
+    return float(np.sum((fitted_mu - curves.mu) ** 2))
 
 
 # Name of a statement -> share of its box where it holds, for each sign set.
@@ -216,36 +221,39 @@ class TractionOverBox:
 
 
 def study_signs(
-    printed: Mapping[str, FloatArray],
-    oils: Collection[str],
+    printed_constants_of_oil: Mapping[str, FloatArray],
+    oil_names: Collection[str],
     settings: PrintedSettings,
     traction_max: float,
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Score every sign set of every oil, and judge every sign in use.
 
     Args:
-        printed: The twelve constants of each oil, with the signs in use, the most viscous first.
-        oils: The oils whose rows are given.
+        printed_constants_of_oil: The twelve constants of each oil, with the signs in use; the most
+            viscous oil first.
+        oil_names: The oils whose rows are given.
         settings: Boxes of conditions, slide-roll ratios and limits.
         traction_max: Largest believable mu.
 
     Returns:
         The tables `signs` and `sign_verdicts`.
     """
-    internal_of_sets_by_oil = {oil: _all_sign_sets(constants) for oil, constants in printed.items()}
+    internal_of_sets_by_oil = {
+        oil: _all_sign_sets(constants) for oil, constants in printed_constants_of_oil.items()
+    }
     shares_by_oil_of_slip_levels = [
         _scores(internal_of_sets_by_oil, slip_levels, settings, traction_max)
         for slip_levels in _SLIP_LEVELS
     ]
     sign_sets = []
     verdicts = []
-    for oil in printed:
-        if oil not in oils:
+    for oil in printed_constants_of_oil:
+        if oil not in oil_names:
             continue
         shares_of_slip_levels = [
             shares_of_oil[oil] for shares_of_oil in shares_by_oil_of_slip_levels
         ]
-        is_in_use = (np.sign(printed[oil][_EXPONENTS]) == _SIGN_SETS).all(axis=1)
+        is_in_use = (np.sign(printed_constants_of_oil[oil][_EXPONENTS]) == _SIGN_SETS).all(axis=1)
         rows_of_oil = _table_of_sign_sets(oil, is_in_use, shares_of_slip_levels)
         sign_sets.append(rows_of_oil.sort_values("total", ascending=False, kind="stable"))
         effects = _effects(internal_of_sets_by_oil[oil][:, is_in_use], settings)
@@ -460,8 +468,8 @@ def verdicts(
 
 
 def where_true(
-    tested: TractionOverBox,
-    drawn: TractionOverBox,
+    tested_surface: TractionOverBox,
+    drawn_surface: TractionOverBox,
     compared_slips: Sequence[float],
     traction_max: float,
     sign_settings: SignSettings,
@@ -469,24 +477,26 @@ def where_true(
     """Where each statement about one oil holds, by name; the last axis is that of the sign sets.
 
     Args:
-        tested: The box that was tested. Statements of section 2 are checked there.
-        drawn: The box that the figures of section 4.3 draw. Statements of that section are checked
+        tested_surface: Traction over the box that was tested. Statements of section 2 are checked
             there.
+        drawn_surface: Traction over the box that the figures of section 4.3 draw. Statements of
+            that section are checked there.
         compared_slips: Slips whose lowest and highest the text compares.
         traction_max: Largest believable mu.
         sign_settings: What counts as linear and slight.
     """
-    mu = drawn.mu
-    low_slip_mu = drawn.mu_at(min(compared_slips))
-    high_slip_mu = drawn.mu_at(max(compared_slips))
+    mu = drawn_surface.mu
+    low_slip_mu = drawn_surface.mu_at(min(compared_slips))
+    high_slip_mu = drawn_surface.mu_at(max(compared_slips))
     # R2 of the straight line mu(P) is covariance^2/variances
-    stress = drawn.stress_gpa - drawn.stress_gpa.mean()
+    stress = drawn_surface.stress_gpa - drawn_surface.stress_gpa.mean()
     mu_deviation = mu - mu.mean(axis=STRESS_AXIS, keepdims=True)
     covariance = np.tensordot(stress, mu_deviation, axes=1)
     product_of_squares = (stress**2).sum() * (mu_deviation**2).sum(axis=STRESS_AXIS)
     is_linear = reaches(covariance**2, sign_settings.linear_r2_min * product_of_squares)
     is_slight = reaches(
-        tested.mu_at(tested.largest_slip), (1 - sign_settings.decline_max) * tested.peak
+        tested_surface.mu_at(tested_surface.largest_slip),
+        (1 - sign_settings.decline_max) * tested_surface.peak,
     )
     # effects of stress and of temperature at the lowest speed and at the highest one
     stress_effect = (mu[-1] - mu[0])[[0, -1]]
@@ -496,20 +506,21 @@ def where_true(
     # largest mu of each sign set: differences have the rounding of these numbers
     largest_mu = np.abs(mu).max(axis=tuple(range(mu.ndim - 1)))
     return {
-        "physical": reaches(mu.min(axis=SLIP_AXIS), 0.0, drawn.peak)
-        & reaches(traction_max, drawn.peak),
+        "physical": reaches(mu.min(axis=SLIP_AXIS), 0.0, drawn_surface.peak)
+        & reaches(traction_max, drawn_surface.peak),
         "rises_with_stress": _falls(-mu, STRESS_AXIS),
         "linear_in_stress": is_linear & (covariance > 0),
         "falls_with_speed": _falls(mu, SPEED_AXIS),
         "levels_off_with_speed": _levels_off(mu, SPEED_AXIS),
         "falls_with_temperature": _falls(mu, TEMPERATURE_AXIS),
         "levels_off_with_temperature": _levels_off(mu, TEMPERATURE_AXIS),
-        "start_falls_with_temperature": _falls(tested.slope, TEMPERATURE_AXIS),
+        "start_falls_with_temperature": _falls(tested_surface.slope, TEMPERATURE_AXIS),
         "rises_with_slip": exceeds(high_slip_mu, low_slip_mu),
-        "declines_slightly": exceeds(tested.largest_slip, tested.peak_slip) & is_slight,
-        "earlier_plateau_with_stress": _falls(drawn.knee, STRESS_AXIS),
-        "earlier_plateau_with_speed": _falls(tested.knee, SPEED_AXIS),
-        "earlier_plateau_with_temperature": _falls(tested.knee, TEMPERATURE_AXIS),
+        "declines_slightly": exceeds(tested_surface.largest_slip, tested_surface.peak_slip)
+        & is_slight,
+        "earlier_plateau_with_stress": _falls(drawn_surface.knee, STRESS_AXIS),
+        "earlier_plateau_with_speed": _falls(tested_surface.knee, SPEED_AXIS),
+        "earlier_plateau_with_temperature": _falls(tested_surface.knee, TEMPERATURE_AXIS),
         "slip_raises_stress_effect": exceeds(
             high_slip_mu[-1] - high_slip_mu[0], np.abs(low_slip_mu[-1] - low_slip_mu[0]), largest_mu
         ),

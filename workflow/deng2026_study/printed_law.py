@@ -80,19 +80,23 @@ class PrintedLaw(FittedLaw):
         return [name for name, certainty in self.sign_certainty.items() if certainty == "open"]
 
 
-def printed_law(printed: PrintedCoefficients, oil: str, tested_box: Box) -> PrintedLaw:
+def printed_law(printed_coefficients: PrintedCoefficients, oil: str, tested_box: Box) -> PrintedLaw:
     """The printed law of one oil, with the paper's tested box and what its lost signs leave open.
 
     Args:
-        printed: Content of data/reference/printed_coefficients.yaml.
+        printed_coefficients: Content of data/reference/printed_coefficients.yaml.
         oil: One of its oils.
         tested_box: What the paper's abstract says was tested (`printed.boxes.tested`).
     """
     ends_by_name = tested_box.model_dump()
     names = [*DENG2026.conditions, "slide_roll_ratio"]
     box = np.array([ends_by_name[name] for name in names], dtype=float)
-    coefficients = replace(Coefficients.bare(DENG2026, printed.constants()[oil]), box=box)
-    law = PrintedLaw(DENG2026, coefficients, sign_certainty=printed.sign_certainties(oil))
+    coefficients = replace(
+        Coefficients.bare(DENG2026, printed_coefficients.constants()[oil]), box=box
+    )
+    law = PrintedLaw(
+        DENG2026, coefficients, sign_certainty=printed_coefficients.sign_certainties(oil)
+    )
     names_of_open_signs = law.names_of_open_signs()
     if not names_of_open_signs:
         return law

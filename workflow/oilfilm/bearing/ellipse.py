@@ -283,7 +283,7 @@ def traction(
     conditions: Conditions,
     law: TractionLaw,
     rule: QuadratureRule,
-    factor: FloatArray | float = 1.0,
+    traction_factor: FloatArray | float = 1.0,
 ) -> Traction:
     """Force, moments and heat of the film's traction, by quadrature over the ellipse.
 
@@ -297,13 +297,13 @@ def traction(
         conditions: Conditions of these contacts (`contact_conditions`).
         law: The traction law.
         rule: Quadrature nodes of the ellipse.
-        factor: Factor on all traction, one number or shape (points,).
+        traction_factor: Factor on all traction, one number or shape (points,).
     """
     sliding_speed_m_s = np.sqrt(sliding_state.across_m_s**2 + sliding_state.along_m_s**2)
     entrainment_speed_m_s = np.maximum(sliding_state.entrainment_speed_m_s, np.finfo(float).tiny)
     local_slide_roll_ratio = sliding_speed_m_s / entrainment_speed_m_s[..., np.newaxis]
     mu = law(conditions, local_slide_roll_ratio)
-    mu *= np.reshape(factor, (-1, 1, 1))
+    mu *= np.reshape(traction_factor, (-1, 1, 1))
     # friction force of each node over the load of its contact
     force_over_load = mu * rule.load_share
     heat_over_load = np.einsum("...k,...k->...", force_over_load, sliding_speed_m_s)

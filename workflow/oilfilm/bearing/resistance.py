@@ -110,19 +110,19 @@ class Lubrication:
         arrays = {name: getattr(self, name)[point_index] for name in _ARRAY_NAMES}
         return Lubrication(oil=self.oil[point_index], **arrays)
 
-    def factor(self, heat: str) -> FloatArray:
+    def factor(self, name: str) -> FloatArray:
         """The factor on one of `FACTORS`, shape (points,)."""
-        return self.factors[:, FACTORS.index(heat)]
+        return self.factors[:, FACTORS.index(name)]
 
     @property
     def traction_factor(self) -> FloatArray:
         """The factor on the law's traction, shape (points,)."""
         return self.factor("traction") * self.ellipse_factor
 
-    def with_traction_factor(self, factor: FloatArray) -> "Lubrication":
+    def with_traction_factor(self, traction_factor: FloatArray) -> "Lubrication":
         """The lubrication with a factor on all traction, shape (points,)."""
         factors = self.factors.copy()
-        factors[:, FACTORS.index("traction")] = factor
+        factors[:, FACTORS.index("traction")] = traction_factor
         return replace(self, factors=factors)
 
     @property

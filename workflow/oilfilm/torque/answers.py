@@ -164,20 +164,20 @@ def answers(
         needs_shares: Returns which rows of `Answers.points` shall have shares of variance.
     """
     cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
-    results, draws, drawing = cases.calculate_with_uncertainty(settings.seed)
+    calculated, draws, drawing = cases.calculate_with_uncertainty(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
     lambda_limit = settings.gates.lambda_limit
-    results = results.assign(**best_shares(draws, len(oils), slip_limit, lambda_limit))
-    best_oil_of_point = best_oil_table(results, slip_limit, lambda_limit)
+    calculated = calculated.assign(**best_shares(draws, len(oils), slip_limit, lambda_limit))
+    best_oil_of_point = best_oil_table(calculated, slip_limit, lambda_limit)
     point_columns = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
-    results = results.merge(
+    calculated = calculated.merge(
         best_oil_of_point[[*point_columns, "best_oil"]], on=point_columns, how="left"
     )
-    shares = drawing.shares(np.flatnonzero(needs_shares(results)))
-    key_columns = results[["oil", "bearing", *point_columns]]
+    shares = drawing.shares(np.flatnonzero(needs_shares(calculated)))
+    key_columns = calculated[["oil", "bearing", *point_columns]]
     shares = shares.join(key_columns, on="point")
     law_errors = pd.Series(drawing.law_errors, drawing.drawn_points)
-    return Answers(results, _with_ranges(shares, law_errors, oils, bearing))
+    return Answers(calculated, _with_ranges(shares, law_errors, oils, bearing))
 
 
 def campaign_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[str, pd.DataFrame]:
@@ -247,12 +247,12 @@ def budgets(
         settings: `bearing` and `seed`.
     """
     points = operating_point_table(bearing, *duty.T)
-    results, _, drawing = Cases(
+    calculated, _, drawing = Cases(
         bearing, [CaseGroup(oil, "stress", points)]
     ).calculate_with_uncertainty(settings.seed)
     uncertainty_by_target = {
-        "torque": results["torque_n_m_uncertainty"] / results["torque_n_m"],
-        "cage_slip": results["cage_slip_uncertainty"],
+        "torque": calculated["torque_n_m_uncertainty"] / calculated["torque_n_m"],
+        "cage_slip": calculated["cage_slip_uncertainty"],
     }
     shares_by_cause = drawing.shares(np.flatnonzero(_has_shares(len(points))))
     irreducible_shares = drawing.shares(np.arange(len(points)), _IRREDUCIBLE_CAUSES).set_index(
@@ -263,7 +263,9 @@ def budgets(
     for target, uncertainty in uncertainty_by_target.items():
         rms = float(np.sqrt((uncertainty**2).mean()))
         irreducible_share = (
-            irreducible_shares[share_column_by_target[target]].reindex(results.index).astype(float)
+            irreducible_shares[share_column_by_target[target]]
+            .reindex(calculated.index)
+            .astype(float)
         )
         irreducible_uncertainty = (uncertainty * np.sqrt(irreducible_share)).to_numpy(dtype=float)
         median_share = (
@@ -355,13 +357,15 @@ def with_interval(value: float, lower: float, upper: float) -> str:
     return f"{three_digits(value)} ({three_digits(lower)} to {three_digits(upper)})"
 
 
-def range_text(row: "pd.Series[float]") -> str:
+def range_text(share_row: "pd.Series[float]") -> str:
     """The range of a row of `Answers.shares`, as `4 to 16 L/min` or `10 %`."""
-    cause = CAUSES[str(row["variance_cause"])]
-    if np.isfinite(row["range_low"]):
-        return f"{row['range_low']:.3g} to {row['range_high']:.3g} {cause.unit}".rstrip()
-    if np.isfinite(row["standard_uncertainty"]):
-        return f"{100 * row['standard_uncertainty']:.2g} % of it, one standard deviation"
+    cause = CAUSES[str(share_row["variance_cause"])]
+    if np.isfinite(share_row["range_low"]):
+        return (
+            f"{share_row['range_low']:.3g} to {share_row['range_high']:.3g} {cause.unit}".rstrip()
+        )
+    if np.isfinite(share_row["standard_uncertainty"]):
+        return f"{100 * share_row['standard_uncertainty']:.2g} % of it, one standard deviation"
     return "as stated in the rig's file"
 
 

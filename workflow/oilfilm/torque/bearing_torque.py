@@ -257,21 +257,21 @@ class Cases:
             The drawing, which gives the shares of variance.
         """
         all_equilibria = equilibria(self.problem)
-        results = self._terms(all_equilibria.fastest)
+        calculated = self._terms(all_equilibria.fastest)
         oils_and_laws = []
         for oil, law in zip(self.oil_of_group, self.law_of_group, strict=True):
             oils_and_laws.append(OilAndLaw(oil.name, oil.properties, law))
         group_of_point = self._for_each_point(np.arange(len(oils_and_laws)))
         settings = self._settings
         drawing = Drawing(
-            all_equilibria.fastest, oils_and_laws, group_of_point, results, settings, seed
+            all_equilibria.fastest, oils_and_laws, group_of_point, calculated, settings, seed
         )
         draws = drawing.results()
         inner_speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
         has_refits = np.array([has_draws(law.fitted) for law in self.law_of_group])
-        was_drawn = has_refits[group_of_point] & results["converged"].to_numpy(dtype=bool)
+        was_drawn = has_refits[group_of_point] & calculated["converged"].to_numpy(dtype=bool)
         assessed = with_uncertainty(
-            results, draws, was_drawn, inner_speed_rad_s, settings.uncertainty
+            calculated, draws, was_drawn, inner_speed_rad_s, settings.uncertainty
         )
         has_several = all_equilibria.count > 1
         # an incomplete search may find several equilibria, but not that there is only one
@@ -464,19 +464,19 @@ def torque_table(
         The tables `torque` and `torque_inversion`.
     """
     columns = ["run_id", "first_row", "oil", "axial_load_n", "inner_speed_rpm"]
-    measured = plateaus.loc[plateaus["accepted"], columns].assign(
+    measured_plateaus = plateaus.loc[plateaus["accepted"], columns].assign(
         inlet_temperature_c=plateaus["oil_temperature_c"],
         measured_torque_n_m=plateaus["torque_n_m"],
         measured_torque_n_m_se=plateaus["torque_n_m_se"],
     )
-    measured_oil_names = set(measured["oil"])
+    measured_oil_names = set(measured_plateaus["oil"])
     measured_oils = [oil for oil in oils if oil.name in measured_oil_names]
     if not measured_oils:
         return tables.empty("torque"), tables.empty("torque_inversion")
     groups: list[CaseGroup] = []
     for oil in measured_oils:
-        measured_with_oil = measured[measured["oil"] == oil.name]
-        groups += [CaseGroup(oil, load_variable, measured_with_oil) for load_variable in oil.laws]
+        plateaus_with_oil = measured_plateaus[measured_plateaus["oil"] == oil.name]
+        groups += [CaseGroup(oil, load_variable, plateaus_with_oil) for load_variable in oil.laws]
     bearing = settings.tested_bearing()
     calculated, _, _ = Cases(bearing, groups).calculate_with_uncertainty(settings.seed)
     compared = _compared_with_measured(bearing, calculated, measured_oils, settings)

@@ -141,14 +141,17 @@ _COMPARED_COLUMNS = ["torque_n_m", "cage_slip", "lambda_ratio"]
 
 
 def heat_balance_table(
-    oils: Sequence[OilInBearing], cage_slip: pd.DataFrame, torque: pd.DataFrame, settings: Settings
+    oils: Sequence[OilInBearing],
+    cage_slip_table: pd.DataFrame,
+    torque_table: pd.DataFrame,
+    settings: Settings,
 ) -> pd.DataFrame:
     """Every point of the cage-slip map and every measured plateau with heated oil.
 
     Args:
         oils: Oils with their laws.
-        cage_slip: Table of cage slip.
-        torque: Table of torque. Rows with the load variable `stress` are used.
+        cage_slip_table: Table of cage slip.
+        torque_table: Table of torque. Rows with the load variable `stress` are used.
         settings: The settings.
 
     Returns:
@@ -160,9 +163,11 @@ def heat_balance_table(
         return tables.empty("heat_balance")
     supply = oil_supply.supply()
     bearing = settings.tested_bearing()
-    plateaus = torque[torque["load_variable"] == "stress"]
+    plateaus = torque_table[torque_table["load_variable"] == "stress"]
     # points of the map have no run
-    points = pd.concat([cage_slip.assign(run_id="", first_row=0), plateaus], ignore_index=True)
+    points = pd.concat(
+        [cage_slip_table.assign(run_id="", first_row=0), plateaus], ignore_index=True
+    )
     heated_results = pd.concat(
         [
             _friction_with_heated_oil(oil, bearing, points[points["oil"] == oil.name], supply)
@@ -176,7 +181,7 @@ def heat_balance_table(
     with_heated_oil = with_heated_oil.rename(
         columns={f"{name}_hot": f"heated_{name}" for name in _COMPARED_COLUMNS}
     )
-    with_heated_oil["best_oil"] = _best_oil_of_rows(with_heated_oil, cage_slip, settings)
+    with_heated_oil["best_oil"] = _best_oil_of_rows(with_heated_oil, cage_slip_table, settings)
     heated_map_results = heated_results[heated_results["run_id"] == ""]
     with_heated_oil["heated_best_oil"] = _best_oil_of_rows(
         with_heated_oil, heated_map_results, settings
@@ -185,17 +190,17 @@ def heat_balance_table(
 
 
 def _best_oil_of_rows(
-    heat_balance_rows: pd.DataFrame, results: pd.DataFrame, settings: Settings
+    heat_balance_rows: pd.DataFrame, cage_slip_table: pd.DataFrame, settings: Settings
 ) -> "pd.Series[str]":
     """Best oil at the operating point of each row; empty for measured plateaus.
 
     Args:
         heat_balance_rows: Rows of the table `heat_balance`.
-        results: Results at the points of the map, from which the best oil follows.
+        cage_slip_table: Results at the points of the map, from which the best oil follows.
         settings: Limits of cage slip and film.
     """
     slip_limit = settings.bearing.cage_slip.slip_limit
-    best_oil_of_point = best_oil_table(results, slip_limit, settings.gates.lambda_limit)
+    best_oil_of_point = best_oil_table(cage_slip_table, slip_limit, settings.gates.lambda_limit)
     best_oil_names = heat_balance_rows[_POINT_COLUMNS].merge(
         best_oil_of_point[[*_POINT_COLUMNS, "best_oil"]], on=_POINT_COLUMNS, how="left"
     )["best_oil"]
@@ -236,17 +241,19 @@ def _friction_with_heated_oil(
     balance = heat_balance(friction_heat_w, oil.properties, supply, inlet_c)
     balanced_temperature_c = np.where(balance.is_balanced, balance.contact_temperature_c, inlet_c)
     points_at_balance = points[_POINT_COLUMNS].assign(inlet_temperature_c=balanced_temperature_c)
-    results = Cases(bearing, [CaseGroup(oil, "stress", points_at_balance)]).calculate(latest_motion)
-    results.loc[~balance.is_balanced, _COMPARED_COLUMNS] = np.nan
+    calculated = Cases(bearing, [CaseGroup(oil, "stress", points_at_balance)]).calculate(
+        latest_motion
+    )
+    calculated.loc[~balance.is_balanced, _COMPARED_COLUMNS] = np.nan
     key_columns = points[
         ["run_id", "first_row", "oil", "bearing", "pitch_speed_mm_rpm", *_POINT_COLUMNS]
     ]
     return key_columns.reset_index(drop=True).assign(
-        **results[_COMPARED_COLUMNS],
+        **calculated[_COMPARED_COLUMNS],
         balanced=pd.Series(balance.is_balanced, dtype="boolean").where(
             inlet_equilibrium.solution.converged
         ),
-        heat_w=results["torque_n_m"] * speed_rpm * RAD_S_PER_RPM,
+        heat_w=calculated["torque_n_m"] * speed_rpm * RAD_S_PER_RPM,
         contact_temperature_c=balance.contact_temperature_c,
         outlet_temperature_c=balance.outlet_temperature_c,
     )

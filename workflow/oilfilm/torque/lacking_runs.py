@@ -131,15 +131,15 @@ class Levels:
         nearest_index = int(first_smallest(np.where(may_be_taken, distance, np.inf)))
         return np.asarray(self.conditions[nearest_index])
 
-    def has_level(self, condition_index: int, value: float) -> BoolArray:
+    def has_level(self, condition_index: int, level: float) -> BoolArray:
         """Which conditions have a level of P, U or T, shape (conditions,).
 
         Args:
             condition_index: Column of the condition: 0 for P, 1 for U, 2 for T.
-            value: The level.
+            level: The level.
         """
         target = self.conditions.copy()
-        target[:, condition_index] = value
+        target[:, condition_index] = level
         scaled_distance = scaled_conditions(self.conditions) - scaled_conditions(target)
         return ~_is_wider(scaled_distance[:, condition_index], _LEVEL_WIDTHS[condition_index])
 
@@ -175,7 +175,7 @@ def is_among(conditions: FloatArray, listed_conditions: FloatArray) -> BoolArray
 
 
 def evenly_spaced_values(
-    lowest: float, highest: float, count: int, condition_index: int
+    lowest: float, highest: float, value_count: int, condition_index: int
 ) -> FloatArray:
     """Values of P, U or T at equal distances in its scale, shape (count,).
 
@@ -184,7 +184,7 @@ def evenly_spaced_values(
     Args:
         lowest: First value.
         highest: Last value.
-        count: Number of values, the ends among them.
+        value_count: Number of values, the ends among them.
         condition_index: Column of the condition: 0 for P, 1 for U, 2 for T.
 
     Examples:
@@ -194,7 +194,7 @@ def evenly_spaced_values(
     ends = np.ones((2, len(CONDITIONS)))
     ends[:, condition_index] = lowest, highest
     scaled_lowest, scaled_highest = scaled_conditions(ends)
-    scaled = np.linspace(scaled_lowest, scaled_highest, count)
+    scaled = np.linspace(scaled_lowest, scaled_highest, value_count)
     values = unscaled_conditions(scaled)[:, condition_index]
     rounded_values = [float(f"{value:.{_DIGITS}g}") for value in values[1:-1]]
     return np.array([lowest, *rounded_values, highest], dtype=float)
@@ -213,16 +213,16 @@ def lacking_runs(
             chosen among them.
         runnable: Which conditions the rig can run.
     """
-    tested = Levels.from_conditions(conditions)
-    runs = _third_level_runs(tested)
-    runs += _runs_of_constant_conditions(tested, levels_to_choose, runnable)
-    extended_conditions = tested.conditions
+    tested_levels = Levels.from_conditions(conditions)
+    runs = _third_level_runs(tested_levels)
+    runs += _runs_of_constant_conditions(tested_levels, levels_to_choose, runnable)
+    extended_conditions = tested_levels.conditions
     for run in runs:
         conditions_of_run = run.conditions[np.newaxis]
         if runnable(conditions_of_run).all():
             extended_conditions = np.concatenate([extended_conditions, conditions_of_run])
     runs += _corner_runs(Levels.from_conditions(extended_conditions))
-    return _new_runs(runs, tested.conditions)
+    return _new_runs(runs, tested_levels.conditions)
 
 
 def _new_runs(runs: list[PlannedRun], tested_conditions: FloatArray) -> list[PlannedRun]:
@@ -237,38 +237,38 @@ def _new_runs(runs: list[PlannedRun], tested_conditions: FloatArray) -> list[Pla
     return new_runs
 
 
-def _third_level_runs(tested: Levels) -> list[PlannedRun]:
+def _third_level_runs(tested_levels: Levels) -> list[PlannedRun]:
     """Runs at the level between two levels: the centre of the box, and the centre of each face.
 
     Conditions with two levels are at the middle of their scale. The others are as in a tested
     condition, so that only the level between is new.
     """
-    has_two_levels = tested.has_two_levels
+    has_two_levels = tested_levels.has_two_levels
     if not has_two_levels.any():
         return []
-    middle_of_box = tested.middle
-    everywhere = np.ones(len(tested.conditions), dtype=bool)
-    runs = [_run_at_middle(tested, middle_of_box, has_two_levels, everywhere)]
-    for condition_index in np.flatnonzero(~tested.is_constant).tolist():
+    middle_of_box = tested_levels.middle
+    everywhere = np.ones(len(tested_levels.conditions), dtype=bool)
+    runs = [_run_at_middle(tested_levels, middle_of_box, has_two_levels, everywhere)]
+    for condition_index in np.flatnonzero(~tested_levels.is_constant).tolist():
         is_between = has_two_levels.copy()
         is_between[condition_index] = False
         if not is_between.any():
             continue
-        for box_end in (tested.lowest, tested.highest):
+        for box_end in (tested_levels.lowest, tested_levels.highest):
             target = middle_of_box.copy()
             target[condition_index] = box_end[condition_index]
-            on_face = tested.has_level(condition_index, box_end[condition_index])
-            runs.append(_run_at_middle(tested, target, is_between, on_face))
+            on_face = tested_levels.has_level(condition_index, box_end[condition_index])
+            runs.append(_run_at_middle(tested_levels, target, is_between, on_face))
     return runs
 
 
 def _run_at_middle(
-    tested: Levels, target: FloatArray, is_between: BoolArray, may_be_taken: BoolArray
+    tested_levels: Levels, target: FloatArray, is_between: BoolArray, may_be_taken: BoolArray
 ) -> PlannedRun:
     """A run with some conditions as in the target, and the others as in the nearest tested one."""
     conditions = target
     if not is_between.all():
-        nearest = tested.nearest(target, may_be_taken, ~is_between)
+        nearest = tested_levels.nearest(target, may_be_taken, ~is_between)
         conditions = np.where(is_between, target, nearest)
     return PlannedRun(conditions, "third_level", _condition_names(is_between))
 
@@ -279,18 +279,18 @@ def _condition_names(is_chosen: BoolArray) -> tuple[str, ...]:
 
 
 def _runs_of_constant_conditions(
-    tested: Levels, levels_to_choose: Sequence[Sequence[float]], runnable: Runnable
+    tested_levels: Levels, levels_to_choose: Sequence[Sequence[float]], runnable: Runnable
 ) -> list[PlannedRun]:
     """Runs at two more levels of each condition that was not varied.
 
     They are at tested values of the other conditions: in the middle and at their ends.
     """
     runs = []
-    central_conditions = _central_conditions(tested)
-    for condition_index in np.flatnonzero(tested.is_constant).tolist():
+    central_conditions = _central_conditions(tested_levels)
+    for condition_index in np.flatnonzero(tested_levels.is_constant).tolist():
         is_new = np.arange(len(CONDITIONS)) == condition_index
         for new_level in _two_levels(
-            tested, condition_index, levels_to_choose[condition_index], runnable
+            tested_levels, condition_index, levels_to_choose[condition_index], runnable
         ):
             for central_condition in central_conditions:
                 conditions = np.where(is_new, new_level, central_condition)
@@ -298,20 +298,25 @@ def _runs_of_constant_conditions(
     return runs
 
 
-def _central_conditions(tested: Levels) -> list[FloatArray]:
+def _central_conditions(tested_levels: Levels) -> list[FloatArray]:
     """The tested conditions nearest to the middle of the box, and to that of each face."""
     all_conditions = np.ones(len(CONDITIONS), dtype=bool)
-    everywhere = np.ones(len(tested.conditions), dtype=bool)
-    central_conditions = [tested.nearest(tested.middle, everywhere, all_conditions)]
-    for condition_index in np.flatnonzero(~tested.is_constant).tolist():
-        for box_end in (tested.lowest, tested.highest):
-            on_face = tested.has_level(condition_index, box_end[condition_index])
-            central_conditions.append(tested.nearest(tested.middle, on_face, all_conditions))
+    everywhere = np.ones(len(tested_levels.conditions), dtype=bool)
+    central_conditions = [tested_levels.nearest(tested_levels.middle, everywhere, all_conditions)]
+    for condition_index in np.flatnonzero(~tested_levels.is_constant).tolist():
+        for box_end in (tested_levels.lowest, tested_levels.highest):
+            on_face = tested_levels.has_level(condition_index, box_end[condition_index])
+            central_conditions.append(
+                tested_levels.nearest(tested_levels.middle, on_face, all_conditions)
+            )
     return central_conditions
 
 
 def _two_levels(
-    tested: Levels, condition_index: int, levels_to_choose: Sequence[float], runnable: Runnable
+    tested_levels: Levels,
+    condition_index: int,
+    levels_to_choose: Sequence[float],
+    runnable: Runnable,
 ) -> list[float]:
     """Two new levels of a condition that has only one.
 
@@ -319,8 +324,8 @@ def _two_levels(
     are the other end and the middle. A level can be run if the rig can run it at all corners of the
     other conditions. There may be fewer than two.
     """
-    tested_level = float(np.median(tested.levels_of_condition[condition_index]))
-    corners = corners_of(tested.lowest, tested.highest)
+    tested_level = float(np.median(tested_levels.levels_of_condition[condition_index]))
+    corners = corners_of(tested_levels.lowest, tested_levels.highest)
     possible_levels = [tested_level]
     for level in levels_to_choose:
         corners[:, condition_index] = level
@@ -339,7 +344,11 @@ def _two_levels(
         chosen_levels = [middle_level, farther_end]
     else:
         chosen_levels = [nearer_end, farther_end]
-    return [level for level in chosen_levels if not tested.has_level(condition_index, level).any()]
+    return [
+        level
+        for level in chosen_levels
+        if not tested_levels.has_level(condition_index, level).any()
+    ]
 
 
 def _corner_runs(box: Levels) -> list[PlannedRun]:

@@ -90,7 +90,7 @@ class Film:
     Attributes:
         contact: The contact.
         oil: The oil.
-        film_kind: Minimum or central film, `film.film_kind` of the configuration.
+        film_kind: Minimum or central film, `film.thickness` of the configuration.
     """
 
     contact: Contact

@@ -31,13 +31,13 @@ def torque_control_table(results: CampaignTables, settings: Settings) -> pd.Data
     if torque_logs is None or torque_logs.twin is None:
         return tables.empty("torque_control")
     law_name_of_oil = results.configured.fit_quality.set_index("oil")["law"]
-    misfit_of_oil = results.torque_truth.groupby("oil")["law_misfit"].first()
-    rows = []
+    law_misfit_of_oil = results.torque_truth.groupby("oil")["law_misfit"].first()
+    control_rows = []
     for oil in settings.campaign.oils:
-        if oil not in misfit_of_oil.index:
+        if oil not in law_misfit_of_oil.index:
             continue
-        misfit = misfit_of_oil[oil]
-        if misfit > settings.torque_logs.twin_misfit_max:
+        law_misfit = law_misfit_of_oil[oil]
+        if law_misfit > settings.torque_logs.twin_misfit_max:
             # different traction is behind the two kinds of logs: the comparison shows nothing
             verdict = "two truths"
         elif settings.campaign.truth_is_law and law_name_of_oil.get(oil) == PAPER_LAW.name:
@@ -46,8 +46,8 @@ def torque_control_table(results: CampaignTables, settings: Settings) -> pd.Data
         else:
             # other physics made the logs of both rigs: the comparison checks the law
             verdict = "one truth"
-        rows.append({"oil": oil, "verdict": verdict, "law_misfit": misfit})
-    return tables.from_rows(rows, "torque_control")
+        control_rows.append({"oil": oil, "verdict": verdict, "law_misfit": law_misfit})
+    return tables.from_rows(control_rows, "torque_control")
 
 
 def is_bistable(torque: pd.DataFrame) -> "pd.Series[bool]":

@@ -132,14 +132,14 @@ def law_error(
 
 
 def _normal_numbers(
-    draw_count: int, names: Sequence[str], random: np.random.Generator
+    draw_count: int, number_names: Sequence[str], random: np.random.Generator
 ) -> dict[str, FloatArray]:
     """Standard normal numbers by name, with one draw from each equal slice."""
-    shape = (len(names), draw_count)
-    slice_of_number = np.array([random.permutation(draw_count) for _ in names])
+    shape = (len(number_names), draw_count)
+    slice_of_number = np.array([random.permutation(draw_count) for _ in number_names])
     position_in_slice = random.random(shape)
     normal_numbers = scipy.special.ndtri((slice_of_number + position_in_slice) / draw_count)
-    return dict(zip(names, normal_numbers, strict=True))
+    return dict(zip(number_names, normal_numbers, strict=True))
 
 
 def _moved_normal_numbers(
@@ -486,8 +486,8 @@ def with_uncertainty(
         lower, upper = np.nanquantile(
             usable_values, _INTERVAL_PROBABILITIES, axis=0, method="weibull"
         )
-        spread = np.nanstd(usable_values, axis=0, ddof=1)
-        columns[f"{name}_uncertainty"] = np.where(has_enough_draws, spread, np.nan)
+        standard_deviation = np.nanstd(usable_values, axis=0, ddof=1)
+        columns[f"{name}_uncertainty"] = np.where(has_enough_draws, standard_deviation, np.nan)
         columns[f"{name}_lower"] = np.where(has_enough_draws, lower, np.nan)
         columns[f"{name}_upper"] = np.where(has_enough_draws, upper, np.nan)
     is_split = pd.Series(_is_split(slip, settings), calculated.index, dtype="boolean")

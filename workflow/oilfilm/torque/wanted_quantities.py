@@ -121,14 +121,14 @@ def wanted_in_bearing(
         OilfilmError: No operating point has a gradient.
     """
     moves = _moves_of_constants(information)
-    results = _run_with_moves(oil, bearing, duty, information, moves)
+    calculated = _run_with_moves(oil, bearing, duty, information, moves)
     # one axis for the moves, one for the operating points
     moves_and_points = (len(moves), len(duty))
     values_by_target = {
-        "torque": results["torque_n_m"].to_numpy(dtype=float).reshape(moves_and_points),
-        "cage_slip": results["cage_slip"].to_numpy(dtype=float).reshape(moves_and_points),
+        "torque": calculated["torque_n_m"].to_numpy(dtype=float).reshape(moves_and_points),
+        "cage_slip": calculated["cage_slip"].to_numpy(dtype=float).reshape(moves_and_points),
     }
-    converged = results["converged"].to_numpy(dtype=bool).reshape(moves_and_points)
+    converged = calculated["converged"].to_numpy(dtype=bool).reshape(moves_and_points)
     is_solved: BoolArray = np.asarray(converged.all(axis=0))
     is_smooth: BoolArray = is_solved.copy()
     for values_of_target in values_by_target.values():
@@ -139,10 +139,10 @@ def wanted_in_bearing(
             f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
             f"law's constants ({left_out_reasons[0]}). Choose other duty points."
         )
-    unmoved_results = results.iloc[: len(duty)]
-    coordinates = _coordinates_of_contacts(unmoved_results, duty, contact)[is_smooth]
+    calculated_without_moves = calculated.iloc[: len(duty)]
+    coordinates = _coordinates_of_contacts(calculated_without_moves, duty, contact)[is_smooth]
     form_error = law_error(
-        oil.laws["stress"], unmoved_results[is_smooth], oil.settings.law_error_beyond
+        oil.laws["stress"], calculated_without_moves[is_smooth], oil.settings.law_error_beyond
     )
     wanted_by_target = {}
     for target in BEARING_TARGETS:
@@ -220,12 +220,12 @@ def _labels(
 
 
 def _coordinates_of_contacts(
-    results: pd.DataFrame, duty: FloatArray, contact: Contact
+    calculated: pd.DataFrame, duty: FloatArray, contact: Contact
 ) -> FloatArray:
     """Conditions of both contacts at each operating point, shape (operating points, 2, 3)."""
     # the load at which the contact of the rig has the pressure of the bearing's
-    rig_load_n = contact.load_n(results[_PRESSURES].to_numpy())
-    speed_m_s = results[["entrainment_speed_m_s"]].to_numpy()
+    rig_load_n = contact.load_n(calculated[_PRESSURES].to_numpy())
+    speed_m_s = calculated[["entrainment_speed_m_s"]].to_numpy()
     temperature_c = duty[:, [2]]
     return form_coordinates(
         rig_load_n,
