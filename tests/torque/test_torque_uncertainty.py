@@ -256,7 +256,7 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     cases = Cases(bearing, [CaseGroup(errs, "stress", pd.DataFrame([ROLLING_POINT]))])
     shares = (
         cases.calculate_with_uncertainty(1)[2]
-        .shares(np.arange(1))
+        .calculate_shares(np.arange(1))
         .set_index("variance_cause")["torque_share"]
     )
 

@@ -79,9 +79,9 @@ def smooth_sign(value: FloatArray, band: FloatArray) -> FloatArray:
 
     The smoothed sign and its slope are continuous at the ends of the band.
     """
-    inside = np.abs(value) < band
-    t = np.divide(value, band, out=np.zeros_like(value), where=inside)
-    return np.where(inside, t * (3 - t**2) / 2, np.sign(value))
+    is_inside = np.abs(value) < band
+    relative_value = np.divide(value, band, out=np.zeros_like(value), where=is_inside)
+    return np.where(is_inside, relative_value * (3 - relative_value**2) / 2, np.sign(value))
 
 
 @dataclass(frozen=True)
@@ -278,28 +278,30 @@ class FrictionProblem:
         return drag_n * resistance_share * self.lubrication.factor("drag")
 
     def _pocket_friction(
-        self, force_n: FloatArray, motion: Motion, resistance_share: Floats
+        self, pocket_force_n: FloatArray, motion: Motion, resistance_share: Floats
     ) -> "_PocketFriction":
         """Coulomb friction between pocket and ball, which acts against the spin.
 
         Args:
-            force_n: Force of the pocket on the ball along t, shape (..., points).
+            pocket_force_n: Force of the pocket on the ball along t, shape (..., points).
             motion: Motion of the ball.
             resistance_share: Share of `balance`.
         """
         ball_radius_m = self.bearing.ball_diameter_m / 2
         friction_factor = resistance_share * self.lubrication.factor("pocket")
-        friction_n = friction_factor * self.bearing.cage.pocket_friction_coefficient * force_n
+        friction_n = (
+            friction_factor * self.bearing.cage.pocket_friction_coefficient * pocket_force_n
+        )
         spin_x = motion.spin_rad_s[..., 0]
         spin_r = motion.spin_rad_s[..., 1]
         spin_rad_s = np.sqrt(spin_x**2 + spin_r**2)
         spin_sign = smooth_sign(spin_rad_s, self.bands[..., 1] * self.rolling_spin_rad_s())
-        sign_over_spin = spin_sign / np.maximum(spin_rad_s, np.finfo(float).tiny)
-        axis_x = spin_x * sign_over_spin
-        axis_r = spin_r * sign_over_spin
+        axis_over_spin = spin_sign / np.maximum(spin_rad_s, np.finfo(float).tiny)
+        axis_x = spin_x * axis_over_spin
+        axis_r = spin_r * axis_over_spin
         moment_n_m = np.abs(friction_n) * ball_radius_m
         return _PocketFriction(
-            pocket_force_n=force_n,
+            pocket_force_n=pocket_force_n,
             # the friction force is normal to the axis of the spin
             force_x_n=friction_n * axis_r,
             force_r_n=-friction_n * axis_x,
@@ -327,8 +329,8 @@ class FrictionProblem:
         contacts: Contacts,
         motion: Motion,
         film_traction: Traction,
-        rolling: "_RollingResistance",
-        pocket: "_PocketFriction",
+        rolling_resistance: "_RollingResistance",
+        pocket_friction: "_PocketFriction",
         land_moment_n_m: FloatArray,
         resistance_share: Floats,
     ) -> FloatArray:
@@ -340,7 +342,9 @@ class FrictionProblem:
         contact_force_r_n = film_traction.across_n * n_x - contacts.load_n * n_r
         about_normal_n_m = film_traction.about_normal_n_m
         about_across_n_m = (
-            film_traction.about_across_n_m + ball_radius_m * rolling.force_n + rolling.moment_n_m
+            film_traction.about_across_n_m
+            + ball_radius_m * rolling_resistance.force_n
+            + rolling_resistance.moment_n_m
         )
         contact_moment_x_n_m = about_normal_n_m * n_x - about_across_n_m * n_r
         contact_moment_r_n_m = about_normal_n_m * n_r + about_across_n_m * n_x
@@ -349,19 +353,21 @@ class FrictionProblem:
         gyroscopic_moment_r_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 2]
         gyroscopic_moment_t_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 1]
 
-        force_x_n = _sum_of_contacts(contact_force_x_n) + pocket.force_x_n
-        outward_force_n = pocket.force_r_n + centrifugal_force_n(bearing, contacts, motion)
+        force_x_n = _sum_of_contacts(contact_force_x_n) + pocket_friction.force_x_n
+        outward_force_n = pocket_friction.force_r_n + centrifugal_force_n(bearing, contacts, motion)
         force_r_n = _sum_of_contacts(contact_force_r_n) + outward_force_n
-        moment_x_n_m = _sum_of_contacts(contact_moment_x_n_m) - pocket.moment_x_n_m
+        moment_x_n_m = _sum_of_contacts(contact_moment_x_n_m) - pocket_friction.moment_x_n_m
         moment_r_n_m = (
-            _sum_of_contacts(contact_moment_r_n_m) - pocket.moment_r_n_m + gyroscopic_moment_r_n_m
+            _sum_of_contacts(contact_moment_r_n_m)
+            - pocket_friction.moment_r_n_m
+            + gyroscopic_moment_r_n_m
         )
         moment_t_n_m = _sum_of_contacts(film_traction.about_tangent_n_m) - gyroscopic_moment_t_n_m
-        pocket_force_n = pocket.pocket_force_n
+        pocket_force_n = pocket_friction.pocket_force_n
         cage_moment_n_m = (
             land_moment_n_m
             - pocket_force_n * contacts.orbit_radius_m
-            - np.sign(pocket_force_n) * ball_radius_m * pocket.force_r_n
+            - np.sign(pocket_force_n) * ball_radius_m * pocket_friction.force_r_n
         )
         ring_force_x_n = self.points.axial_load_n / bearing.ball_count - contact_force_x_n[..., 0]
         imbalance_n = (
@@ -398,18 +404,20 @@ class FrictionProblem:
         radius_y_m = bearing.radius_y_m
         reduced_modulus_pa = bearing.reduced_modulus_pa
         relative_pressure = contacts.max_hertz_pressure_pa / reduced_modulus_pa
-        reduction = rolling_force_reduction(relative_pressure, oil.thermal_loading(mean_speed_m_s))
+        thermal_reduction = rolling_force_reduction(
+            relative_pressure, oil.thermal_loading(mean_speed_m_s)
+        )
         viscosity_pa_s = oil.dynamic_viscosity_pa_s
         force_n = rolling_force_n(
             load_n, mean_speed_m_s, viscosity_pa_s, radius_x_m, radius_y_m, reduced_modulus_pa
         )
         moment_n_m = hysteresis_moment_n_m(load_n, bearing.ball_diameter_m, radius_x_m, radius_y_m)
         band_m_s = self.bands[..., 0] * self.rolling_speed_m_s()
-        sign = smooth_sign(speed_sum_m_s, band_m_s[..., np.newaxis])
-        signed_share = np.asarray(resistance_share)[..., np.newaxis] * sign
+        sign_of_rolling = smooth_sign(speed_sum_m_s, band_m_s[..., np.newaxis])
+        signed_share = np.asarray(resistance_share)[..., np.newaxis] * sign_of_rolling
         force_factor = self.lubrication.factor("rolling") * self.replenishment()
         moment_factor = self.lubrication.factor("hysteresis")[:, np.newaxis]
-        force_n = signed_share * reduction * force_n * force_factor[:, np.newaxis]
+        force_n = signed_share * thermal_reduction * force_n * force_factor[:, np.newaxis]
         moment_n_m = signed_share * moment_n_m * moment_factor
         return _RollingResistance(
             force_n=force_n,
@@ -479,11 +487,21 @@ class FrictionProblem:
     def scale(self) -> FloatArray:
         """Scale of each unknown, shape (points, 7)."""
         ring_speed_rad_s = self.points.ring_speed_rad_s
-        spin_rad_s = self.rolling_spin_rad_s()
-        orbit_rad_s = np.maximum(np.abs(ring_speed_rad_s).max(axis=1) / 2, _SMALLEST_SCALE_RAD_S)
-        length_m = np.full(len(ring_speed_rad_s), self.bearing.groove_offset_m.min())
+        spin_scale_rad_s = self.rolling_spin_rad_s()
+        orbit_scale_rad_s = np.maximum(
+            np.abs(ring_speed_rad_s).max(axis=1) / 2, _SMALLEST_SCALE_RAD_S
+        )
+        length_scale_m = np.full(len(ring_speed_rad_s), self.bearing.groove_offset_m.min())
         return np.column_stack(
-            [length_m, length_m, spin_rad_s, spin_rad_s, spin_rad_s, orbit_rad_s, length_m]
+            [
+                length_scale_m,
+                length_scale_m,
+                spin_scale_rad_s,
+                spin_scale_rad_s,
+                spin_scale_rad_s,
+                orbit_scale_rad_s,
+                length_scale_m,
+            ]
         )
 
 
@@ -531,8 +549,8 @@ class FrictionEquilibrium:
         The outer contact does not roll there. Its rolling resistance then has a value between the
         two sides of the jump (a solution in the sense of Filippov).
         """
-        held = (self.problem.bands > 0).any(axis=-1)
-        return np.broadcast_to(held, self.solution.converged.shape)
+        has_band = (self.problem.bands > 0).any(axis=-1)
+        return np.broadcast_to(has_band, self.solution.converged.shape)
 
     def outside_law(self) -> BoolArray:
         """Whether the cage slips so much that the outer contact hardly rolls, shape (points,).

@@ -191,15 +191,17 @@ class Bearing:
             with the cube root of the load.
         """
         polynomial_argument = 2 * contact_angle_cosine - 1
-        polynomials = self._hertz_polynomials
+        coefficients_of_powers = self._hertz_polynomials
         # one axis for each leading axis of the argument
         leading_axes = (1,) * (polynomial_argument.ndim - 1)
-        coefficients = polynomials.reshape(*polynomials.shape[:2], *leading_axes, 2)
+        coefficients = coefficients_of_powers.reshape(
+            *coefficients_of_powers.shape[:2], *leading_axes, 2
+        )
         # Horner's rule, from the highest power
-        values = coefficients[-1]
+        quantities = coefficients[-1]
         for coefficient in coefficients[-2::-1]:
-            values = values * polynomial_argument + coefficient
-        return values
+            quantities = quantities * polynomial_argument + coefficient
+        return quantities
 
     @cached_property
     def _hertz_polynomials(self) -> FloatArray:
@@ -207,14 +209,16 @@ class Bearing:
 
         The axes are the powers, the three quantities of `under_unit_load`, and inner and outer.
         """
-        nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
-        contact_angle_cosine = np.repeat((nodes[:, np.newaxis] + 1) / 2, 2, axis=1)
+        chebyshev_nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
+        contact_angle_cosine = np.repeat((chebyshev_nodes[:, np.newaxis] + 1) / 2, 2, axis=1)
         contact = elliptical_contact(
             1.0, self.radius_x_m(contact_angle_cosine), self.radius_y_m, self.reduced_modulus_pa
         )
-        values = np.stack(
+        quantities_at_nodes = np.stack(
             [contact.approach_m**-1.5, contact.semi_axis_x_m, contact.semi_axis_y_m], axis=1
         )
-        powers_of_nodes = np.vander(nodes, increasing=True)
-        coefficients = np.linalg.solve(powers_of_nodes, values.reshape(len(nodes), -1))
-        return coefficients.reshape(values.shape)
+        powers_of_nodes = np.vander(chebyshev_nodes, increasing=True)
+        coefficients = np.linalg.solve(
+            powers_of_nodes, quantities_at_nodes.reshape(len(chebyshev_nodes), -1)
+        )
+        return coefficients.reshape(quantities_at_nodes.shape)

@@ -291,9 +291,9 @@ def raceway_control(
 
     def ball_state(unknowns: FloatArray, point_index: IndexArray) -> tuple[Contacts, Motion]:
         """Contacts and motion of the balls of the points `point_index`."""
-        some_points = points.at_points(point_index)
-        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2], some_points.growth)
-        return contacts, rolling_motion(bearing, contacts, some_points.ring_speed_rad_s)
+        selected_points = points.at_points(point_index)
+        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2], selected_points.growth)
+        return contacts, rolling_motion(bearing, contacts, selected_points.ring_speed_rad_s)
 
     def residuals(unknowns: FloatArray, point_index: IndexArray) -> FloatArray:
         """Residuals of the forces on ball and ring, relative to the ball's load."""

@@ -54,13 +54,13 @@ def torque_terms(
     conditions = _conditions_of_contacts(equilibrium)
     pressure_gpa = conditions.max_hertz_pressure_gpa
     lambda_ratio, film_in_range = film_ratio(equilibrium)
-    terms = {
+    torque_of_term = {
         f"{name}_torque_n_m": ball_count * heat_w_of_ball / divisor_rad_s
         for name, heat_w_of_ball in heat_w_of_term.items()
     }
     carried_flow_kg_s = equilibrium.problem.lubrication.carried_flow_kg_s
-    terms["momentum_torque_n_m"] = np.where(
-        np.isnan(carried_flow_kg_s), np.nan, terms["momentum_torque_n_m"]
+    torque_of_term["momentum_torque_n_m"] = np.where(
+        np.isnan(carried_flow_kg_s), np.nan, torque_of_term["momentum_torque_n_m"]
     )
     equilibrium_columns = {
         "torque_n_m": torque_n_m,
@@ -82,7 +82,7 @@ def torque_terms(
         "film_in_range": film_in_range,
     }
     film_columns = _film_columns(equilibrium, tested_ranges, limiting_stress_ratio)
-    return terms | equilibrium_columns | film_columns
+    return torque_of_term | equilibrium_columns | film_columns
 
 
 def _film_columns(
@@ -216,16 +216,18 @@ def _is_beyond(values: FloatArray, tested_range: FloatArray | tuple[float, float
     one_per_point = (-1,) + (1,) * (values.ndim - 1)
     lowest = np.reshape(tested_range[0], one_per_point)
     highest = np.reshape(tested_range[1], one_per_point)
-    beyond = ((values < lowest * 0.999) | (values > highest * 1.001)).astype(float)
-    return np.where(np.isfinite(lowest + highest), beyond, np.nan)
+    is_beyond_range = ((values < lowest * 0.999) | (values > highest * 1.001)).astype(float)
+    return np.where(np.isfinite(lowest + highest), is_beyond_range, np.nan)
 
 
 def _weighted_mean(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Weighted mean of each point, shape (points,); 0 where all weights are 0."""
     axes = tuple(range(1, values.ndim))
-    total = np.broadcast_to(weights, values.shape).sum(axis=axes)
+    sum_of_weights = np.broadcast_to(weights, values.shape).sum(axis=axes)
     weighted_sum = (values * weights).sum(axis=axes)
-    mean = np.divide(weighted_sum, total, out=np.zeros(len(values)), where=total > 0)
+    mean = np.divide(
+        weighted_sum, sum_of_weights, out=np.zeros(len(values)), where=sum_of_weights > 0
+    )
     # rounding must not move a mean outside its values
     return np.clip(mean, values.min(axis=axes), values.max(axis=axes))
 

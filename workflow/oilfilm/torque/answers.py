@@ -164,7 +164,7 @@ def answers(
         needs_shares: Returns which rows of `Answers.points` shall have shares of variance.
     """
     cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
-    calculated, draws, drawing = cases.calculate_with_uncertainty(settings.seed)
+    calculated, draws, random_draws = cases.calculate_with_uncertainty(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
     lambda_limit = settings.gates.lambda_limit
     calculated = calculated.assign(**best_shares(draws, len(oils), slip_limit, lambda_limit))
@@ -173,10 +173,10 @@ def answers(
     calculated = calculated.merge(
         best_oil_of_point[[*point_columns, "best_oil"]], on=point_columns, how="left"
     )
-    shares = drawing.shares(np.flatnonzero(needs_shares(calculated)))
+    shares = random_draws.calculate_shares(np.flatnonzero(needs_shares(calculated)))
     key_columns = calculated[["oil", "bearing", *point_columns]]
     shares = shares.join(key_columns, on="point")
-    law_errors = pd.Series(drawing.law_errors, drawing.drawn_points)
+    law_errors = pd.Series(random_draws.law_error_of_drawn_point, random_draws.drawn_point_index)
     return Answers(calculated, _with_ranges(shares, law_errors, oils, bearing))
 
 
@@ -247,17 +247,17 @@ def budgets(
         settings: `bearing` and `seed`.
     """
     points = operating_point_table(bearing, *duty.T)
-    calculated, _, drawing = Cases(
+    calculated, _, random_draws = Cases(
         bearing, [CaseGroup(oil, "stress", points)]
     ).calculate_with_uncertainty(settings.seed)
     uncertainty_by_target = {
         "torque": calculated["torque_n_m_uncertainty"] / calculated["torque_n_m"],
         "cage_slip": calculated["cage_slip_uncertainty"],
     }
-    shares_by_cause = drawing.shares(np.flatnonzero(_has_shares(len(points))))
-    irreducible_shares = drawing.shares(np.arange(len(points)), _IRREDUCIBLE_CAUSES).set_index(
-        "point"
-    )
+    shares_by_cause = random_draws.calculate_shares(np.flatnonzero(_has_shares(len(points))))
+    irreducible_shares = random_draws.calculate_shares(
+        np.arange(len(points)), _IRREDUCIBLE_CAUSES
+    ).set_index("point")
     share_column_by_target = {"torque": "torque_share", "cage_slip": "slip_share"}
     budget_by_target = {}
     for target, uncertainty in uncertainty_by_target.items():

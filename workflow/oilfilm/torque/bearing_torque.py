@@ -33,8 +33,8 @@ from oilfilm.torque.best_oil import best_shares
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, join_laws
 from oilfilm.torque.torque_uncertainty import (
     FACTOR_TERMS,
-    Drawing,
     OilAndLaw,
+    RandomDraws,
     has_draws,
     random_factor,
     with_uncertainty,
@@ -243,7 +243,7 @@ class Cases:
         """Repeat the value of each group for each of its points: shape (points, ...)."""
         return np.repeat(values_of_groups, self._point_counts, axis=0)
 
-    def calculate_with_uncertainty(self, seed: int) -> tuple[pd.DataFrame, FloatArray, Drawing]:
+    def calculate_with_uncertainty(self, seed: int) -> tuple[pd.DataFrame, FloatArray, RandomDraws]:
         """Friction at every point with its uncertainty.
 
         Args:
@@ -253,8 +253,9 @@ class Cases:
             The table of `with_uncertainty`, with further columns: the number of `equilibria`,
             whether the point is `bistable`, and `other_cage_slip` and `other_torque_n_m` of the
             slowest cage where there are several equilibria.
-            The draws of torque, cage slip and lambda (`Drawing.results`), shape (3, draws, points).
-            The drawing, which gives the shares of variance.
+            The draws of torque, cage slip and lambda (`RandomDraws.calculate_results`), shape
+            (3, draws, points).
+            The draws themselves, which give the shares of variance.
         """
         all_equilibria = equilibria(self.problem)
         calculated = self._terms(all_equilibria.fastest)
@@ -263,10 +264,10 @@ class Cases:
             oils_and_laws.append(OilAndLaw(oil.name, oil.properties, law))
         group_of_point = self._for_each_point(np.arange(len(oils_and_laws)))
         settings = self._settings
-        drawing = Drawing(
+        random_draws = RandomDraws(
             all_equilibria.fastest, oils_and_laws, group_of_point, calculated, settings, seed
         )
-        draws = drawing.results()
+        draws = random_draws.calculate_results()
         inner_speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
         has_refits = np.array([has_draws(law.fitted) for law in self.law_of_group])
         was_drawn = has_refits[group_of_point] & calculated["converged"].to_numpy(dtype=bool)
@@ -288,7 +289,7 @@ class Cases:
         assessed["other_torque_n_m"] = np.where(
             has_several, all_equilibria.slowest.torque_n_m(), np.nan
         )
-        return assessed, draws, drawing
+        return assessed, draws, random_draws
 
 
 def oils_in_bearings(

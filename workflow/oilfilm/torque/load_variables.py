@@ -73,18 +73,18 @@ class LawInBearing:
     def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
         law = self.fitted.law
-        values_by_condition = {
+        level_by_condition = {
             "max_hertz_pressure_gpa": self._stress_gpa(conditions),
             "load_n": conditions.load_n,
             "entrainment_speed_m_s": conditions.entrainment_speed_m_s,
             "inlet_temperature_c": conditions.inlet_temperature_c,
         }
         # fmax replaces a NaN of a failed trial, which then ends without equilibrium
-        limited_values = [
-            np.fmax(values_by_condition[name], self.smallest_level_of_condition[name])
+        limited_levels = [
+            np.fmax(level_by_condition[name], self.smallest_level_of_condition[name])
             for name in law.conditions
         ]
-        conditions_of_law = np.stack(limited_values, axis=-1)
+        conditions_of_law = np.stack(limited_levels, axis=-1)
         law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
         conditions_table = conditions_of_law.reshape(-1, conditions_of_law.shape[-1])
         design = law.design(conditions_table, self.fitted.coefficients.followed)

@@ -79,7 +79,7 @@ _SOLVED_AT_ONCE = 30_000
 NormalNumbers = Mapping[str, FloatArray]
 
 
-def factor_spread(settings: BearingSettings, term: str) -> float:
+def sd_of_log_factor(settings: BearingSettings, term: str) -> float:
     """Standard deviation of the logarithm of the factor on a term."""
     return float(np.sqrt(np.log1p(getattr(settings.term_uncertainty, term) ** 2)))
 
@@ -92,8 +92,8 @@ def random_factor(settings: BearingSettings, term: str, normal_numbers: FloatArr
         term: The term.
         normal_numbers: Standard normal numbers.
     """
-    log_spread = factor_spread(settings, term)
-    return np.asarray(np.exp(log_spread * normal_numbers - log_spread**2 / 2))
+    sd_of_log = sd_of_log_factor(settings, term)
+    return np.asarray(np.exp(sd_of_log * normal_numbers - sd_of_log**2 / 2))
 
 
 def has_draws(fitted: FittedLaw) -> bool:
@@ -118,14 +118,14 @@ def law_error(
     errors = []
     for ring in ("inner", "outer"):
         pressure_gpa = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
-        values_by_condition: dict[str, FloatArray] = {
+        level_by_condition: dict[str, FloatArray] = {
             "max_hertz_pressure_gpa": pressure_gpa,
             "load_n": law.rig_contact.load_n(pressure_gpa),
             "entrainment_speed_m_s": calculated["entrainment_speed_m_s"].to_numpy(dtype=float),
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
         conditions = np.column_stack(
-            [values_by_condition[name] for name in law.fitted.law.conditions]
+            [level_by_condition[name] for name in law.fitted.law.conditions]
         )
         errors.append(law.fitted.form_error(conditions, slip, error_without_interval))
     return np.maximum(*errors)
@@ -134,7 +134,7 @@ def law_error(
 def _normal_numbers(
     draw_count: int, number_names: Sequence[str], random: np.random.Generator
 ) -> dict[str, FloatArray]:
-    """Standard normal numbers by name, with one draw from each equal slice."""
+    """Standard normal numbers by name, with one draw from each slice of equal probability."""
     shape = (len(number_names), draw_count)
     slice_of_number = np.array([random.permutation(draw_count) for _ in number_names])
     position_in_slice = random.random(shape)
@@ -145,7 +145,7 @@ def _normal_numbers(
 def _moved_normal_numbers(
     normal_numbers: FloatArray, shift: int, position_in_slice: FloatArray
 ) -> FloatArray:
-    """Standard normal numbers with one from each equal slice, in an order of their own.
+    """Other standard normal numbers, one from each slice of equal probability, in another order.
 
     The slices of both form a lattice. Hence they hardly correlate, which makes estimates by pairs
     twice as exact as a random order does.
@@ -166,25 +166,25 @@ def _moved_normal_numbers(
 
 
 class OilAndLaw(NamedTuple):
-    """Points of one oil with one law.
+    """The oil and the law of a group of operating points.
 
     Attributes:
-        name: Name of the oil.
-        properties: Its properties.
+        oil_name: Name of the oil.
+        oil: Its properties.
         law: Its law.
     """
 
-    name: str
-    properties: Oil
+    oil_name: str
+    oil: Oil
     law: LawInBearing
 
 
-class Drawing:
-    """The draws of operating points.
+class RandomDraws:
+    """Random draws of operating points, and what they give: results and shares of variance.
 
     Attributes:
-        drawn_points: Indices of the points that have draws.
-        law_errors: Relative standard error of the law's form at these points.
+        drawn_point_index: Indices of the points that have draws.
+        law_error_of_drawn_point: Relative standard error of the law's form at these points.
     """
 
     def __init__(
@@ -213,24 +213,25 @@ class Drawing:
         self._point_count = len(group_of_point)
         group_has_draws = np.array([has_draws(group.law.fitted) for group in groups], dtype=bool)
         converged = calculated["converged"].to_numpy(dtype=bool)
-        self.drawn_points = np.flatnonzero(group_has_draws[group_of_point] & converged)
-        self._group_of_point = group_of_point[self.drawn_points]
-        self.law_errors = np.empty(len(self.drawn_points))
-        if len(self.drawn_points) == 0:
+        self.drawn_point_index = np.flatnonzero(group_has_draws[group_of_point] & converged)
+        self._group_of_point = group_of_point[self.drawn_point_index]
+        self.law_error_of_drawn_point = np.empty(len(self.drawn_point_index))
+        if len(self.drawn_point_index) == 0:
             return
         for group_index in np.unique(self._group_of_point):
             is_of_group = self._group_of_point == group_index
-            rows_of_group = calculated.iloc[self.drawn_points[is_of_group]]
-            self.law_errors[is_of_group] = law_error(
+            rows_of_group = calculated.iloc[self.drawn_point_index[is_of_group]]
+            self.law_error_of_drawn_point[is_of_group] = law_error(
                 groups[group_index].law, rows_of_group, settings.law_error_beyond
             )
         self._coarse_problem = replace(
-            equilibrium.problem.at_points(self.drawn_points), rule=gauss_rule(*COARSE_QUADRATURE)
+            equilibrium.problem.at_points(self.drawn_point_index),
+            rule=gauss_rule(*COARSE_QUADRATURE),
         )
         # A draw starts from the equilibrium of its point without draws. It stays on that branch
         # while the branch exists. Otherwise its equilibrium is searched without a neighbour.
         neighbour = Neighbour.from_unknowns(
-            self._coarse_problem, equilibrium.solution.unknowns[self.drawn_points]
+            self._coarse_problem, equilibrium.solution.unknowns[self.drawn_point_index]
         )
         without_draws = friction_equilibrium(self._coarse_problem, neighbour)
         self._start_neighbour = Neighbour.from_unknowns(
@@ -238,27 +239,27 @@ class Drawing:
         )
         # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
         fine_results = (
-            calculated.iloc[self.drawn_points][list(DRAWN_RESULTS)].to_numpy(dtype=float).T
+            calculated.iloc[self.drawn_point_index][list(DRAWN_RESULTS)].to_numpy(dtype=float).T
         )
         correction = fine_results - _results(without_draws)
         is_same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
         self._correction = np.where(is_same_branch, correction, 0.0)
 
-    def results(self) -> FloatArray:
+    def calculate_results(self) -> FloatArray:
         """Torque, cage slip and lambda of each draw, shape (3, draws, points).
 
         NaN without refits and where a draw has no equilibrium.
         """
         draw_count = self._settings.uncertainty.draws
         results = np.full((len(DRAWN_RESULTS), draw_count, self._point_count), np.nan)
-        if len(self.drawn_points):
+        if len(self.drawn_point_index):
             numbers = self._random_numbers(draw_count, "torque uncertainty")
-            results[..., self.drawn_points] = self._solved(
-                numbers, np.arange(len(self.drawn_points))
+            results[..., self.drawn_point_index] = self._solved(
+                numbers, np.arange(len(self.drawn_point_index))
             )
         return results
 
-    def shares(
+    def calculate_shares(
         self, wanted_points: IndexArray, causes: Mapping[str, tuple[str, ...]] = UNCERTAIN
     ) -> pd.DataFrame:
         """Share of the variance of torque and cage slip by each of some causes.
@@ -274,7 +275,7 @@ class Drawing:
         Returns:
             One row per point and cause: `point`, `variance_cause`, `torque_share`, `slip_share`.
         """
-        position_in_drawn = np.flatnonzero(np.isin(self.drawn_points, wanted_points))
+        position_in_drawn = np.flatnonzero(np.isin(self.drawn_point_index, wanted_points))
         if len(position_in_drawn) == 0:
             return pd.DataFrame(columns=["point", "variance_cause", "torque_share", "slip_share"])
         first_numbers_of_group = self._random_numbers(_DRAW_PAIRS, "shares of variance")
@@ -297,25 +298,26 @@ class Drawing:
             first_numbers_of_group, second_numbers_of_group, strict=True
         ):
             variants = [numbers]
-            for names in causes.values():
-                variants.append({**numbers, **{name: second_numbers[name] for name in names}})
+            for number_names in causes.values():
+                redrawn_numbers = {name: second_numbers[name] for name in number_names}
+                variants.append({**numbers, **redrawn_numbers})
             joined_numbers_of_group.append(
                 {name: np.concatenate([variant[name] for variant in variants]) for name in numbers}
             )
         results = self._solved(joined_numbers_of_group, position_in_drawn)
-        values = results.reshape(
+        results_by_variant = results.reshape(
             len(DRAWN_RESULTS), 1 + len(causes), _DRAW_PAIRS, len(position_in_drawn)
         )
-        first_values, redrawn_values = values[:, :1], values[:, 1:]
+        first_results, redrawn_results = results_by_variant[:, :1], results_by_variant[:, 1:]
         with np.errstate(invalid="ignore", divide="ignore"):
-            variance = np.nanvar(first_values, axis=2, ddof=1) + np.nanvar(
-                redrawn_values, axis=2, ddof=1
+            variance = np.nanvar(first_results, axis=2, ddof=1) + np.nanvar(
+                redrawn_results, axis=2, ddof=1
             )
-            shares = np.nanmean((redrawn_values - first_values) ** 2, axis=2) / variance
+            shares = np.nanmean((redrawn_results - first_results) ** 2, axis=2) / variance
         torque_share, slip_share, _ = shares
         return pd.DataFrame(
             {
-                "point": np.tile(self.drawn_points[position_in_drawn], len(causes)),
+                "point": np.tile(self.drawn_point_index[position_in_drawn], len(causes)),
                 "variance_cause": np.repeat(list(causes), len(position_in_drawn)),
                 "torque_share": torque_share.ravel(),
                 "slip_share": slip_share.ravel(),
@@ -323,13 +325,13 @@ class Drawing:
         )
 
     def _random_numbers(self, draw_count: int, purpose: str) -> list[NormalNumbers]:
-        """Random numbers of each group."""
+        """Random numbers of each group of points, by their names."""
         shared = _normal_numbers(draw_count, _SHARED_NAMES, generator(self._seed, purpose))
         return [
             {
                 **shared,
                 **_normal_numbers(
-                    draw_count, _NAMES_OF_OIL, generator(self._seed, purpose, group.name)
+                    draw_count, _NAMES_OF_OIL, generator(self._seed, purpose, group.oil_name)
                 ),
             }
             for group in self._groups
@@ -342,7 +344,7 @@ class Drawing:
 
         Args:
             numbers_of_group: Random numbers of each group.
-            position_in_drawn: Positions in `drawn_points`.
+            position_in_drawn: Positions in `drawn_point_index`.
         """
         draw_count = len(numbers_of_group[0]["run"])
         points_at_once = max(_SOLVED_AT_ONCE // draw_count, 1)
@@ -390,14 +392,16 @@ class Drawing:
         traction_errors_of_point = [
             run_sd * oil_numbers["run"] + law_error_of_point * oil_numbers["law error"]
             for oil_numbers, run_sd, law_error_of_point in zip(
-                numbers_of_point, run_sd_of_point, self.law_errors[position_in_drawn], strict=True
+                numbers_of_point,
+                run_sd_of_point,
+                self.law_error_of_drawn_point[position_in_drawn],
+                strict=True,
             )
         ]
         factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors_of_point))
         stand_in_uncertainty = self._settings.stand_in_uncertainty
         is_stand_in = np.repeat(
-            [self._groups[group_index].properties.stand_in for group_index in group_of_point],
-            draw_count,
+            [self._groups[group_index].oil.stand_in for group_index in group_of_point], draw_count
         )
         viscosity_numbers = np.concatenate(
             [oil_numbers["viscosity"] for oil_numbers in numbers_of_point]
@@ -406,7 +410,7 @@ class Drawing:
             [oil_numbers["pressure viscosity"] for oil_numbers in numbers_of_point]
         )
         oil_without_draws = lubrication.oil
-        oil = replace(
+        drawn_oil = replace(
             oil_without_draws,
             dynamic_viscosity_pa_s=oil_without_draws.dynamic_viscosity_pa_s
             * np.exp(stand_in_uncertainty.viscosity * is_stand_in * viscosity_numbers),
@@ -430,7 +434,7 @@ class Drawing:
         drawn_problem = replace(
             problem,
             law=join_laws(law_of_point, [draw_count] * point_count),
-            lubrication=replace(lubrication, oil=oil, factors=factors),
+            lubrication=replace(lubrication, oil=drawn_oil, factors=factors),
         )
         return drawn_problem.with_inputs(
             Inputs.drawn(uncertain_input_by_name, probability_by_input)
@@ -438,7 +442,7 @@ class Drawing:
 
 
 def _drawn_constants(fitted: FittedLaw, numbers: NormalNumbers) -> FloatArray:
-    """Constants of the draws: refits that sensors move, shape (draws, constants)."""
+    """Constants of the draws: refits, moved by the errors of sensors, shape (draws, constants)."""
     law, coefficients = fitted.law, fitted.coefficients
     refits = coefficients.spread
     refit_index = (scipy.special.ndtr(numbers["refit"]) * len(refits)).astype(np.intp)
@@ -457,16 +461,16 @@ def with_uncertainty(
     calculated: pd.DataFrame,
     draws: FloatArray,
     was_drawn: BoolArray,
-    speed_rad_s: FloatArray,
+    inner_speed_rad_s: FloatArray,
     settings: TorqueDrawSettings,
 ) -> pd.DataFrame:
     """Calculated friction with the standard uncertainty and 95 % interval of its results.
 
     Args:
         calculated: The results without draws.
-        draws: Draws of `Drawing.results`.
+        draws: Draws of `RandomDraws.calculate_results`.
         was_drawn: Points that have draws, with or without equilibria, shape (points,).
-        speed_rad_s: Speed of the inner ring.
+        inner_speed_rad_s: Speed of the inner ring.
         settings: How many draws may be lost, and when they are split.
 
     Returns:
@@ -478,7 +482,11 @@ def with_uncertainty(
     torque, slip, _ = draws
     has_equilibrium = np.isfinite(torque)
     has_enough_draws = _has_enough_draws(has_equilibrium, settings.lost_share_max)
-    draws_by_result = {"torque_n_m": torque, "cage_slip": slip, "power_w": torque * speed_rad_s}
+    draws_by_result = {
+        "torque_n_m": torque,
+        "cage_slip": slip,
+        "power_w": torque * inner_speed_rad_s,
+    }
     columns: dict[str, FloatArray] = {}
     for name, drawn_values in draws_by_result.items():
         usable_values = np.where(has_enough_draws, drawn_values, 0.0)
@@ -492,7 +500,7 @@ def with_uncertainty(
         columns[f"{name}_upper"] = np.where(has_enough_draws, upper, np.nan)
     is_split = pd.Series(_is_split(slip, settings), calculated.index, dtype="boolean")
     return calculated.assign(
-        power_w=calculated["torque_n_m"] * speed_rad_s,
+        power_w=calculated["torque_n_m"] * inner_speed_rad_s,
         **columns,
         draws_split=is_split.where(has_enough_draws),
         draws_lost=np.where(was_drawn, (~has_equilibrium).sum(axis=0), np.nan),
