@@ -28,13 +28,16 @@ def test_a_curve_with_two_folds_is_crossed_at_all_three_roots():
 def test_every_curve_is_followed_by_itself():
     starts = np.array([[-2.5], [-3.0], [-2.2]])
     level = cubic(starts, np.zeros(3), np.arange(3))[:, 0]
-    together = trace(cubic, starts, np.ones((3, 1)), level, 0.0, -100.0, 5.0)
-    assert together.point_index.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
-    for number in range(3):
-        row = slice(number, number + 1)
-        alone = trace(cubic, starts[row], ONE, level[row], 0.0, -100.0, 5.0)
+    crossings_together = trace(cubic, starts, np.ones((3, 1)), level, 0.0, -100.0, 5.0)
+    assert crossings_together.point_index.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    for curve_index in range(3):
+        curve_slice = slice(curve_index, curve_index + 1)
+        crossings_alone = trace(
+            cubic, starts[curve_slice], ONE, level[curve_slice], 0.0, -100.0, 5.0
+        )
         np.testing.assert_array_equal(
-            together.unknowns[together.point_index == number], alone.unknowns
+            crossings_together.unknowns[crossings_together.point_index == curve_index],
+            crossings_alone.unknowns,
         )
 
 
