@@ -68,35 +68,41 @@ def of_advice(campaign: str) -> dict[str, Any]:
     band = table(campaign, "advice_band")
     band["share"] = band["agreeing_points"] / band["operating_points"]
     judged = table(campaign, "slip_advice")["judgement"].value_counts()
-    others = ("heats more", "slips more", "rule has none")
-    found = dict.fromkeys(others, 0) | dict(judged)
-    best = stays_best(table(campaign, "cage_slip"), STAYS_BEST_SHARE)
-    found |= {"mapped": len(best), "surely": best["surely"].sum(), "no_film": judged["no film"]}
+    wrong_judgements = ("heats more", "slips more", "rule has none")
+    number_by_name = dict.fromkeys(wrong_judgements, 0) | dict(judged)
+    stability = stays_best(table(campaign, "cage_slip"), STAYS_BEST_SHARE)
+    number_by_name |= {
+        "mapped": len(stability),
+        "surely": stability["surely"].sum(),
+        "no_film": judged["no film"],
+    }
     by_truth = table(campaign, "slip_advice")["true_judgement"].value_counts()
     by_truth = by_truth.drop(list(NO_CHOICE), errors="ignore")
-    found |= {f"true_{other}": by_truth.get(other, 0) for other in others}
-    found["true_rules"] = (by_truth.get("agree", 0), by_truth.sum())
-    found["true_rules_without"] = advice_without_doubtful(campaign)
-    found |= {f"true_{oil}": count for oil, count in good_by_truth(campaign).items()}
-    found |= variance_of_torque(campaign)
+    number_by_name |= {
+        f"true_{judgement}": by_truth.get(judgement, 0) for judgement in wrong_judgements
+    }
+    number_by_name["true_rules"] = (by_truth.get("agree", 0), by_truth.sum())
+    number_by_name["true_rules_without"] = advice_without_doubtful(campaign)
+    number_by_name |= {f"true_{oil}": count for oil, count in good_by_truth(campaign).items()}
+    number_by_name |= variance_of_torque(campaign)
     of_truth = band[band["traction"] == "truth"].groupby("choice")["share"]
-    found |= {f"true_band_{choice}": span(share) for choice, share in of_truth}
+    number_by_name |= {f"true_band_{choice}": span(share) for choice, share in of_truth}
     band = band[band["traction"] == "law"]
     for choice, rows in band.groupby("choice"):
         as_set = rows.loc[rows["rule_order"] == "as set", "share"]
-        counts = rows.iloc[0][["agreeing_points", "operating_points"]]
+        agreeing_and_all = rows.iloc[0][["agreeing_points", "operating_points"]]
         name = f"oil{choice}" if choice.isdigit() else choice
-        found[name] = (*counts, span(rows["share"]), span(as_set))
-    return found
+        number_by_name[name] = (*agreeing_and_all, span(rows["share"]), span(as_set))
+    return number_by_name
 
 
 def true_slips(campaign: str) -> pd.DataFrame:
     """The map of cage slip by the true traction, with the pressures of the contacts."""
-    by_law, truth = table(campaign, "cage_slip"), table(campaign, "true_cage_slip")
+    by_law, by_truth = table(campaign, "cage_slip"), table(campaign, "true_cage_slip")
     # the rules take the pressures from the map by the law; traction hardly changes them
     pressures = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
     keys = ["oil", *OPERATING_POINT_COLUMNS]
-    return truth.merge(by_law[[*keys, *pressures]], on=keys, validate="one_to_one")
+    return by_truth.merge(by_law[[*keys, *pressures]], on=keys, validate="one_to_one")
 
 
 def good_by_truth(campaign: str) -> "pd.Series[int]":
@@ -111,13 +117,13 @@ def good_by_truth(campaign: str) -> "pd.Series[int]":
 def variance_of_torque(campaign: str) -> dict[str, float]:
     """Medians of the shares of variance, and of the standard uncertainty of the torque."""
     shares = table(campaign, "variance_shares")
-    point = ["oil", "inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
-    of_law = shares[shares["variance_cause"].isin(("law", "runs", "rig"))]
-    by_drag = shares[shares["variance_cause"] == "oil_volume_fraction"]
+    point_columns = ["oil", "inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
+    shares_of_law = shares[shares["variance_cause"].isin(("law", "runs", "rig"))]
+    shares_of_drag = shares[shares["variance_cause"] == "oil_volume_fraction"]
     torque = table(campaign, "torque").query("load_variable == 'stress'")
     return {
-        "law_variance": 100 * of_law.groupby(point)["torque_share"].sum().median(),
-        "drag_variance": 100 * by_drag["torque_share"].median(),
+        "law_variance": 100 * shares_of_law.groupby(point_columns)["torque_share"].sum().median(),
+        "drag_variance": 100 * shares_of_drag["torque_share"].median(),
         "torque_known": 100 * (torque["torque_n_m_uncertainty"] / torque["torque_n_m"]).median(),
     }
 
@@ -126,9 +132,9 @@ def advice_without_doubtful(campaign: str) -> str:
     """By the true traction: where the rules name the best oil, both without the doubtful oil."""
     settings = resolve(ROOT / "config", {"campaign": campaign})
     truth = true_slips(campaign)
-    others = truth[truth["oil"] != DOUBTFUL]
+    truth_of_others = truth[truth["oil"] != DOUBTFUL]
     selection = without_oil(study_settings(settings).selection, DOUBTFUL)
-    judged = advise(others, selection, settings.gates.lambda_limit)
+    judged = advise(truth_of_others, selection, settings.gates.lambda_limit)
     decided = judged[~judged["judgement"].isin(NO_CHOICE)]
     return f"{(decided['judgement'] == 'agree').sum()} of {len(decided)}"
 
@@ -157,12 +163,12 @@ def advice_of_a_rigid_bearing(campaign: str) -> dict[str, Any]:
 _TRUE_PROBLEM = true_bearing.true_problem
 
 
-def _rigid_problem(settings: Settings, oil: str, *others: Any) -> FrictionProblem:
+def _rigid_problem(settings: Settings, oil_name: str, *other_arguments: Any) -> FrictionProblem:
     """The problem of `true_problem` without what its uncertain inputs add."""
-    problem = _TRUE_PROBLEM(settings, oil, *others)
+    problem = _TRUE_PROBLEM(settings, oil_name, *other_arguments)
     bearing = settings.bearing
     flooded = Lubrication.flooded(
-        settings.known_oil(oil),
+        settings.known_oil(oil_name),
         problem.lubrication.inlet_temperature_c,
         bearing.drag_coefficient,
         bearing.oil_volume_fraction,
@@ -170,10 +176,12 @@ def _rigid_problem(settings: Settings, oil: str, *others: Any) -> FrictionProble
     return replace(problem, points=replace(problem.points, growth=None), lubrication=flooded)
 
 
-def without_oil(selection: SelectionSettings, oil: str) -> SelectionSettings:
+def without_oil(selection: SelectionSettings, oil_name: str) -> SelectionSettings:
     """The rules without one oil among those that they prefer."""
     rules = [
-        rule.model_copy(update={"prefer": [other for other in rule.prefer if other != oil]})
+        rule.model_copy(
+            update={"prefer": [preferred for preferred in rule.prefer if preferred != oil_name]}
+        )
         for rule in selection.rules
     ]
     return selection.model_copy(update={"rules": rules})
@@ -211,16 +219,18 @@ def order_by_signs() -> dict[str, Any]:
     """
     settings = resolve(ROOT / "config", {"campaign": "demo"})
     printed = load(reference_file("printed_coefficients"), PrintedCoefficients)
-    choices = [list(_sign_choices(printed, oil)) for oil in printed.falling_viscosity]
+    constants_by_signs_of_oils = [
+        list(_sign_choices(printed, oil)) for oil in printed.falling_viscosity
+    ]
     shares = []
-    for chosen in itertools.product(*choices):
-        constants = dict(zip(printed.falling_viscosity, chosen, strict=True))
+    for constants_of_oils in itertools.product(*constants_by_signs_of_oils):
+        constants = dict(zip(printed.falling_viscosity, constants_of_oils, strict=True))
         view = printed_evidence(constants, settings)
-        drawn = replace(view, grid=grid_of_box(settings, "extrapolated"))
-        shares.append(check("viscosity-order", drawn).share)
+        view_of_figures = replace(view, grid=grid_of_box(settings, "extrapolated"))
+        shares.append(check("viscosity-order", view_of_figures).share)
     heavy_gpa = np.linspace(2.0, 2.5, 6)
-    heavy = grid_of_box(settings, "extrapolated").with_levels(max_hertz_pressure_gpa=heavy_gpa)
-    mu = replace(printed_evidence(printed.constants(), settings), grid=heavy).mu_by_viscosity()
+    heavy_grid = grid_of_box(settings, "extrapolated").with_levels(max_hertz_pressure_gpa=heavy_gpa)
+    mu = replace(printed_evidence(printed.constants(), settings), grid=heavy_grid).mu_by_viscosity()
     assert (mu[-1] > mu[:-1].max(axis=0)).all()  # "from 2 GPa on 4010 has the most traction"
     return {"in_order": span(pd.Series(shares)), "sign_sets": len(shares)}
 
@@ -238,24 +248,27 @@ def largest_order(kept_share: float) -> float:
     """
     settings = resolve(ROOT / "config", {"campaign": "demo"})
     printed = load(reference_file("printed_coefficients"), PrintedCoefficients)
-    scored = demo("signs")
-    keeping = scored[(scored[_TRENDS] >= kept_share).all(axis="columns")]
-    mu = []
+    sign_sets = demo("signs")
+    sets_that_keep_trends = sign_sets[(sign_sets[_TRENDS] >= kept_share).all(axis="columns")]
+    mu_of_oils = []
     for oil in printed.falling_viscosity:
-        size = np.abs(printed.constants()[oil])
-        of_sets = []
-        for signs in keeping.loc[keeping["oil"] == oil, "signs"]:
+        constant_sizes = np.abs(printed.constants()[oil])
+        mu_of_sets = []
+        for signs in sets_that_keep_trends.loc[sets_that_keep_trends["oil"] == oil, "signs"]:
             # A0 < 0 and B0, C0 > 0 are stated; the set has the nine exponents
             exponents = np.array([1 if sign == "+" else -1 for sign in signs]).reshape(3, 3)
-            signed = np.column_stack([[-1, 1, 1], exponents]).ravel() * size
-            view = printed_evidence({oil: signed}, settings)
-            of_sets.append(replace(view, grid=grid_of_box(settings, "extrapolated")).mu().ravel())
-        mu.append(np.array(of_sets))
-    first, second, third = mu
+            constants = np.column_stack([[-1, 1, 1], exponents]).ravel() * constant_sizes
+            view = printed_evidence({oil: constants}, settings)
+            mu_of_sets.append(
+                replace(view, grid=grid_of_box(settings, "extrapolated")).mu().ravel()
+            )
+        mu_of_oils.append(np.array(mu_of_sets))
+    mu_of_4102, mu_of_4050, mu_of_4010 = mu_of_oils
     shares = [
-        (first > of_set).astype(float) @ (of_set > third).astype(float).T for of_set in second
+        (mu_of_4102 > mu_of_set).astype(float) @ (mu_of_set > mu_of_4010).astype(float).T
+        for mu_of_set in mu_of_4050
     ]
-    return 100 * float(np.max(shares)) / first.shape[1]
+    return 100 * float(np.max(shares)) / mu_of_4102.shape[1]
 
 
 def _sign_choices(printed: PrintedCoefficients, oil: str) -> Iterator[FloatArray]:
@@ -274,85 +287,96 @@ def of_claims() -> dict[str, Any]:
     claims, numbers = demo("claims"), demo("claim_numbers")
     verdicts = claims.pivot(index="claim", columns="basis", values="verdict")
     shares = claims.pivot(index="claim", columns="basis", values="share")
-    of_print = numbers.query("basis == 'printed'").set_index(["claim", "number", "oil"])["value"]
+    printed_number = numbers.query("basis == 'printed'").set_index(["claim", "number", "oil"])[
+        "value"
+    ]
     # in words, under "What holds"
-    always = ("linear-start", "falls-with-speed", "earlier-plateau")
-    assert (verdicts.loc[[*always], "printed"] == "holds").all()
-    assert of_print["rises-with-stress", "always", ""] == 1
-    assert of_print["rises-with-stress", "share_tested", ""] == 1
+    always_held = ("linear-start", "falls-with-speed", "earlier-plateau")
+    assert (verdicts.loc[[*always_held], "printed"] == "holds").all()
+    assert printed_number["rises-with-stress", "always", ""] == 1
+    assert printed_number["rises-with-stress", "share_tested", ""] == 1
     assert verdicts.at["rises-with-stress", "undoubted"] == "holds"
-    assert of_print["full-film", "full", ""] == of_print["full-film", "central", ""] == 1
+    assert (
+        printed_number["full-film", "full", ""] == printed_number["full-film", "central", ""] == 1
+    )
     assert shares.at["speed-mutes-temperature", "printed"] == 1
     assert verdicts.at["heavy-load-grips", "refit"] == "holds"
-    in_thermal = thermal("claims").query("basis == 'refit'").set_index("claim")
-    of_thermal = thermal("claim_numbers").query("basis == 'refit'")
-    of_thermal = of_thermal.set_index(["claim", "number", "oil"])["value"]
-    assert in_thermal.at["wang-deng-zero", "verdict"] == "holds"
+    thermal_claims = thermal("claims").query("basis == 'refit'").set_index("claim")
+    thermal_number = thermal("claim_numbers").query("basis == 'refit'")
+    thermal_number = thermal_number.set_index(["claim", "number", "oil"])["value"]
+    assert thermal_claims.at["wang-deng-zero", "verdict"] == "holds"
     guidelines = ["load-suppresses-slip", "light-load-4102", "heavy-load-4010"]
-    assert (in_thermal.loc[guidelines, "share"] == 1).all()
-    assert (in_thermal.loc[guidelines, "verdict"] == "holds").all()
-    failing = in_thermal.index[in_thermal["verdict"] == "fails"]
-    words = {"rises-with-slip", "hot-convergence", "wang-deng-overfit", "extrapolates"}
-    assert set(failing) == words | {"properties-not-needed"}, failing
+    assert (thermal_claims.loc[guidelines, "share"] == 1).all()
+    assert (thermal_claims.loc[guidelines, "verdict"] == "holds").all()
+    failing = thermal_claims.index[thermal_claims["verdict"] == "fails"]
+    named_in_words = {"rises-with-slip", "hot-convergence", "wang-deng-overfit", "extrapolates"}
+    assert set(failing) == named_in_words | {"properties-not-needed"}, failing
     return {
         **verdict_counts(verdicts["printed"], ""),
-        **verdict_counts(in_thermal["verdict"], "hot_"),
-        "order_tested": 100 * of_print["viscosity-order", "share_tested", ""],
-        "hot_in_order": 100 * in_thermal.at["viscosity-order", "share"],
-        "hot_order_tested": 100 * of_thermal["viscosity-order", "share_tested", ""],
-        "hot_above_4102": 100 * of_thermal["viscosity-order", "above_next", "4102"],
-        "thick": 100 * of_print["full-film", "thick", ""],
-        "muted": 100 * of_print["speed-mutes-temperature", "relative", ""],
+        **verdict_counts(thermal_claims["verdict"], "hot_"),
+        "order_tested": 100 * printed_number["viscosity-order", "share_tested", ""],
+        "hot_in_order": 100 * thermal_claims.at["viscosity-order", "share"],
+        "hot_order_tested": 100 * thermal_number["viscosity-order", "share_tested", ""],
+        "hot_above_4102": 100 * thermal_number["viscosity-order", "above_next", "4102"],
+        "thick": 100 * printed_number["full-film", "thick", ""],
+        "muted": 100 * printed_number["speed-mutes-temperature", "relative", ""],
         "heavy_points": claims.query(_HEAVY)["cases"].item(),
     }
 
 
-def verdict_counts(verdicts: "pd.Series[str]", begins: str) -> dict[str, int]:
+def verdict_counts(verdicts: "pd.Series[str]", prefix: str) -> dict[str, int]:
     """How many claims hold, hold in part and fail."""
     counts = verdicts.value_counts()
     return {
-        f"{begins}claims_hold": counts["holds"] + counts["by construction"],
-        f"{begins}claims_in_part": counts["holds in part"],
-        f"{begins}claims_fail": counts["fails"],
+        f"{prefix}claims_hold": counts["holds"] + counts["by construction"],
+        f"{prefix}claims_in_part": counts["holds in part"],
+        f"{prefix}claims_fail": counts["fails"],
     }
 
 
 def of_demo() -> dict[str, Any]:
     """What is said of the printed law."""
     numbers = demo("claim_numbers").query("claim == 'viscosity-order' and basis == 'printed'")
-    above = numbers[numbers["number"] == "above_next"].set_index("oil")["value"]
+    share_above_next = numbers[numbers["number"] == "above_next"].set_index("oil")["value"]
     claims = demo("claims").pivot(index="claim", columns="basis", values=["verdict", "share"])
     verdicts = claims["verdict"].dropna(subset="undoubted")
-    changed = verdicts[verdicts["printed"] != verdicts["undoubted"]].agg(tuple, axis="columns")
-    assert set(changed.index) == {"viscosity-order", "rises-with-stress"}, changed  # in words
-    in_use = demo("signs").query("in_use").set_index("oil")
-    ranks = [in_use.loc[oil, ["rank", "rank_at_figures"]] for oil in ("4102", "4050", "4010")]
+    changed_verdicts = verdicts[verdicts["printed"] != verdicts["undoubted"]].agg(
+        tuple, axis="columns"
+    )
+    assert set(changed_verdicts.index) == {"viscosity-order", "rises-with-stress"}, (
+        changed_verdicts
+    )  # in words
+    sets_in_use = demo("signs").query("in_use").set_index("oil")
+    ranks = [sets_in_use.loc[oil, ["rank", "rank_at_figures"]] for oil in ("4102", "4050", "4010")]
     of_refit = demo("claim_numbers").query("basis == 'refit'")
     by_number = of_refit.set_index(["claim", "number", "oil"])["value"].sort_index()
-    fits = demo("coefficients").query("law == @PAPER_LAW")
+    coefficients = demo("coefficients").query("law == @PAPER_LAW")
     constants = load(reference_file("printed_coefficients"), PrintedCoefficients).constants()
-    planted = np.concatenate([constants[oil] for oil in fits["oil"].unique()])
-    errors = fits["value"] - planted
-    assert (errors.abs() <= 3 * fits["standard_error"]).all()  # in words
-    ratio = span(fits["standard_error"] / fits["naive_standard_error"], factor=1)
+    planted = np.concatenate([constants[oil] for oil in coefficients["oil"].unique()])
+    errors = coefficients["value"] - planted
+    assert (errors.abs() <= 3 * coefficients["standard_error"]).all()  # in words
+    ratio = span(coefficients["standard_error"] / coefficients["naive_standard_error"], factor=1)
     assert ratio == "2 to 7", ratio  # in words on both pages
-    wang = demo("fit_quality").query("law.str.startswith('wang')")
-    assert (len(wang), wang["certified"].any()) == (9, False)
-    zero, on_load = wang["zero_slip_traction"].abs(), wang["law"] != "wang-deng-groups"
+    wang_deng_fits = demo("fit_quality").query("law.str.startswith('wang')")
+    assert (len(wang_deng_fits), wang_deng_fits["certified"].any()) == (9, False)
+    mu_at_zero_slip, is_on_load = (
+        wang_deng_fits["zero_slip_traction"].abs(),
+        wang_deng_fits["law"] != "wang-deng-groups",
+    )
     slips = demo("cage_slip").query("0.15 <= cage_slip <= 0.8")
     return {
         "naive_ratio": ratio,
         "ranks": "{}, {} and {}".format(*(rank["rank"] for rank in ranks)),
         "ranks_at_figures": "{}, {} and {}".format(*(rank["rank_at_figures"] for rank in ranks)),
-        **{f"above_{oil}": f"{100 * above[oil]:.0f}" for oil in ("4102", "4050")},
+        **{f"above_{oil}": f"{100 * share_above_next[oil]:.0f}" for oil in ("4102", "4050")},
         "undoubted_order": f"{100 * claims.loc['viscosity-order', ('share', 'undoubted')]:.0f}",
         "curves": 100 * claims.loc["uniquely-determined", ("share", "refit")],
         "curve_error": span(by_number["uniquely-determined", "curve_error"], 1),
         "suppressed": 100 * claims.loc["load-suppresses-slip", ("share", "refit")],
         "slip_at_2_gpa": 100 * demo("claims").query(_HEAVY)["worst_value"].item(),
         "slipping_light": 100 * (1 - by_number["heavy-load-grips", "light", ""]),
-        "zero_on_load": zero[on_load].max(),
-        "zero_of_groups": zero[~on_load].max(),
+        "zero_on_load": mu_at_zero_slip[is_on_load].max(),
+        "zero_of_groups": mu_at_zero_slip[~is_on_load].max(),
         "race_slip": span(slips["inner_slide_roll_ratio"] / slips["cage_slip"], 2, 1),
     }
 
@@ -366,23 +390,25 @@ def of_bearing() -> dict[str, Any]:
     heat["fall"] = 1 - heat["heated_torque_n_m"] / heat["torque_n_m"]
     heat["warmer_k"] = heat["outlet_temperature_c"] - heat["inlet_temperature_c"]
     heat["inner_speed_rpm"] = heat["inner_speed_rpm"].round(-2)
-    of_logs, of_map = heat[heat["run_id"] != ""], heat[heat["run_id"] == ""]
-    points = of_map.groupby(["inner_speed_rpm", "axial_load_n"])[["best_oil", "heated_best_oil"]]
-    oils = points.first()
+    heat_of_logs, heat_of_map = heat[heat["run_id"] != ""], heat[heat["run_id"] == ""]
+    points = heat_of_map.groupby(["inner_speed_rpm", "axial_load_n"])[
+        ["best_oil", "heated_best_oil"]
+    ]
+    best_oil_of_point = points.first()
     cage_slip = demo("cage_slip")
     shares = demo("variance_shares").groupby("variance_cause")[["torque_share", "slip_share"]]
     return {
         "slow_momentum": span(momentum[speed_rpm == 3000]),
         "fast_momentum": span(momentum[speed_rpm == 12000]),
-        "hottest": of_logs["heat_w"].max() / 1000,
-        "warmer": of_logs["warmer_k"].max(),
-        "fast_fall": span(of_logs.loc[of_logs["inner_speed_rpm"] == 12000, "fall"]),
-        "slow_fall": 100 * of_logs.loc[of_logs["inner_speed_rpm"] == 3000, "fall"].max(),
-        "outlet": span(of_map["outlet_temperature_c"], factor=1),
-        "outlet_median": of_map["outlet_temperature_c"].median(),
-        "map_fall": 100 * of_map["fall"].max(),
-        "other_best": (oils["best_oil"] != oils["heated_best_oil"]).sum(),
-        "map_points": len(oils),
+        "hottest": heat_of_logs["heat_w"].max() / 1000,
+        "warmer": heat_of_logs["warmer_k"].max(),
+        "fast_fall": span(heat_of_logs.loc[heat_of_logs["inner_speed_rpm"] == 12000, "fall"]),
+        "slow_fall": 100 * heat_of_logs.loc[heat_of_logs["inner_speed_rpm"] == 3000, "fall"].max(),
+        "outlet": span(heat_of_map["outlet_temperature_c"], factor=1),
+        "outlet_median": heat_of_map["outlet_temperature_c"].median(),
+        "map_fall": 100 * heat_of_map["fall"].max(),
+        "other_best": (best_oil_of_point["best_oil"] != best_oil_of_point["heated_best_oil"]).sum(),
+        "map_points": len(best_oil_of_point),
         "no_interval": cage_slip["torque_n_m_lower"].isna().sum(),
         "map_rows": len(cage_slip),
         "variance": 100 * shares.median(),
@@ -392,60 +418,86 @@ def of_bearing() -> dict[str, Any]:
 def errors_of_law(campaign: str) -> dict[str, str]:
     """Rms errors of the paper's law: of the fit, and beyond the tested box, by oil."""
     quality, truth = table(campaign, "fit_quality"), table(campaign, "extrapolation")
-    own, at = quality[quality["law"] == PAPER_LAW], truth[truth["law"] == PAPER_LAW]
-    assert own["certified"].all()
-    beyond = at[at["beyond"].map(len) > 0].groupby("oil")
+    fits_of_law, predictions_of_law = (
+        quality[quality["law"] == PAPER_LAW],
+        truth[truth["law"] == PAPER_LAW],
+    )
+    assert fits_of_law["certified"].all()
+    predictions_beyond = predictions_of_law[predictions_of_law["beyond"].map(len) > 0].groupby(
+        "oil"
+    )
     return {
-        "own_rms": span(own["relative_rms"]),
-        "beyond_rms": span(pd.Series({oil: relative_rms(rows) for oil, rows in beyond})),
+        "own_rms": span(fits_of_law["relative_rms"]),
+        "beyond_rms": span(
+            pd.Series({oil: relative_rms(rows) for oil, rows in predictions_beyond})
+        ),
     }
 
 
 def of_thermal() -> dict[str, Any]:
     """What is said of laws where none is true."""
     quality, truth = thermal("fit_quality"), thermal("extrapolation")
-    at = truth[truth["law"] == PAPER_LAW]
-    off = at[at["figure"] == "fig07"].eval("traction_coefficient / true_traction_coefficient - 1")
-    mean = 100 * off.groupby(at["slide_roll_ratio"].round(2)).mean()
-    inside = {
-        name: at["true_traction_coefficient"].between(at[f"{name}_lower"], at[f"{name}_upper"])
+    predictions = truth[truth["law"] == PAPER_LAW]
+    relative_error = predictions[predictions["figure"] == "fig07"].eval(
+        "traction_coefficient / true_traction_coefficient - 1"
+    )
+    mean_error_of_slip = (
+        100 * relative_error.groupby(predictions["slide_roll_ratio"].round(2)).mean()
+    )
+    is_inside_by_interval = {
+        name: predictions["true_traction_coefficient"].between(
+            predictions[f"{name}_lower"], predictions[f"{name}_upper"]
+        )
         for name in ("mean_ci", "obs_ci")
     }
-    is_supported = at["obs_ci_lower"].notna()
-    inside["obs_ci"] = inside["obs_ci"][is_supported]
-    inside["supported"] = is_supported
-    laws = thermal("extrapolation_errors").set_index("law")
-    laws = laws[["inside_relative_rms", "beyond_relative_rms"]]
-    others = laws.drop(["eyring", "rational-viscosity"])
-    end_out = quality.groupby("law")["temperature_end_out_relative_rms"]
+    is_supported = predictions["obs_ci_lower"].notna()
+    is_inside_by_interval["obs_ci"] = is_inside_by_interval["obs_ci"][is_supported]
+    is_inside_by_interval["supported"] = is_supported
+    rms_of_law = thermal("extrapolation_errors").set_index("law")
+    rms_of_law = rms_of_law[["inside_relative_rms", "beyond_relative_rms"]]
+    rms_of_other_laws = rms_of_law.drop(["eyring", "rational-viscosity"])
+    end_out_rms_of_law = quality.groupby("law")["temperature_end_out_relative_rms"]
     with_exponential, on_viscosity = (
-        span(end_out.get_group(law)) for law in ("deng-exponential", "rational-viscosity")
+        span(end_out_rms_of_law.get_group(law))
+        for law in ("deng-exponential", "rational-viscosity")
     )
     unique = thermal("claims").query("claim == 'uniquely-determined' and basis == 'refit'")
     left_out = quality["left_out_rmse"] * quality["relative_rms"] / quality["rmse"]
-    of_law = left_out.groupby(quality["law"])
-    wang = quality[quality["law"].str.startswith("wang")]
-    zero, critical = wang["zero_slip_traction"].abs(), wang["law"] == "wang-deng-critical-load"
+    left_out_rms_of_law = left_out.groupby(quality["law"])
+    wang_deng_fits = quality[quality["law"].str.startswith("wang")]
+    mu_at_zero_slip, is_critical_load = (
+        wang_deng_fits["zero_slip_traction"].abs(),
+        wang_deng_fits["law"] == "wang-deng-critical-load",
+    )
     growth = quality.assign(growth=quality["left_out_rmse"] / quality["rmse"])
-    of_own = growth[growth["law"] == PAPER_LAW].set_index("oil")["growth"]
-    more = wang["oil"].map(of_own).rdiv(growth.loc[wang.index, "growth"]).max() - 1
-    assert more < 0.01, more  # "within 1 %"
+    growth_of_paper_law = growth[growth["law"] == PAPER_LAW].set_index("oil")["growth"]
+    excess_growth = (
+        wang_deng_fits["oil"]
+        .map(growth_of_paper_law)
+        .rdiv(growth.loc[wang_deng_fits.index, "growth"])
+        .max()
+        - 1
+    )
+    assert excess_growth < 0.01, excess_growth  # "within 1 %"
     return {
-        **{"low": -mean[0.04], "high": mean[0.3]},
-        **{name: 100 * share.mean() for name, share in inside.items()},
-        "end_out": span(end_out.get_group(PAPER_LAW)),
+        **{"low": -mean_error_of_slip[0.04], "high": mean_error_of_slip[0.3]},
+        **{name: 100 * share.mean() for name, share in is_inside_by_interval.items()},
+        "end_out": span(end_out_rms_of_law.get_group(PAPER_LAW)),
         "end_out_exponential": with_exponential,
         "end_out_viscosity": on_viscosity,
-        "viscosity": 100 * laws.loc["rational-viscosity"].to_numpy(),
+        "viscosity": 100 * rms_of_law.loc["rational-viscosity"].to_numpy(),
         "hot_curves": 100 * unique["share"].item(),
-        "left_out": span(of_law.get_group(PAPER_LAW)),
-        "left_out_viscosity": span(of_law.get_group("rational-viscosity")),
-        "left_out_groups": span(of_law.get_group("wang-deng-groups")),
-        "eyring": 100 * laws.loc["eyring"].to_numpy(),
-        "critical": 100 * laws.loc["wang-deng-critical-load"].to_numpy(),
-        "others_inside": span(others.iloc[:, 0]),
-        "others_beyond": span(others.drop("wang-deng-critical-load").iloc[:, 1]),
-        **{"hot_zero": zero[~critical].max(), "hot_zero_critical": zero[critical].max()},
+        "left_out": span(left_out_rms_of_law.get_group(PAPER_LAW)),
+        "left_out_viscosity": span(left_out_rms_of_law.get_group("rational-viscosity")),
+        "left_out_groups": span(left_out_rms_of_law.get_group("wang-deng-groups")),
+        "eyring": 100 * rms_of_law.loc["eyring"].to_numpy(),
+        "critical": 100 * rms_of_law.loc["wang-deng-critical-load"].to_numpy(),
+        "others_inside": span(rms_of_other_laws.iloc[:, 0]),
+        "others_beyond": span(rms_of_other_laws.drop("wang-deng-critical-load").iloc[:, 1]),
+        **{
+            "hot_zero": mu_at_zero_slip[~is_critical_load].max(),
+            "hot_zero_critical": mu_at_zero_slip[is_critical_load].max(),
+        },
     }
 
 
@@ -454,7 +506,10 @@ def of_torque(campaign: str) -> dict[str, Any]:
     rows = without_bistable(table(campaign, "torque"))
     truth = table(campaign, "torque_truth", "twin")
     # levels of speed are thousands of rpm apart
-    truth, rows = (each.assign(speed=each["inner_speed_rpm"].round(-3)) for each in (truth, rows))
+    truth, rows = (
+        torque_rows.assign(speed=torque_rows["inner_speed_rpm"].round(-3))
+        for torque_rows in (truth, rows)
+    )
     keys = ["run_id", "speed"]
     rows = rows.merge(truth, on=keys, suffixes=("", "_true"), validate="many_to_one")
     rows = rows.assign(
@@ -462,39 +517,51 @@ def of_torque(campaign: str) -> dict[str, Any]:
         part=100 * (rows["traction_torque_n_m"] / rows["traction_torque_n_m_true"] - 1).abs(),
         own=(rows["torque_n_m"] / rows["torque_n_m_true"] - 1).abs(),
     )
-    found: dict[str, Any] = {}
-    for variable, here in rows.groupby("load_variable"):
-        ends = [f(here[name]) for name in ("error", "part") for f in (pd.Series.median, max)]
-        found[str(variable)] = (*ends, 100 * (here["error"] <= 3.79).mean())
-        judged = here[here["verdict"] != "not known"]
-        refuted = judged["verdict"] == "not compatible"
-        found[f"{variable}_refuted"] = (refuted.sum(), len(judged))
-        found[f"{variable}_refuted_doubtful"] = (refuted & (judged["oil"] == DOUBTFUL)).sum()
-        found[f"{variable}_unrefuted"] = (~refuted).sum()
-        found[f"{variable}_unrefuted_part"] = judged.loc[~refuted, "part"].median()
-        assert refuted.mean() <= 0.25, (campaign, variable)  # "a quarter of the tests at most"
-    others = rows[rows["load_variable"] != "stress"]
-    found["largest_load_error"] = others["error"].max()
+    number_by_name: dict[str, Any] = {}
+    for variable, rows_of_variable in rows.groupby("load_variable"):
+        medians_and_largest = [
+            f(rows_of_variable[name]) for name in ("error", "part") for f in (pd.Series.median, max)
+        ]
+        number_by_name[str(variable)] = (
+            *medians_and_largest,
+            100 * (rows_of_variable["error"] <= 3.79).mean(),
+        )
+        judged = rows_of_variable[rows_of_variable["verdict"] != "not known"]
+        is_refuted = judged["verdict"] == "not compatible"
+        number_by_name[f"{variable}_refuted"] = (is_refuted.sum(), len(judged))
+        number_by_name[f"{variable}_refuted_doubtful"] = (
+            is_refuted & (judged["oil"] == DOUBTFUL)
+        ).sum()
+        number_by_name[f"{variable}_unrefuted"] = (~is_refuted).sum()
+        number_by_name[f"{variable}_unrefuted_part"] = judged.loc[~is_refuted, "part"].median()
+        assert is_refuted.mean() <= 0.25, (campaign, variable)  # "a quarter of the tests at most"
+    rows_of_load_laws = rows[rows["load_variable"] != "stress"]
+    number_by_name["largest_load_error"] = rows_of_load_laws["error"].max()
     by_stress = rows[rows["load_variable"] == "stress"]
     for cause in ("traction", "rolling"):
         share = by_stress[f"{cause}_torque_n_m"] / by_stress["torque_n_m"]
-        found[f"{cause}_share"] = span(share)
-        found[f"{cause}_median"] = 100 * share.median()
-    own = rows[rows["load_variable"] == "stress"].groupby("oil")["own"]
-    return found | {"own_medians": span(own.median(), 2), "own_worst": 100 * own.max().max()}
+        number_by_name[f"{cause}_share"] = span(share)
+        number_by_name[f"{cause}_median"] = 100 * share.median()
+    own_error_of_oil = rows[rows["load_variable"] == "stress"].groupby("oil")["own"]
+    return number_by_name | {
+        "own_medians": span(own_error_of_oil.median(), 2),
+        "own_worst": 100 * own_error_of_oil.max().max(),
+    }
 
 
 def main() -> int:
     numbers = of_claims() | of_demo() | of_bearing() | of_thermal() | order_by_signs()
     numbers["order_keeping_trends"] = largest_order(_KEPT_SHARE)
     numbers["order_by_any_signs"] = largest_order(0.0)
-    for campaign, begins in CAMPAIGNS.items():
-        found = of_advice(campaign) | of_torque(campaign) | advice_of_a_rigid_bearing(campaign)
-        found |= errors_of_law(campaign) | of_map(campaign)
-        numbers |= {f"{begins}{name}": value for name, value in found.items()}
-    wanted = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))
+    for campaign, prefix in CAMPAIGNS.items():
+        numbers_of_campaign = (
+            of_advice(campaign) | of_torque(campaign) | advice_of_a_rigid_bearing(campaign)
+        )
+        numbers_of_campaign |= errors_of_law(campaign) | of_map(campaign)
+        numbers |= {f"{prefix}{name}": value for name, value in numbers_of_campaign.items()}
+    texts_of_pages = yaml.safe_load(Path(__file__).with_suffix(".yaml").read_text(encoding="utf-8"))
     wrong = []
-    for page, texts in wanted.items():
+    for page, texts in texts_of_pages.items():
         content = " ".join(PAGES[page].read_text("utf-8").split())
         stated = (text.format_map(numbers) for text in texts)
         wrong += [

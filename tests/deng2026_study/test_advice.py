@@ -101,8 +101,8 @@ def test_two_limits_of_slip_are_refused() -> None:
     limit = {"bearing": {"cage_slip": {"slip_limit": 0.1}}}
     with pytest.raises(OilfilmError, match=r"demo\.yaml.* 0\.15 .* 0\.1 "):
         resolve(ROOT / "config", {"campaign": "demo", **limit})
-    both = {"studies": {NAME: {"selection": {"limits": {"slip_limit": 0.1}}}}, **limit}
-    settings = resolve(ROOT / "config", {"campaign": "demo", **both})
+    both_limits = {"studies": {NAME: {"selection": {"limits": {"slip_limit": 0.1}}}}, **limit}
+    settings = resolve(ROOT / "config", {"campaign": "demo", **both_limits})
     assert study_settings(settings).selection.limits.slip_limit == 0.1
 
 
@@ -132,12 +132,15 @@ def operating_point(
     temperature_c: float = 70.0,
 ) -> list[dict[str, Any]]:
     """One operating point with each oil; by default the thinner oil has less torque."""
-    about = {"bearing": "any", "inlet_temperature_c": temperature_c, "axial_load_n": 1e4}
-    about |= {"pitch_speed_mm_rpm": 1e6 * number, "inner_speed_rpm": 6000.0 * number}
-    about |= {"inner_max_hertz_pressure_gpa": pressure_gpa, "outer_max_hertz_pressure_gpa": 0.5}
+    columns_of_point = {"bearing": "any", "inlet_temperature_c": temperature_c, "axial_load_n": 1e4}
+    columns_of_point |= {"pitch_speed_mm_rpm": 1e6 * number, "inner_speed_rpm": 6000.0 * number}
+    columns_of_point |= {
+        "inner_max_hertz_pressure_gpa": pressure_gpa,
+        "outer_max_hertz_pressure_gpa": 0.5,
+    }
     names = ("oil", "cage_slip", "torque_n_m", "lambda_ratio")
     of_oils = zip(OILS, slip, torque, film, strict=True)
-    return [about | dict(zip(names, row, strict=True)) for row in of_oils]
+    return [columns_of_point | dict(zip(names, row, strict=True)) for row in of_oils]
 
 
 # slip of (4102, 4050, 4010), other numbers; then rule, advised oil, best oil, judgement
@@ -233,9 +236,9 @@ def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:
 def test_without_an_oil_of_the_rules_there_is_no_advice(config: Settings) -> None:
     rows = [row for row in operating_point((0.0, 0.0, 0.0)) if row["oil"] != "4050"]
     for slips in (pd.DataFrame(rows), tables.empty("cage_slip")):
-        made = advice_in_band([], CampaignTables.in_memory(cage_slip=slips), config)
-        assert made["slip_advice"].empty
-        assert made["advice_band"].empty
+        table_by_name = advice_in_band([], CampaignTables.in_memory(cage_slip=slips), config)
+        assert table_by_name["slip_advice"].empty
+        assert table_by_name["advice_band"].empty
 
 
 # ---------------------------------------------------------------- scenarios
@@ -252,18 +255,22 @@ def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_i
     band = advice_in_band(oils, results, small)["advice_band"]
     assert set(band["choice"]) == {BY_RULES, *OILS}
     assert set(band["rule_order"]) == {"as set", *study_settings(small).selection.band.rule_orders}
-    hot = small.with_changes({"bearing": {"cage_slip": {"inlet_temperature_c": 140}}})
-    half = study_settings(
-        with_study(hot, {"selection": {"limits": {"slip_limit": 0.075}}})
+    hot_settings = small.with_changes({"bearing": {"cage_slip": {"inlet_temperature_c": 140}}})
+    selection_of_half_limit = study_settings(
+        with_study(hot_settings, {"selection": {"limits": {"slip_limit": 0.075}}})
     ).selection
-    alone = advise(cage_slip_table(oils, hot), half, hot.gates.lambda_limit)
-    alone = alone[~alone["judgement"].isin(NO_CHOICE)]
+    advice_alone = advise(
+        cage_slip_table(oils, hot_settings),
+        selection_of_half_limit,
+        hot_settings.gates.lambda_limit,
+    )
+    advice_alone = advice_alone[~advice_alone["judgement"].isin(NO_CHOICE)]
     assert set(band["traction"]) == {"law"}
-    here = band[(band["rule_order"] == "as set") & (band["varied_limit"] == "slip_limit")]
-    here = here[here["inlet_temperature_c"] == 140].set_index("choice")
-    assert (here["operating_points"] == len(alone)).all()
-    assert here.at[BY_RULES, "agreeing_points"] == (alone["judgement"] == "agree").sum()
-    assert here.at["4050", "agreeing_points"] == _chosen(alone, "4050").sum()
+    band_rows = band[(band["rule_order"] == "as set") & (band["varied_limit"] == "slip_limit")]
+    band_rows = band_rows[band_rows["inlet_temperature_c"] == 140].set_index("choice")
+    assert (band_rows["operating_points"] == len(advice_alone)).all()
+    assert band_rows.at[BY_RULES, "agreeing_points"] == (advice_alone["judgement"] == "agree").sum()
+    assert band_rows.at["4050", "agreeing_points"] == _chosen(advice_alone, "4050").sum()
 
 
 def test_where_the_law_is_the_truth_both_have_one_band() -> None:
@@ -274,10 +281,14 @@ def test_where_the_law_is_the_truth_both_have_one_band() -> None:
     )
     oils = oils_in_bearings(*printed_fits(), small)
     results = CampaignTables.in_memory(cage_slip=cage_slip_table(oils, small))
-    made = advice_in_band(oils, results, small)
+    table_by_name = advice_in_band(oils, results, small)
     constants = {oil: np.array(values) for oil, values in printed().items()}
-    made = advice_by_truth(made["slip_advice"], made["advice_band"], results, small, constants)
-    by_traction = dict(list(made["advice_band"].drop(columns="bearing").groupby("traction")))
+    table_by_name = advice_by_truth(
+        table_by_name["slip_advice"], table_by_name["advice_band"], results, small, constants
+    )
+    by_traction = dict(
+        list(table_by_name["advice_band"].drop(columns="bearing").groupby("traction"))
+    )
     assert set(by_traction) == {"law", "truth"}
     of_law, of_truth = (
         by_traction[name].drop(columns="traction").reset_index(drop=True)

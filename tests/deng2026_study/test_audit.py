@@ -81,11 +81,11 @@ def test_every_claim_has_its_check() -> None:
 
 def test_linear_range_of_an_exponential_ends_by_algebra(judge: Judge, config: Settings) -> None:
     # B next to nothing: mu = |A| (1 - exp(-x)), x = C S; chord over slope is (1 - exp(-x))/x
-    end = brentq(lambda x: (1 - np.exp(-x)) / x - 0.9, 0.01, 1.0) / 30.0
+    end_of_linear_range = brentq(lambda x: (1 - np.exp(-x)) / x - 0.9, 0.01, 1.0) / 30.0
     finding = judge("linear-start", same(B0=1e-9), "tested")
-    np.testing.assert_allclose(finding.cases["value"], end, rtol=2e-3)
+    np.testing.assert_allclose(finding.cases["value"], end_of_linear_range, rtol=2e-3)
     assert finding.numbers["within"] == (
-        1.0 if end >= study_settings(config).audit.linear_to_slip else 0.0
+        1.0 if end_of_linear_range >= study_settings(config).audit.linear_to_slip else 0.0
     )
     # R2 of x and 1 - exp(-x) at 13 even steps to x = 0.3: 0.998
     assert finding.share == 1.0
@@ -93,16 +93,17 @@ def test_linear_range_of_an_exponential_ends_by_algebra(judge: Judge, config: Se
 
 @pytest.mark.parametrize(("slope", "rate"), [(0.5, 30.0), (0.05, 30.0), (0.4, 6.0), (2.0, 60.0)])
 def test_peak_lies_by_algebra(judge: Judge, config: Settings, slope: float, rate: float) -> None:
-    still = {f"{letter}{number}": 0.0 for letter in "ABC" for number in (1, 2, 3)}
-    finding = judge("peak-decline", same(B0=slope, C0=rate, **still), "tested")
-    peak = 1 / rate + 0.02 / slope
-    end = study_settings(config).printed.boxes.tested.slide_roll_ratio[1]
-    assert finding.numbers["peaks"] == float(peak < end)
-    if peak < end:
-        of_peak, of_end = (
-            (slope * slip - 0.02) * np.exp(-rate * slip) + 0.02 for slip in (peak, end)
+    without_exponents = {f"{letter}{number}": 0.0 for letter in "ABC" for number in (1, 2, 3)}
+    finding = judge("peak-decline", same(B0=slope, C0=rate, **without_exponents), "tested")
+    peak_slip = 1 / rate + 0.02 / slope
+    largest_slip = study_settings(config).printed.boxes.tested.slide_roll_ratio[1]
+    assert finding.numbers["peaks"] == float(peak_slip < largest_slip)
+    if peak_slip < largest_slip:
+        mu_at_peak, mu_at_end = (
+            (slope * slip - 0.02) * np.exp(-rate * slip) + 0.02
+            for slip in (peak_slip, largest_slip)
         )
-        np.testing.assert_allclose(finding.cases["value"], 1 - of_end / of_peak, atol=1e-3)
+        np.testing.assert_allclose(finding.cases["value"], 1 - mu_at_end / mu_at_peak, atol=1e-3)
 
 
 def test_linear_rise_has_an_r2_of_one_and_a_cubic_one_not(judge: Judge, config: Settings) -> None:
@@ -148,18 +149,18 @@ def test_order_of_planted_oils_and_reverse_are_found(judge: Judge, in_bearing: I
     ranks = judge("viscosity-order", right).numbers["commonest_rank"]
     assert ranks == {"4102": 1, "4050": 2, "4010": 3}
     # mu falls, and the difference of the oils with it: by (140/20)^-0.5
-    both = judge("hot-convergence", right)
-    np.testing.assert_allclose(both.cases["value"], 7**-0.5)
-    assert both.share == 1.0
+    convergence = judge("hot-convergence", right)
+    np.testing.assert_allclose(convergence.cases["value"], 7**-0.5)
+    assert convergence.share == 1.0
 
 
 def test_claim_on_the_figures_has_its_share_in_the_tested_box(config: Settings) -> None:
     # mu goes as A0 and B0, and here as P to A1 = B1: 1.2 P^0.6 is above P below 1.2^2.5 = 1.58 GPa
     oils = {"4102": planted(1.2, A1=0.6, B1=0.6), "4050": planted(), "4010": planted(0.8)}
-    made = audit(claims_of("viscosity-order"), [evidence_of(oils, config)])
+    table_by_name = audit(claims_of("viscosity-order"), [evidence_of(oils, config)])
     pressures = grid_of_box(config, "extrapolated").max_hertz_pressure_gpa
-    assert made["claims"]["share"].item() == pytest.approx(np.mean(pressures < 1.2**2.5))
-    numbers = made["claim_numbers"].set_index("number")["value"]
+    assert table_by_name["claims"]["share"].item() == pytest.approx(np.mean(pressures < 1.2**2.5))
+    numbers = table_by_name["claim_numbers"].set_index("number")["value"]
     assert numbers["share_tested"] == 1.0
 
 
@@ -176,15 +177,20 @@ def test_claim_about_no_place_is_open(
 ) -> None:
     # with no film thick enough anywhere the thinnest oil is not asked for either
     thick = {"gates": {"lambda_limit": 100}}
-    changed = with_study(config, {"selection": {"limits": limits}}).with_changes(thick)
-    (row,) = tables.rows(audit(claims_of(claim), [of_printed(printed(), changed)])["claims"])
+    changed_settings = with_study(config, {"selection": {"limits": limits}}).with_changes(thick)
+    (row,) = tables.rows(
+        audit(claims_of(claim), [of_printed(printed(), changed_settings)])["claims"]
+    )
     assert (row["verdict"], row["reason_code"]) == ("cannot be checked", "no condition")
 
 
 def test_oils_converge_by_the_ratio_of_their_exponents(judge: Judge) -> None:
     # one oil k times above two that are alike: the spread is k - 1 times their mu
-    steep, plain = planted(2.0, A3=-0.7, B3=-0.7), planted()
-    finding = judge("hot-convergence", {"4102": steep, "4050": plain, "4010": plain})
+    steep_constants, planted_constants = planted(2.0, A3=-0.7, B3=-0.7), planted()
+    finding = judge(
+        "hot-convergence",
+        {"4102": steep_constants, "4050": planted_constants, "4010": planted_constants},
+    )
     ratio = (2.0 * 7**-0.2 - 1) / (2.0 - 1) * 7**-0.5
     np.testing.assert_allclose(finding.cases["value"], ratio, rtol=1e-9)
     assert (finding.share, finding.numbers["relative"]) == (1.0, 1.0)
@@ -236,8 +242,10 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(judge: Judge) -> 
 def test_without_the_doubtful_oil_the_order_holds_in_part(config: Settings) -> None:
     doubtful = load(REFERENCE, PrintedCoefficients).doubtful
     views = [of_printed(printed(), config), undoubted_evidence(printed(), doubtful, config)]
-    made = audit(EVERY_CLAIM, views)
-    claims = made["claims"].pivot(index="claim", columns="basis", values=["verdict", "share"])
+    table_by_name = audit(EVERY_CLAIM, views)
+    claims = table_by_name["claims"].pivot(
+        index="claim", columns="basis", values=["verdict", "share"]
+    )
     order = claims.loc["viscosity-order"]
     assert order["verdict", "printed"] == "fails"
     assert order["verdict", "undoubted"] == "holds in part"
@@ -327,8 +335,8 @@ def test_thinnest_minimum_film_is_below_the_stated_one(judge: Judge, config: Set
 
 
 def test_prediction_is_judged_at_left_out_ends_and_by_truth(config: Settings, judge: Judge) -> None:
-    ends = {f"{end}_end_out_relative_rms": 0.04 for end in ("pressure", "temperature")}
-    errors = {"rmse": 1e-4, "left_out_rmse": 3e-4, "relative_rms": 0.01} | ends
+    errors_at_ends = {f"{end}_end_out_relative_rms": 0.04 for end in ("pressure", "temperature")}
+    errors = {"rmse": 1e-4, "left_out_rmse": 3e-4, "relative_rms": 0.01} | errors_at_ends
     fits = pd.DataFrame({"oil": ["4102"], "law": "deng2026", **errors}).assign(
         speed_end_out_relative_rms=0.2
     )
@@ -374,17 +382,17 @@ def test_errors_of_a_curve_are_the_scatter_of_refits_to_noisy_copies() -> None:
     size, slope, rate, noise = 0.02, 0.3, 20.0, 1e-4
     mu = (slope * slip - size) * np.exp(-rate * slip) + size
     generator = np.random.default_rng(0)
-    stated, fitted = [], []
+    stated_errors, fitted_coefficients = [], []
     for _ in range(200):
         noisy = mu + generator.normal(0.0, noise, len(slip))
-        stated.append(checks._error_of_curve(slip, noisy))
-        law, _ = curve_fit(
+        stated_errors.append(checks._error_of_curve(slip, noisy))
+        coefficients, _ = curve_fit(
             lambda s, a, b, c: (b * s - a) * np.exp(-c * s) + a, slip, noisy, (size, slope, rate)
         )
-        fitted.append(law)
-    scatter = (np.std(fitted, axis=0) / (size, slope, rate)).max()
+        fitted_coefficients.append(coefficients)
+    scatter = (np.std(fitted_coefficients, axis=0) / (size, slope, rate)).max()
     # 200 copies give a standard deviation to 5 %
-    assert np.median(stated) == pytest.approx(scatter, rel=0.15)
+    assert np.median(stated_errors) == pytest.approx(scatter, rel=0.15)
 
 
 def test_a_point_at_almost_no_slip_does_not_decide_how_well_a_curve_is_known() -> None:
@@ -501,16 +509,18 @@ def test_torque_claims_follow_the_torque_tests(
     errors = {"load_variable": ["stress", "load"], "relative_error": [stress, load]}
     torque = pd.DataFrame(errors).assign(**point, bistable=False)
     evidence = evidence_of(printed(), config, torque=torque)
-    made = audit(claims_of("torque-stress", "torque-load"), [evidence])["claims"]
-    assert made["verdict"].tolist() == [stress_verdict, load_verdict]
+    claim_rows = audit(claims_of("torque-stress", "torque-load"), [evidence])["claims"]
+    assert claim_rows["verdict"].tolist() == [stress_verdict, load_verdict]
 
 
 # ---------------------------------------------------------------- the table
 
 
 def results_of(campaign: Campaign, coefficients: pd.DataFrame) -> CampaignTables:
-    of = campaign.curated
-    return CampaignTables.in_memory(points=of.points, runs=of.runs, **fits_of(coefficients))
+    curated = campaign.curated
+    return CampaignTables.in_memory(
+        points=curated.points, runs=curated.runs, **fits_of(coefficients)
+    )
 
 
 @pytest.fixture(scope="module")
@@ -550,19 +560,19 @@ def test_refit_of_simulated_logs_gets_the_verdicts_of_its_truth(table: pd.DataFr
 
 
 def test_claim_about_what_was_not_fitted_or_calculated_cannot_be_checked(judge: Judge) -> None:
-    known = {"4102": printed()["4102"]}
+    constants_of_one_oil = {"4102": printed()["4102"]}
     with pytest.raises(NotCheckableError, match="no law"):
-        judge("viscosity-order", known)
+        judge("viscosity-order", constants_of_one_oil)
     with pytest.raises(NotCheckableError, match="no bearing"):
         judge("heavy-load-4010", printed())
-    assert judge("zero-slip", known).share == 1.0
+    assert judge("zero-slip", constants_of_one_oil).share == 1.0
 
 
 def test_claims_are_judged_on_oils_of_the_paper(
     demo: Campaign, fits: dict[str, pd.DataFrame]
 ) -> None:
     fit = fits["4102"]
-    own, points = fit.assign(oil="house oil"), demo.curated.points
+    own_oil, points = fit.assign(oil="house oil"), demo.curated.points
 
     def evidence(fits: pd.DataFrame) -> View:
         results = results_of(demo, fits).replace(
@@ -572,14 +582,14 @@ def test_claims_are_judged_on_oils_of_the_paper(
         return refit_evidence(results, OILS, demo.config)
 
     claims = claims_of("zero-slip", "viscosity-order", "extrapolates")
-    unchecked = audit(claims, [evidence(own)])["claims"]
+    unchecked = audit(claims, [evidence(own_oil)])["claims"]
     assert (unchecked["verdict"] == "cannot be checked").all()
     # beside an oil of the paper: that one alone is judged
-    both, alone = evidence(pd.concat([fit, own])), evidence(fit)
-    assert list(both.laws) == list(alone.laws) == ["4102"]
-    assert set(both.measured.points["oil"]) == {"4102", "4010"}
-    assert both.measured.torque.empty
-    assert set(both.measured.fit_quality["oil"]) == {"4102"}
+    view_of_both, view_alone = evidence(pd.concat([fit, own_oil])), evidence(fit)
+    assert list(view_of_both.laws) == list(view_alone.laws) == ["4102"]
+    assert set(view_of_both.measured.points["oil"]) == {"4102", "4010"}
+    assert view_of_both.measured.torque.empty
+    assert set(view_of_both.measured.fit_quality["oil"]) == {"4102"}
 
 
 @pytest.mark.parametrize(("oils", "of_paper"), [(["own"], False), (["4102", "own"], True)])
@@ -589,7 +599,7 @@ def test_campaign_of_own_oils_has_no_claims_and_no_printed_rows(
     own = pd.concat([fits["4102"].assign(oil=oil) for oil in oils])
     plain = demo.config.plain()
     config = Settings.of({**plain, "oils": dict.fromkeys(oils, plain["oils"]["4102"])})
-    made = audit_campaign(results_of(demo, own), REFERENCE, CLAIMS, config)
-    assert set(made["claims"]["basis"]) == (
+    table_by_name = audit_campaign(results_of(demo, own), REFERENCE, CLAIMS, config)
+    assert set(table_by_name["claims"]["basis"]) == (
         {"refit", "printed", "undoubted"} if of_paper else set()
     )

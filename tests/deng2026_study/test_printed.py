@@ -52,17 +52,21 @@ exponents = st.lists(st.floats(-3, 3), min_size=9, max_size=9)
 
 
 def constants(heads: tuple[float, float, float], powers: list[float]) -> np.ndarray:
-    return np.concatenate([[head, *powers[3 * at : 3 * at + 3]] for at, head in enumerate(heads)])
+    return np.concatenate(
+        [[head, *powers[3 * index : 3 * index + 3]] for index, head in enumerate(heads)]
+    )
 
 
-def surface(of: np.ndarray, levels: int = 7) -> TractionOverBox:
-    return TractionOverBox.over(BOX, levels, SLIPS, to_internal(LAW, of)[:, np.newaxis])
+def surface(constants: np.ndarray, levels: int = 7) -> TractionOverBox:
+    return TractionOverBox.over(BOX, levels, SLIPS, to_internal(LAW, constants)[:, np.newaxis])
 
 
-def scores(of: TractionOverBox, **limits: float) -> dict[str, float]:
+def scores(surface_of_law: TractionOverBox, **limits: float) -> dict[str, float]:
     """Share of the box where each statement holds."""
-    holds = where_true(of, of, SLIPS, 0.15, LIMITS.model_copy(update=limits))
-    return {name: float(each.mean()) for name, each in holds.items()}
+    holds = where_true(
+        surface_of_law, surface_of_law, SLIPS, 0.15, LIMITS.model_copy(update=limits)
+    )
+    return {name: float(is_held.mean()) for name, is_held in holds.items()}
 
 
 @pytest.fixture(scope="module")
@@ -82,24 +86,28 @@ PLATEAU_TRENDS = (
 
 def test_plateau_alone_follows_the_exponents_of_a() -> None:
     """B next to nothing and C huge: mu is |A| = 0.01 P / sqrt(U/20) / (T/20)^0.3 at every slip."""
-    flat = surface(constants((-0.01, 1e-9, 1e4), [1, -0.5, -0.3, 0, 0, 0, 0, 0, 0]))
-    np.testing.assert_allclose(flat.mu[0, 0, 0, :, 0], 0.008, rtol=1e-6)
-    held = scores(flat)
-    assert {name for name in ("physical", *PLATEAU_TRENDS) if held[name] < 1} == set()
-    assert held["declines_slightly"] == 0  # the peak lies far beyond the slips
-    turned = scores(surface(constants((-0.01, 1e-9, 1e4), [-1, 0.5, 0.3, 0, 0, 0, 0, 0, 0])))
-    assert {name for name in PLATEAU_TRENDS if turned[name] > 0} == set()
+    plateau_alone = surface(constants((-0.01, 1e-9, 1e4), [1, -0.5, -0.3, 0, 0, 0, 0, 0, 0]))
+    np.testing.assert_allclose(plateau_alone.mu[0, 0, 0, :, 0], 0.008, rtol=1e-6)
+    share_held = scores(plateau_alone)
+    assert {name for name in ("physical", *PLATEAU_TRENDS) if share_held[name] < 1} == set()
+    assert share_held["declines_slightly"] == 0  # the peak lies far beyond the slips
+    share_held_turned = scores(
+        surface(constants((-0.01, 1e-9, 1e4), [-1, 0.5, 0.3, 0, 0, 0, 0, 0, 0]))
+    )
+    assert {name for name in PLATEAU_TRENDS if share_held_turned[name] > 0} == set()
 
 
 def test_start_of_the_curve_follows_the_exponents_of_b() -> None:
     """|A| next to nothing: the slope at zero slip is B, the knee is 1/(e C)."""
     powers = [0, 0, 0, 0, 0, -1, 0.5, 0.2, -0.4]
-    start = surface(constants((-1e-12, 1.0, 50.0), powers))
-    np.testing.assert_allclose(start.knee, 1 / (np.e * start.sizes[2]), rtol=1e-6)
-    held = scores(start)
-    assert held["start_falls_with_temperature"] == held["earlier_plateau_with_stress"] == 1
-    assert held["earlier_plateau_with_speed"] == 1
-    assert held["earlier_plateau_with_temperature"] == 0
+    start_alone = surface(constants((-1e-12, 1.0, 50.0), powers))
+    np.testing.assert_allclose(start_alone.knee, 1 / (np.e * start_alone.sizes[2]), rtol=1e-6)
+    share_held = scores(start_alone)
+    assert (
+        share_held["start_falls_with_temperature"] == share_held["earlier_plateau_with_stress"] == 1
+    )
+    assert share_held["earlier_plateau_with_speed"] == 1
+    assert share_held["earlier_plateau_with_temperature"] == 0
 
 
 def test_slight_decline_is_measured_from_the_peak_to_the_end() -> None:
@@ -116,14 +124,20 @@ def test_order_of_the_oils_is_scored_by_pairs() -> None:
     levels = [np.linspace(*BOX[name], 7) for name in CONDITIONS]
     grid = np.meshgrid(*levels, np.array(SLIPS), indexing="ij")
     mu = {oil: traction_coefficient(printed()[oil], *grid) for oil in OILS}
-    upper, lower = mu["4102"] > mu["4050"], mu["4050"] > mu["4010"]
-    first, second, third = (surface(printed()[oil]) for oil in OILS)
+    is_4102_above, is_4050_above = mu["4102"] > mu["4050"], mu["4050"] > mu["4010"]
+    most_viscous, middle, least_viscous = (surface(printed()[oil]) for oil in OILS)
     order = signs.viscosity_order
-    assert order(first, [], [second, third])[0] == pytest.approx(upper.mean())
-    assert order(third, [first, second], [])[0] == pytest.approx(lower.mean())
-    assert order(second, [first], [third])[0] == pytest.approx((upper.mean() + lower.mean()) / 2)
-    assert np.isnan(order(first, [], [])).all()
-    assert np.isnan(signs.hot_convergence(first, [])).all()
+    assert order(most_viscous, [], [middle, least_viscous])[0] == pytest.approx(
+        is_4102_above.mean()
+    )
+    assert order(least_viscous, [most_viscous, middle], [])[0] == pytest.approx(
+        is_4050_above.mean()
+    )
+    assert order(middle, [most_viscous], [least_viscous])[0] == pytest.approx(
+        (is_4102_above.mean() + is_4050_above.mean()) / 2
+    )
+    assert np.isnan(order(most_viscous, [], [])).all()
+    assert np.isnan(signs.hot_convergence(most_viscous, [])).all()
 
 
 def test_oils_that_differ_only_by_a_fading_plateau_converge_when_hot() -> None:
@@ -136,17 +150,19 @@ def test_oils_that_differ_only_by_a_fading_plateau_converge_when_hot() -> None:
 
 @given(powers=exponents)
 def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
-    of = constants((-0.02, 0.8, 25.0), powers)
-    closed = surface(of, levels=2)
+    constants_of_law = constants((-0.02, 0.8, 25.0), powers)
+    closed_form = surface(constants_of_law, levels=2)
     slip = np.linspace(0, 0.3, 3001)
-    ends = [np.array(BOX[name]) for name in CONDITIONS]
-    p, u, t = np.meshgrid(*ends, indexing="ij")
-    dense = traction_coefficient(of, p[..., None], u[..., None], t[..., None], slip).max(axis=-1)
-    peak = closed.peak[..., 0]
-    assert np.all(peak >= dense * (1 - 1e-9) - 1e-15)
+    box_ends = [np.array(BOX[name]) for name in CONDITIONS]
+    p, u, t = np.meshgrid(*box_ends, indexing="ij")
+    largest_on_grid = traction_coefficient(
+        constants_of_law, p[..., None], u[..., None], t[..., None], slip
+    ).max(axis=-1)
+    peak = closed_form.peak[..., 0]
+    assert np.all(peak >= largest_on_grid * (1 - 1e-9) - 1e-15)
     # a peak narrower than the grid's steps is not seen there
-    resolved = closed.sizes[2, ..., 0] < 1000
-    np.testing.assert_allclose(peak[resolved], dense[resolved], rtol=1e-2)
+    is_resolved = closed_form.sizes[2, ..., 0] < 1000
+    np.testing.assert_allclose(peak[is_resolved], largest_on_grid[is_resolved], rtol=1e-2)
 
 
 # ---------------------------------------------------------------- the study
@@ -154,9 +170,9 @@ def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
 
 def test_every_statement_is_a_column_and_every_set_a_row(studied: Studied) -> None:
     sets, verdicts = studied
-    about = ["oil", "signs", "in_use", "rank", "rank_at_figures", "total"]
+    columns_before_statements = ["oil", "signs", "in_use", "rank", "rank_at_figures", "total"]
     names = [*scores(surface(printed()["4102"])), "viscosity_order", "hot_convergence"]
-    assert tables.columns("signs") == [*about, *names]
+    assert tables.columns("signs") == [*columns_before_statements, *names]
     assert (sets.groupby("oil")["signs"].nunique() == 512).all()
     assert (sets.groupby("oil")["in_use"].sum() == 1).all()
     assert len(verdicts) == 27
@@ -164,16 +180,16 @@ def test_every_statement_is_a_column_and_every_set_a_row(studied: Studied) -> No
 
 def test_signs_that_the_text_settles_and_those_that_it_leaves_open(studied: Studied) -> None:
     sets, verdicts = studied
-    found = verdicts.set_index(["oil", "constant"])
-    sure, row = found["verdict"], found.loc[("4010", "B3")]
+    verdict_rows = verdicts.set_index(["oil", "constant"])
+    verdict_of_sign, row = verdict_rows["verdict"], verdict_rows.loc[("4010", "B3")]
     # mu falls with U and T through the plateau |A| (section 4.3.2 and 4.3.4)
-    assert (sure.loc[list(OILS), ["A2", "A3"]] == "settled").all()
+    assert (verdict_of_sign.loc[list(OILS), ["A2", "A3"]] == "settled").all()
     # docs/physics.md, traction law: open; low confidence; 0.0022 is without effect
-    assert sure["4010", "C3"] == sure["4010", "C2"] == "open"
-    assert sure["4050", "C2"] == "without effect"
-    assert not (sure == "against").any()
+    assert verdict_of_sign["4010", "C3"] == verdict_of_sign["4010", "C2"] == "open"
+    assert verdict_of_sign["4050", "C2"] == "without effect"
+    assert not (verdict_of_sign == "against").any()
     # turning 0.0022 changes C by 2^0.0044 - 1 = 0.3 % at most, and mu by less (C S e^-CS < 1)
-    assert 0 < found.at[("4050", "C2"), "effect"] < 0.0031
+    assert 0 < verdict_rows.at[("4050", "C2"), "effect"] < 0.0031
     # the best total with the sign less that with the other
     totals = sets[sets["oil"] == "4010"].groupby(sets["signs"].str[5])["total"].max()
     assert row["margin"] == pytest.approx(totals["-"] - totals["+"])
@@ -266,8 +282,10 @@ def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> 
 
 def test_signs_in_the_reference_file_are_those_that_the_study_finds(studied: Studied) -> None:
     content = load(REFERENCE, PrintedCoefficients)
-    found = studied[1].assign(verdict=studied[1]["verdict"].replace("settled", "certain"))
-    for oil, of_oil in found.groupby("oil"):
+    studied_verdicts = studied[1].assign(
+        verdict=studied[1]["verdict"].replace("settled", "certain")
+    )
+    for oil, of_oil in studied_verdicts.groupby("oil"):
         verdicts = dict(zip(of_oil["constant"], of_oil["verdict"], strict=True))
         assert content.sign_certainties(str(oil)) == verdicts
 
@@ -275,15 +293,15 @@ def test_signs_in_the_reference_file_are_those_that_the_study_finds(studied: Stu
 def test_open_signs_leave_mu_of_4010_open_by_a_factor_of_nine() -> None:
     # worked out apart from this code, at 1.5 GPa, 40 m/s, 120 degC and S 0.01
     law = deng2026_study.printed(4010)
-    at, slip = np.array([[1.5, 40.0, 120.0]] * 2), np.array([0.01, -0.01])
-    lower, upper = law.sign_range(at, slip)
+    conditions, slip = np.array([[1.5, 40.0, 120.0]] * 2), np.array([0.01, -0.01])
+    lower, upper = law.sign_range(conditions, slip)
     np.testing.assert_allclose(lower, [0.0018, -0.0157], atol=5e-5)
     np.testing.assert_allclose(upper, [0.0157, -0.0018], atol=5e-5)
     assert "0.0018 to 0.016" in law.warnings[0]
     # no sign of 4102 is open
-    sure = deng2026_study.printed("4102")
-    assert sure.warnings == ()
-    np.testing.assert_array_equal(*sure.sign_range(at, slip))
+    law_without_open_signs = deng2026_study.printed("4102")
+    assert law_without_open_signs.warnings == ()
+    np.testing.assert_array_equal(*law_without_open_signs.sign_range(conditions, slip))
 
 
 def test_printed_law_shows_its_constants_and_only_known_oils_have_one() -> None:
@@ -304,8 +322,12 @@ def test_printed_law_is_outside_where_the_paper_did_not_test() -> None:
 
 def test_every_export_says_how_sure_each_sign_is() -> None:
     box, forms = default_settings().printed.boxes.tested, read_config(CONFIG).exports
-    (described,) = (x for x in describe_printed(REFERENCE, box, forms) if x.oil == "4010")
-    verdicts = {each["name"]: each["verdict"] for each in described.constants}
+    (described,) = (
+        description
+        for description in describe_printed(REFERENCE, box, forms)
+        if description.oil == "4010"
+    )
+    verdicts = {constant["name"]: constant["verdict"] for constant in described.constants}
     assert verdicts["A0"] == "printed"
     assert (verdicts["A1"], verdicts["B1"]) == ("printed, sign certain", "printed, sign open")
     texts = {

@@ -98,17 +98,21 @@ def test_spin_takes_from_a_heated_film_what_another_program_found(films, oil, co
     film = films[oil]
     radius = contact_radius(RIG.load_n(condition[0]), RIG.radius_m, RIG.reduced_modulus_pa)
     edge = float(edge_slip(radius, 0.040))
-    found = [
+    calculated_ratio = [
         with_spin(film, condition, slip, edge) / float(film(*condition, slip))
         for slip in (0.001, 0.003, 0.01, 0.03)
     ]
-    np.testing.assert_allclose(found, ratio, atol=0.01)
+    np.testing.assert_allclose(calculated_ratio, ratio, atol=0.01)
     # above twice the edge's slip the correction gives it back
     for slip, error in ((0.0125, 3e-3), (0.02, 1e-3)):
         step = 0.05 * slip
-        below, here, above = (
-            with_spin(film, condition, slip + off, edge) for off in (-step, 0.0, step)
+        mu_below, mu_with_spin, mu_above = (
+            with_spin(film, condition, slip + slip_change, edge)
+            for slip_change in (-step, 0.0, step)
         )
-        slope, curvature = (above - below) / (2 * step), (above - 2 * here + below) / step**2
-        corrected = here * (1 + spin_correction(slip, here, slope, curvature, edge))
+        slope, curvature = (
+            (mu_above - mu_below) / (2 * step),
+            (mu_above - 2 * mu_with_spin + mu_below) / step**2,
+        )
+        corrected = mu_with_spin * (1 + spin_correction(slip, mu_with_spin, slope, curvature, edge))
         assert corrected == pytest.approx(float(film(*condition, slip)), rel=error)

@@ -17,12 +17,14 @@ from simulated_lab.truth import TrueTraction, misfit, true_tractions
 
 
 def test_log_depends_on_seed_and_name_and_says_simulated(config: Settings, demo: Campaign) -> None:
-    alone = config.with_changes({"campaign": {"oils": ["4010"]}})
-    run, content, _ = next(simulate_campaign(alone, printed()))
+    settings_of_one_oil = config.with_changes({"campaign": {"oils": ["4010"]}})
+    run, content, _ = next(simulate_campaign(settings_of_one_oil, printed()))
     assert content == (demo.folder / run.name).read_bytes()
     assert content.startswith(b"# simulated: yes")
-    _, other, _ = next(simulate_campaign(alone.with_changes({"seed": 1}), printed()))
-    assert other != content
+    _, content_of_other_seed, _ = next(
+        simulate_campaign(settings_of_one_oil.with_changes({"seed": 1}), printed())
+    )
+    assert content_of_other_seed != content
 
 
 def test_near_pressures_give_logs_with_different_names() -> None:
@@ -37,8 +39,8 @@ def test_slip_programme_visits_31_steps_between_two_rolling_phases(config: Setti
     assert len(time_s) == round((2 * 3.0 + 31 * 2.4) * 50)
     assert np.abs(slip[:150]).max() == 0
     assert abs(slip[-1]) < 1e-6
-    ends = slip[150 + 119 : 150 + 31 * 120 : 120]
-    np.testing.assert_allclose(ends, np.linspace(0, 0.3, 31), atol=1e-6)
+    slip_at_ends_of_steps = slip[150 + 119 : 150 + 31 * 120 : 120]
+    np.testing.assert_allclose(slip_at_ends_of_steps, np.linspace(0, 0.3, 31), atol=1e-6)
     assert slip.max() > 0.3  # it overshoots
 
 
@@ -74,8 +76,10 @@ def test_cold_runs_of_the_thermal_campaign_are_accepted_without_printed_constant
 
 def test_printed_truth_is_the_printed_law(config: Settings) -> None:
     # reference condition of the law, S = 0.05: (A0 + B0 S) exp(-C0 S) - A0 by hand
-    at = (np.array(part) for part in (1.0, 20.0, 20.0, 0.05))
-    assert true_tractions(config, printed())["4102"](*at) == pytest.approx(0.020412, abs=5e-7)
+    conditions_and_slip = (np.array(value) for value in (1.0, 20.0, 20.0, 0.05))
+    assert true_tractions(config, printed())["4102"](*conditions_and_slip) == pytest.approx(
+        0.020412, abs=5e-7
+    )
 
 
 @pytest.mark.parametrize(
@@ -93,8 +97,8 @@ def test_misfit_is_what_the_torque_rig_has_too_much(config: Settings) -> None:
     truth = true_tractions(config, printed())["4050"]
     law = truth.local_law
 
-    def more(*contact: Any) -> TractionLaw:
-        return lambda at, slip: 1.07 * law(*contact)(at, slip)
+    def law_with_more_traction(*contact: Any) -> TractionLaw:
+        return lambda conditions, slip: 1.07 * law(*contact)(conditions, slip)
 
-    planted = Mock(spec=TrueTraction, side_effect=truth, local_law=more)
+    planted = Mock(spec=TrueTraction, side_effect=truth, local_law=law_with_more_traction)
     assert misfit(planted, config) == pytest.approx(0.07, abs=1e-6)

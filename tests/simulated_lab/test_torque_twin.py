@@ -18,11 +18,14 @@ from torque_logs import curated_logs
 def eq7(oil: str) -> Callable[[Conditions, np.ndarray], np.ndarray]:
     """The printed law in a bearing, written out: Eqs 7-9."""
 
-    def law(at: Conditions, slip: np.ndarray) -> np.ndarray:
-        pressure, speed = at.max_hertz_pressure_gpa, at.entrainment_speed_m_s / 20
-        bars = (pressure, speed, at.inlet_temperature_c / 20)
+    def law(conditions: Conditions, slip: np.ndarray) -> np.ndarray:
+        pressure, speed = conditions.max_hertz_pressure_gpa, conditions.entrainment_speed_m_s / 20
+        relative_conditions = (pressure, speed, conditions.inlet_temperature_c / 20)
         a, b, c = (
-            x0 * bars[0] ** x1 * bars[1] ** x2 * bars[2] ** x3
+            x0
+            * relative_conditions[0] ** x1
+            * relative_conditions[1] ** x2
+            * relative_conditions[2] ** x3
             for x0, x1, x2, x3 in printed()[oil].reshape(3, 4)
         )
         return (a + b * slip) * np.exp(-c * slip) - a
@@ -50,23 +53,23 @@ def test_torque_by_a_heated_film_falls_when_the_oil_is_warmer() -> None:
     changes = {"oils": ["4050"], "torque": {"matrix": matrix, "twin": {"defects": []}}}
     thermal = resolve(ROOT / "config", {"campaign": "thermal"}).with_changes({"campaign": changes})
     *_, truth = curated_logs(thermal)
-    cold, warm = truth.sort_values("oil_temperature_c")["torque_n_m"]
-    assert 0 < warm < cold
+    cold_torque, warm_torque = truth.sort_values("oil_temperature_c")["torque_n_m"]
+    assert 0 < warm_torque < cold_torque
 
 
 def test_with_one_truth_the_fitted_law_meets_the_torque(demo: Campaign, config: Settings) -> None:
     # positive control: from simulated traction logs by the fit to the torque of simulated logs
     plain = config.with_changes({"campaign": {"oils": ["4102"]}}).plain()
     config = Settings.of({**plain, "oils": {"4102": plain["oils"]["4102"]}})
-    fit = demo.fit("4102", bootstrap=20, searches=2)
-    (oil,) = oils_in_bearings(fit.coefficients, fit.fit_quality, config)
-    _, curated, true = curated_logs(config)
+    tables_of_fit = demo.fit("4102", bootstrap=20, searches=2)
+    (oil,) = oils_in_bearings(tables_of_fit.coefficients, tables_of_fit.fit_quality, config)
+    _, curated, truth = curated_logs(config)
     # free of noise: 0.04 % in the median and 1.1 % where the cage skids, from the fit's errors
     load, speed, temperature = (
-        true[name].to_numpy() for name in ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
+        truth[name].to_numpy() for name in ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
     )
     calculated = oil.calculate(config.tested_bearing(), load, speed, temperature)["torque_n_m"]
-    error = np.abs(calculated.to_numpy() / true["torque_n_m"].to_numpy() - 1)
+    error = np.abs(calculated.to_numpy() / truth["torque_n_m"].to_numpy() - 1)
     assert np.median(error) < 4e-4
     assert error.max() < 0.012
     # and of the logs: noise, and the sensor's calibration of 0.3 % and 0.01 N m

@@ -19,11 +19,11 @@ POINTS = pd.DataFrame(
 )
 
 
-def by_law(changed: float = 1.0) -> pd.DataFrame:
+def by_law(traction_factor: float = 1.0) -> pd.DataFrame:
     """The map by the printed law with a factor on all traction, with intervals of 10 %."""
     settings = resolve(ROOT / "config", {"campaign": "demo"})
     oils = [oil for oil in oils_in_bearings(*printed_fits(), settings) if oil.name == "4050"]
-    points = POINTS.assign(traction_factor=changed)
+    points = POINTS.assign(traction_factor=traction_factor)
     calculated = Cases(
         settings.tested_bearing(), [CaseGroup(oil, "stress", points) for oil in oils]
     ).calculate()
@@ -51,8 +51,10 @@ def test_a_law_with_half_of_the_traction_is_off_by_the_slip_that_it_lacks() -> N
 
 
 def test_nothing_is_said_where_an_interval_is_missing() -> None:
-    without = by_law().assign(cage_slip_lower=np.nan)
-    truth = true_map(without, resolve(ROOT / "config", {"campaign": "demo"}), printed())
+    map_without_intervals = by_law().assign(cage_slip_lower=np.nan)
+    truth = true_map(
+        map_without_intervals, resolve(ROOT / "config", {"campaign": "demo"}), printed()
+    )
     assert truth["cage_slip_inside"].isna().all()
     assert truth["torque_inside"].notna().all()
 
