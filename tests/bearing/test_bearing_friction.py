@@ -83,7 +83,7 @@ def test_rolling_force_has_its_two_limits(load_n, speed_m_s, factor, shape_power
 def test_the_land_drags_as_oil_sheared_across_its_gap_does():
     # tau = eta Omega R/c on the area 2 pi R L, at the arm R: outer land of the 218, R 68 mm
     moment = land_damping_n_m_s(HARRIS, lubricant := lubrication("4050", 100, 1))
-    shear_pa = lubricant.oil.dynamic_viscosity_pa_s * 1.0 * 0.068 / 0.3e-3
+    shear_pa = lubricant.inlet_oil.dynamic_viscosity_pa_s * 1.0 * 0.068 / 0.3e-3
     np.testing.assert_allclose(moment, shear_pa * (2 * np.pi * 0.068 * 6e-3) * 0.068)
 
 

@@ -240,10 +240,11 @@ def test_viscosity_of_a_stand_in_and_errors_of_runs_widen_the_torque():
     )
     lubrication = cases.problem.lubrication
     thicker_oil = replace(
-        lubrication.oil, dynamic_viscosity_pa_s=1.01 * lubrication.oil.dynamic_viscosity_pa_s
+        lubrication.inlet_oil,
+        dynamic_viscosity_pa_s=1.01 * lubrication.inlet_oil.dynamic_viscosity_pa_s,
     )
     problem_with_thicker_oil = replace(
-        cases.problem, lubrication=replace(lubrication, oil=thicker_oil)
+        cases.problem, lubrication=replace(lubrication, inlet_oil=thicker_oil)
     )
     torque_n_m, torque_of_thicker_oil_n_m = (
         friction_equilibrium(problem).torque_n_m()[0]
@@ -410,10 +411,11 @@ def held_by_interval(oil_name: str, seed: int, answer_count: int = 1) -> tuple[f
         )
     viscosity = np.exp(SETTINGS.stand_in_uncertainty.viscosity * random.standard_normal(case_count))
     thicker = replace(
-        lubrication.oil, dynamic_viscosity_pa_s=lubrication.oil.dynamic_viscosity_pa_s * viscosity
+        lubrication.inlet_oil,
+        dynamic_viscosity_pa_s=lubrication.inlet_oil.dynamic_viscosity_pa_s * viscosity,
     )
     drawn_problem = replace(
-        cases.problem, lubrication=replace(lubrication, factors=factors, oil=thicker)
+        cases.problem, lubrication=replace(lubrication, factors=factors, inlet_oil=thicker)
     )
     equilibrium = friction_equilibrium(drawn_problem)
     share_held = []

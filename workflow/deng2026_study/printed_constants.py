@@ -318,42 +318,44 @@ def _scores(
         traction_max: Largest believable mu.
     """
     shares_of_oil: dict[str, Shares] = {}
-    surface_of_oil: dict[str, TractionOverBox] = {}
-    surfaces_of_best_sets: list[TractionOverBox] = []
+    traction_of_oil: dict[str, TractionOverBox] = {}
+    tractions_of_best_sets: list[TractionOverBox] = []
     for oil, internal in internal_of_sets_by_oil.items():
-        tested_surface = _surface("tested", slip_levels, internal, settings)
-        drawn_surface = _surface("extrapolated", slip_levels, internal, settings)
-        surface_of_oil[oil] = drawn_surface
+        tested_traction = _traction_over_box("tested", slip_levels, internal, settings)
+        drawn_traction = _traction_over_box("extrapolated", slip_levels, internal, settings)
+        traction_of_oil[oil] = drawn_traction
         compared_slips = settings.signs.slide_roll_ratio.figures
         where_statements_hold = where_true(
-            tested_surface, drawn_surface, compared_slips, traction_max, settings.signs
+            tested_traction, drawn_traction, compared_slips, traction_max, settings.signs
         )
         shares_of_oil[oil] = {
             name: share_of_box(statement_holds)
             for name, statement_holds in where_statements_hold.items()
         }
         best_set_index = int(np.argmax(_total(shares_of_oil[oil])))
-        surface_of_best_set = _surface(
+        traction_of_best_set = _traction_over_box(
             "extrapolated", slip_levels, internal[:, [best_set_index]], settings
         )
-        surfaces_of_best_sets.append(surface_of_best_set)
+        tractions_of_best_sets.append(traction_of_best_set)
     # Oils are compared with the others as the others' own statements choose them. The signs in use
     # must not confirm each other.
-    for oil_rank, (oil, surface) in enumerate(surface_of_oil.items()):
-        more_viscous = surfaces_of_best_sets[:oil_rank]
-        less_viscous = surfaces_of_best_sets[oil_rank + 1 :]
-        shares_of_oil[oil]["viscosity_order"] = viscosity_order(surface, more_viscous, less_viscous)
+    for oil_rank, (oil, traction_over_box) in enumerate(traction_of_oil.items()):
+        more_viscous = tractions_of_best_sets[:oil_rank]
+        less_viscous = tractions_of_best_sets[oil_rank + 1 :]
+        shares_of_oil[oil]["viscosity_order"] = viscosity_order(
+            traction_over_box, more_viscous, less_viscous
+        )
         shares_of_oil[oil]["hot_convergence"] = hot_convergence(
-            surface, more_viscous + less_viscous
+            traction_over_box, more_viscous + less_viscous
         )
     return shares_of_oil
 
 
-def _surface(
-    box: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
+def _traction_over_box(
+    box_name: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
 ) -> TractionOverBox:
     """The surface over a box of the settings, at one of `_SLIP_LEVELS`."""
-    ends = settings.boxes.model_dump()[box]
+    ends = settings.boxes.model_dump()[box_name]
     slips = settings.signs.slide_roll_ratio.model_dump()[slip_levels]
     return TractionOverBox.over(ends, settings.signs.levels, slips, internal)
 
@@ -388,8 +390,8 @@ def _effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatAr
     # first column: signs in use; one more column for each sign turned
     internal_of_turns = np.tile(constants_in_use, (1, 1 + len(_EXPONENTS)))
     internal_of_turns[_EXPONENTS, range(1, internal_of_turns.shape[1])] *= -1
-    surface = _surface("tested", _SLIP_LEVELS[0], internal_of_turns, settings)
-    mu_of_turns = surface.mu.reshape(-1, internal_of_turns.shape[1])
+    traction_over_box = _traction_over_box("tested", _SLIP_LEVELS[0], internal_of_turns, settings)
+    mu_of_turns = traction_over_box.mu.reshape(-1, internal_of_turns.shape[1])
     return np.abs(mu_of_turns[:, 1:] - mu_of_turns[:, :1]).max(axis=0) / mu_of_turns[:, 0].max()
 
 
@@ -468,8 +470,8 @@ def verdicts(
 
 
 def where_true(
-    tested_surface: TractionOverBox,
-    drawn_surface: TractionOverBox,
+    tested_traction: TractionOverBox,
+    drawn_traction: TractionOverBox,
     compared_slips: Sequence[float],
     traction_max: float,
     sign_settings: SignSettings,
@@ -477,26 +479,26 @@ def where_true(
     """Where each statement about one oil holds, by name; the last axis is that of the sign sets.
 
     Args:
-        tested_surface: Traction over the box that was tested. Statements of section 2 are checked
+        tested_traction: Traction over the box that was tested. Statements of section 2 are checked
             there.
-        drawn_surface: Traction over the box that the figures of section 4.3 draw. Statements of
+        drawn_traction: Traction over the box that the figures of section 4.3 draw. Statements of
             that section are checked there.
         compared_slips: Slips whose lowest and highest the text compares.
         traction_max: Largest believable mu.
         sign_settings: What counts as linear and slight.
     """
-    mu = drawn_surface.mu
-    low_slip_mu = drawn_surface.mu_at(min(compared_slips))
-    high_slip_mu = drawn_surface.mu_at(max(compared_slips))
+    mu = drawn_traction.mu
+    low_slip_mu = drawn_traction.mu_at(min(compared_slips))
+    high_slip_mu = drawn_traction.mu_at(max(compared_slips))
     # R2 of the straight line mu(P) is covariance^2/variances
-    stress = drawn_surface.stress_gpa - drawn_surface.stress_gpa.mean()
+    stress = drawn_traction.stress_gpa - drawn_traction.stress_gpa.mean()
     mu_deviation = mu - mu.mean(axis=STRESS_AXIS, keepdims=True)
     covariance = np.tensordot(stress, mu_deviation, axes=1)
     product_of_squares = (stress**2).sum() * (mu_deviation**2).sum(axis=STRESS_AXIS)
     is_linear = reaches(covariance**2, sign_settings.linear_r2_min * product_of_squares)
     is_slight = reaches(
-        tested_surface.mu_at(tested_surface.largest_slip),
-        (1 - sign_settings.decline_max) * tested_surface.peak,
+        tested_traction.mu_at(tested_traction.largest_slip),
+        (1 - sign_settings.decline_max) * tested_traction.peak,
     )
     # effects of stress and of temperature at the lowest speed and at the highest one
     stress_effect = (mu[-1] - mu[0])[[0, -1]]
@@ -506,21 +508,21 @@ def where_true(
     # largest mu of each sign set: differences have the rounding of these numbers
     largest_mu = np.abs(mu).max(axis=tuple(range(mu.ndim - 1)))
     return {
-        "physical": reaches(mu.min(axis=SLIP_AXIS), 0.0, drawn_surface.peak)
-        & reaches(traction_max, drawn_surface.peak),
+        "physical": reaches(mu.min(axis=SLIP_AXIS), 0.0, drawn_traction.peak)
+        & reaches(traction_max, drawn_traction.peak),
         "rises_with_stress": _falls(-mu, STRESS_AXIS),
         "linear_in_stress": is_linear & (covariance > 0),
         "falls_with_speed": _falls(mu, SPEED_AXIS),
         "levels_off_with_speed": _levels_off(mu, SPEED_AXIS),
         "falls_with_temperature": _falls(mu, TEMPERATURE_AXIS),
         "levels_off_with_temperature": _levels_off(mu, TEMPERATURE_AXIS),
-        "start_falls_with_temperature": _falls(tested_surface.slope, TEMPERATURE_AXIS),
+        "start_falls_with_temperature": _falls(tested_traction.slope, TEMPERATURE_AXIS),
         "rises_with_slip": exceeds(high_slip_mu, low_slip_mu),
-        "declines_slightly": exceeds(tested_surface.largest_slip, tested_surface.peak_slip)
+        "declines_slightly": exceeds(tested_traction.largest_slip, tested_traction.peak_slip)
         & is_slight,
-        "earlier_plateau_with_stress": _falls(drawn_surface.knee, STRESS_AXIS),
-        "earlier_plateau_with_speed": _falls(tested_surface.knee, SPEED_AXIS),
-        "earlier_plateau_with_temperature": _falls(tested_surface.knee, TEMPERATURE_AXIS),
+        "earlier_plateau_with_stress": _falls(drawn_traction.knee, STRESS_AXIS),
+        "earlier_plateau_with_speed": _falls(tested_traction.knee, SPEED_AXIS),
+        "earlier_plateau_with_temperature": _falls(tested_traction.knee, TEMPERATURE_AXIS),
         "slip_raises_stress_effect": exceeds(
             high_slip_mu[-1] - high_slip_mu[0], np.abs(low_slip_mu[-1] - low_slip_mu[0]), largest_mu
         ),
@@ -534,7 +536,7 @@ def where_true(
 
 
 def viscosity_order(
-    surface: TractionOverBox,
+    traction_over_box: TractionOverBox,
     more_viscous: Sequence[TractionOverBox],
     less_viscous: Sequence[TractionOverBox],
 ) -> FloatArray:
@@ -544,19 +546,21 @@ def viscosity_order(
     """
     where_statements_hold = []
     if more_viscous:
-        where_statements_hold.append(exceeds(more_viscous[-1].mu, surface.mu))
+        where_statements_hold.append(exceeds(more_viscous[-1].mu, traction_over_box.mu))
     if less_viscous:
-        where_statements_hold.append(exceeds(surface.mu, less_viscous[0].mu))
-    return _mean_share(where_statements_hold, surface)
+        where_statements_hold.append(exceeds(traction_over_box.mu, less_viscous[0].mu))
+    return _mean_share(where_statements_hold, traction_over_box)
 
 
-def hot_convergence(surface: TractionOverBox, others: Sequence[TractionOverBox]) -> FloatArray:
+def hot_convergence(
+    traction_over_box: TractionOverBox, others: Sequence[TractionOverBox]
+) -> FloatArray:
     """Mu is nearer to that of each other oil at the highest temperature than at the lowest."""
     is_nearer = []
     for other in others:
-        gap = np.abs(surface.mu - other.mu)
+        gap = np.abs(traction_over_box.mu - other.mu)
         is_nearer.append(exceeds(gap[:, :, 0], gap[:, :, -1], other.mu.max()))
-    return _mean_share(is_nearer, surface)
+    return _mean_share(is_nearer, traction_over_box)
 
 
 def share_of_box(where_it_holds: BoolArray) -> FloatArray:
@@ -564,10 +568,12 @@ def share_of_box(where_it_holds: BoolArray) -> FloatArray:
     return where_it_holds.reshape(-1, where_it_holds.shape[-1]).mean(axis=0)
 
 
-def _mean_share(where_statements_hold: list[BoolArray], surface: TractionOverBox) -> FloatArray:
+def _mean_share(
+    where_statements_hold: list[BoolArray], traction_over_box: TractionOverBox
+) -> FloatArray:
     """Mean of the shares where statements hold; NaN for each sign set without any statement."""
     if not where_statements_hold:
-        return np.full(surface.mu.shape[-1], np.nan)
+        return np.full(traction_over_box.mu.shape[-1], np.nan)
     return np.mean([share_of_box(holds) for holds in where_statements_hold], axis=0)
 
 

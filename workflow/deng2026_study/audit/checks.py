@@ -608,10 +608,10 @@ def heavy_load_4010(view: View) -> Outcome:
     return replace(outcome_with_film, numbers=outcome_with_film.numbers | bearing_numbers)
 
 
-def _true_of_every_law(view: View, holds: Callable[[Law], BoolArray]) -> bool:
+def _true_of_every_law(view: View, holds_for: Callable[[Law], BoolArray]) -> bool:
     """Whether something is true of every law, whatever its constants."""
     law_by_name = {fitted.law.name: fitted.law for fitted in view.laws.values()}
-    return all(holds(law).all() for law in law_by_name.values())
+    return all(holds_for(law).all() for law in law_by_name.values())
 
 
 def _any_constants(law: Law, slip: FloatArray) -> FloatArray:

@@ -206,10 +206,10 @@ class _Motions:
         """Motions with the full bands, of which the unknowns are known approximately."""
         return cls(point_index, unknowns, np.repeat(FULL_BANDS, len(point_index), axis=0))
 
-    def select(self, selection: IndexArray | BoolArray) -> "_Motions":
+    def select(self, index_or_mask: IndexArray | BoolArray) -> "_Motions":
         """Some of the motions."""
         return _Motions(
-            self.point_index[selection], self.unknowns[selection], self.bands[selection]
+            self.point_index[index_or_mask], self.unknowns[index_or_mask], self.bands[index_or_mask]
         )
 
     def joined(self, other: "_Motions") -> "_Motions":

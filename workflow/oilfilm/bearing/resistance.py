@@ -35,7 +35,7 @@ class Lubrication:
 
     Attributes:
         inlet_temperature_c: Inlet temperature, in degC.
-        oil: Properties that determine the film.
+        inlet_oil: Properties of the oil at the inlet, which determine the film.
         oil_density_kg_m3: Density of the oil, in kg/m3.
         oil_volume_fraction: Share of oil in the volume through which the balls travel.
         drag_coefficient: c_D of a ball in the row, for its frontal area.
@@ -48,7 +48,7 @@ class Lubrication:
     """
 
     inlet_temperature_c: FloatArray
-    oil: InletOil
+    inlet_oil: InletOil
     oil_density_kg_m3: FloatArray
     oil_volume_fraction: FloatArray
     drag_coefficient: FloatArray
@@ -76,7 +76,7 @@ class Lubrication:
         point_count = len(inlet_temperature_c)
         return cls(
             inlet_temperature_c=inlet_temperature_c,
-            oil=InletOil.from_oil(oil, inlet_temperature_c),
+            inlet_oil=InletOil.from_oil(oil, inlet_temperature_c),
             oil_density_kg_m3=oil.density_kg_m3(inlet_temperature_c),
             oil_volume_fraction=np.full(point_count, oil_volume_fraction),
             drag_coefficient=np.full(point_count, drag_coefficient),
@@ -103,12 +103,12 @@ class Lubrication:
             name: np.concatenate([getattr(group, name) for group in groups])
             for name in _ARRAY_NAMES
         }
-        return cls(oil=InletOil.joined([group.oil for group in groups]), **arrays)
+        return cls(inlet_oil=InletOil.joined([group.inlet_oil for group in groups]), **arrays)
 
     def at_points(self, point_index: IndexArray) -> "Lubrication":
         """The lubrication of some of the points, by their indices."""
         arrays = {name: getattr(self, name)[point_index] for name in _ARRAY_NAMES}
-        return Lubrication(oil=self.oil[point_index], **arrays)
+        return Lubrication(inlet_oil=self.inlet_oil[point_index], **arrays)
 
     def factor(self, name: str) -> FloatArray:
         """The factor on one of `FACTORS`, shape (points,)."""
@@ -128,7 +128,7 @@ class Lubrication:
     @property
     def oil_in_contacts(self) -> InletOil:
         """The oil of each point, shape (points, 1): it broadcasts over both contacts of a ball."""
-        return self.oil[:, np.newaxis]
+        return self.inlet_oil[:, np.newaxis]
 
     @property
     def mist_density_kg_m3(self) -> FloatArray:
@@ -148,7 +148,7 @@ class Lubrication:
             speed_rad_s: Speed of one ring relative to the other.
         """
         bore_m, outside_diameter_m = bearing.bore_and_outside_m
-        kinematic_viscosity_m2_s = self.oil.dynamic_viscosity_pa_s / self.oil_density_kg_m3
+        kinematic_viscosity_m2_s = self.inlet_oil.dynamic_viscosity_pa_s / self.oil_density_kg_m3
         return replenishment_factor(
             self.replenishment_constant,
             kinematic_viscosity_m2_s,
@@ -159,7 +159,7 @@ class Lubrication:
 
 
 # The attributes that are arrays of points.
-_ARRAY_NAMES = tuple(field.name for field in fields(Lubrication) if field.name != "oil")
+_ARRAY_NAMES = tuple(field.name for field in fields(Lubrication) if field.name != "inlet_oil")
 
 
 def rolling_force_n(
@@ -400,4 +400,4 @@ def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray
     """
     cage = bearing.cage
     geometry_m3 = cage.land_width_m * (cage.land_diameter_m / 2) ** 3 / cage.land_clearance_m
-    return np.asarray(2 * np.pi * lubrication.oil.dynamic_viscosity_pa_s * geometry_m3)
+    return np.asarray(2 * np.pi * lubrication.inlet_oil.dynamic_viscosity_pa_s * geometry_m3)

@@ -35,7 +35,7 @@ _HAMROCK_DOWSON = {
 
 
 def isothermal_film_thickness(
-    oil: "InletOil", conditions: Conditions, film_kind: FilmKind
+    inlet_oil: "InletOil", conditions: Conditions, film_kind: FilmKind
 ) -> FloatArray:
     """Central or minimum film thickness in a fully flooded, isothermal point contact.
 
@@ -45,7 +45,7 @@ def isothermal_film_thickness(
         U = eta0 u/(E' Rx),   G = alpha E',   W = w/(E' Rx^2)
 
     Args:
-        oil: The oil at the inlet temperature.
+        inlet_oil: The oil at the inlet temperature.
         conditions: Load (above 0), speed, radius, modulus and ellipticity. The exact ellipticity
             (`contact.ellipticity`) is 1 for a ball on a flat. The authors' fit
             1.0339 (Ry/Rx)^0.636 would thicken the film there by 1 to 2 %.
@@ -74,11 +74,11 @@ def isothermal_film_thickness(
     a, b, c, d, e, f = _HAMROCK_DOWSON[film_kind]
     reduced_modulus_pa, radius_x_m = conditions.reduced_modulus_pa, conditions.radius_x_m
     dimensionless_speed = (
-        oil.dynamic_viscosity_pa_s
+        inlet_oil.dynamic_viscosity_pa_s
         * conditions.entrainment_speed_m_s
         / (reduced_modulus_pa * radius_x_m)
     )
-    material_parameter = oil.pressure_viscosity_coefficient_1_pa * reduced_modulus_pa
+    material_parameter = inlet_oil.pressure_viscosity_coefficient_1_pa * reduced_modulus_pa
     dimensionless_load = conditions.load_n / (reduced_modulus_pa * radius_x_m**2)
     side_leakage_factor = 1 - e * np.exp(-f * conditions.ellipticity)
     relative_thickness = (
@@ -214,12 +214,12 @@ class InletOil:
 
 
 def film_thickness(
-    oil: InletOil, conditions: Conditions, slide_roll_ratio: Floats, film_kind: FilmKind
+    inlet_oil: InletOil, conditions: Conditions, slide_roll_ratio: Floats, film_kind: FilmKind
 ) -> FloatArray:
     """Film thickness of an oil in a contact: h = phi_T h_isothermal.
 
     Args:
-        oil: The oil at the inlet temperature.
+        inlet_oil: The oil at the inlet temperature.
         conditions: Conditions of the contact. A pressure of 0 leaves out the pressure term of
             phi_T.
         slide_roll_ratio: Slide-roll ratio S.
@@ -236,8 +236,8 @@ def film_thickness(
         >>> print(f"{film_thickness(oil, contact, 0.3, 'minimum') * 1e6:.3f} um")
         0.161 um
     """
-    isothermal_m = isothermal_film_thickness(oil, conditions, film_kind)
-    thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
+    isothermal_m = isothermal_film_thickness(inlet_oil, conditions, film_kind)
+    thermal_loading = inlet_oil.thermal_loading(conditions.entrainment_speed_m_s)
     relative_pressure = conditions.relative_pressure
     return isothermal_m * thermal_reduction_factor(
         relative_pressure, slide_roll_ratio, thermal_loading

@@ -216,15 +216,15 @@ class Budget(NamedTuple):
 
     Attributes:
         uncertainty: Root mean square of the standard uncertainty; NaN where it is not known.
-        irreducible_uncertainty: Standard uncertainty that is left at each operating point if the
-            law and its rig are exact, shape (points,); NaN where it is not known.
+        irreducible_uncertainty_of_point: Standard uncertainty that is left at each operating point
+            if the law and its rig are exact, shape (points,); NaN where it is not known.
         largest_cause: The cause with the largest median share; empty where it is not known.
         largest_share: Median share of that cause; NaN where it is not known.
         law_share: Sum of the median shares of the law, its rig and its runs.
     """
 
     uncertainty: float
-    irreducible_uncertainty: FloatArray
+    irreducible_uncertainty_of_point: FloatArray
     largest_cause: str
     largest_share: float
     law_share: float
@@ -267,19 +267,23 @@ def budgets(
             .reindex(calculated.index)
             .astype(float)
         )
-        irreducible_uncertainty = (uncertainty * np.sqrt(irreducible_share)).to_numpy(dtype=float)
+        irreducible_uncertainty_of_point = (uncertainty * np.sqrt(irreducible_share)).to_numpy(
+            dtype=float
+        )
         median_share = (
             shares_by_cause.groupby("variance_cause")[share_column_by_target[target]]
             .median()
             .dropna()
         )
         if median_share.empty:
-            budget_by_target[target] = Budget(rms, irreducible_uncertainty, "", np.nan, np.nan)
+            budget_by_target[target] = Budget(
+                rms, irreducible_uncertainty_of_point, "", np.nan, np.nan
+            )
             continue
         cause = str(median_share.idxmax())
         law_share = float(median_share[list(_BY_TRACTION_TESTS)].sum())
         budget_by_target[target] = Budget(
-            rms, irreducible_uncertainty, cause, float(median_share[cause]), law_share
+            rms, irreducible_uncertainty_of_point, cause, float(median_share[cause]), law_share
         )
     return budget_by_target
 

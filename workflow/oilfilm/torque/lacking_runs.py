@@ -115,18 +115,18 @@ class Levels:
         return np.array(middle_values)
 
     def nearest(
-        self, target: FloatArray, may_be_taken: BoolArray, is_compared: BoolArray
+        self, target_conditions: FloatArray, may_be_taken: BoolArray, is_compared: BoolArray
     ) -> FloatArray:
         """The condition that is nearest to a target, shape (3,); of equal ones the first.
 
         Args:
-            target: P, U and T, shape (3,).
+            target_conditions: P, U and T, shape (3,).
             may_be_taken: Which conditions may be taken, shape (conditions,).
             is_compared: Over which of P, U and T the distance is taken, shape (3,).
         """
         scaled = scaled_conditions(self.conditions)
         span = np.maximum(np.ptp(scaled, axis=0), _LEVEL_WIDTHS)
-        scaled_distance = (scaled - scaled_conditions(target[np.newaxis])) / span
+        scaled_distance = (scaled - scaled_conditions(target_conditions[np.newaxis])) / span
         distance = np.sum(scaled_distance[:, is_compared] ** 2, axis=1)
         nearest_index = int(first_smallest(np.where(may_be_taken, distance, np.inf)))
         return np.asarray(self.conditions[nearest_index])
@@ -138,9 +138,9 @@ class Levels:
             condition_index: Column of the condition: 0 for P, 1 for U, 2 for T.
             level: The level.
         """
-        target = self.conditions.copy()
-        target[:, condition_index] = level
-        scaled_distance = scaled_conditions(self.conditions) - scaled_conditions(target)
+        target_conditions = self.conditions.copy()
+        target_conditions[:, condition_index] = level
+        scaled_distance = scaled_conditions(self.conditions) - scaled_conditions(target_conditions)
         return ~_is_wider(scaled_distance[:, condition_index], _LEVEL_WIDTHS[condition_index])
 
 
@@ -255,21 +255,24 @@ def _third_level_runs(tested_levels: Levels) -> list[PlannedRun]:
         if not is_between.any():
             continue
         for box_end in (tested_levels.lowest, tested_levels.highest):
-            target = middle_of_box.copy()
-            target[condition_index] = box_end[condition_index]
+            target_conditions = middle_of_box.copy()
+            target_conditions[condition_index] = box_end[condition_index]
             on_face = tested_levels.has_level(condition_index, box_end[condition_index])
-            runs.append(_run_at_middle(tested_levels, target, is_between, on_face))
+            runs.append(_run_at_middle(tested_levels, target_conditions, is_between, on_face))
     return runs
 
 
 def _run_at_middle(
-    tested_levels: Levels, target: FloatArray, is_between: BoolArray, may_be_taken: BoolArray
+    tested_levels: Levels,
+    target_conditions: FloatArray,
+    is_between: BoolArray,
+    may_be_taken: BoolArray,
 ) -> PlannedRun:
     """A run with some conditions as in the target, and the others as in the nearest tested one."""
-    conditions = target
+    conditions = target_conditions
     if not is_between.all():
-        nearest = tested_levels.nearest(target, may_be_taken, ~is_between)
-        conditions = np.where(is_between, target, nearest)
+        nearest = tested_levels.nearest(target_conditions, may_be_taken, ~is_between)
+        conditions = np.where(is_between, target_conditions, nearest)
     return PlannedRun(conditions, "third_level", _condition_names(is_between))
 
 
@@ -351,9 +354,9 @@ def _two_levels(
     ]
 
 
-def _corner_runs(box: Levels) -> list[PlannedRun]:
+def _corner_runs(levels: Levels) -> list[PlannedRun]:
     """Runs at the corners of the box."""
-    return [PlannedRun(corner, "corner") for corner in corners_of(box.lowest, box.highest)]
+    return [PlannedRun(corner, "corner") for corner in corners_of(levels.lowest, levels.highest)]
 
 
 def corners_of(lowest: FloatArray, highest: FloatArray) -> FloatArray:

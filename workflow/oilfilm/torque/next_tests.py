@@ -267,7 +267,8 @@ def plan_oil(
         for target in targets_in_bearing:
             budget = budget_by_target[target]
             wanted = wanted_by_target[target].at_known_points(
-                np.isfinite(budget.irreducible_uncertainty), "too many draws have no equilibrium"
+                np.isfinite(budget.irreducible_uncertainty_of_point),
+                "too many draws have no equilibrium",
             )
             plans.append(
                 _next_tests(
@@ -326,7 +327,7 @@ def _next_tests(
     if request.bearing is not None and budget is not None:
         bearing_name = request.bearing.name
         irreducible_uncertainty = float(
-            np.sqrt(np.mean(budget.irreducible_uncertainty[wanted.point_index] ** 2))
+            np.sqrt(np.mean(budget.irreducible_uncertainty_of_point[wanted.point_index] ** 2))
         )
         if wanted.target == "torque" and not budget.is_by_traction:
             test_count = 0

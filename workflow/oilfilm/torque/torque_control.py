@@ -50,32 +50,32 @@ def torque_control_table(results: CampaignTables, settings: Settings) -> pd.Data
     return tables.from_rows(control_rows, "torque_control")
 
 
-def is_bistable(torque: pd.DataFrame) -> "pd.Series[bool]":
+def is_bistable(torque_table: pd.DataFrame) -> "pd.Series[bool]":
     """Whether the cage of each row may both roll and skid; false where that is not known."""
-    return torque["bistable"].eq(True).fillna(False).astype(bool)
+    return torque_table["bistable"].eq(True).fillna(False).astype(bool)
 
 
-def without_bistable(torque: pd.DataFrame) -> pd.DataFrame:
+def without_bistable(torque_table: pd.DataFrame) -> pd.DataFrame:
     """Rows of the table `torque` without the bistable plateaus.
 
     A plateau is bistable if the cage may both roll and skid by any of its rows, so that all laws
     are compared at the same plateaus. Plateaus where it is not known remain, with the torque that
     was calculated. `undecided_plateaus` counts them.
     """
-    plateau_keys = [torque[name] for name in _PLATEAU_COLUMNS]
-    by_any_row = is_bistable(torque).groupby(plateau_keys).transform("any")
-    return torque[~by_any_row]
+    plateau_keys = [torque_table[name] for name in _PLATEAU_COLUMNS]
+    by_any_row = is_bistable(torque_table).groupby(plateau_keys).transform("any")
+    return torque_table[~by_any_row]
 
 
-def undecided_plateaus(torque: pd.DataFrame) -> int:
+def undecided_plateaus(torque_table: pd.DataFrame) -> int:
     """Number of plateaus of which it is not known, by some row, whether they are bistable."""
-    remaining = without_bistable(torque)
+    remaining = without_bistable(torque_table)
     return len(remaining[remaining["bistable"].isna()].drop_duplicates(_PLATEAU_COLUMNS))
 
 
-def bistable_points_text(torque: pd.DataFrame) -> str:
+def bistable_points_text(torque_table: pd.DataFrame) -> str:
     """Bistable operating points of the table `torque`, as text."""
-    bistable_plateaus = torque[is_bistable(torque)].drop_duplicates(_PLATEAU_COLUMNS)
+    bistable_plateaus = torque_table[is_bistable(torque_table)].drop_duplicates(_PLATEAU_COLUMNS)
     return "; ".join(
         f"{row['oil']} at {row['inner_speed_rpm']:.0f} rpm, {row['axial_load_n']:.0f} N, "
         f"{row['inlet_temperature_c']:.0f} degC"

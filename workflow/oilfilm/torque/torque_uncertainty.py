@@ -409,8 +409,8 @@ class RandomDraws:
         pressure_viscosity_numbers = np.concatenate(
             [oil_numbers["pressure viscosity"] for oil_numbers in numbers_of_point]
         )
-        oil_without_draws = lubrication.oil
-        drawn_oil = replace(
+        oil_without_draws = lubrication.inlet_oil
+        drawn_inlet_oil = replace(
             oil_without_draws,
             dynamic_viscosity_pa_s=oil_without_draws.dynamic_viscosity_pa_s
             * np.exp(stand_in_uncertainty.viscosity * is_stand_in * viscosity_numbers),
@@ -434,7 +434,7 @@ class RandomDraws:
         drawn_problem = replace(
             problem,
             law=join_laws(law_of_point, [draw_count] * point_count),
-            lubrication=replace(lubrication, oil=drawn_oil, factors=factors),
+            lubrication=replace(lubrication, inlet_oil=drawn_inlet_oil, factors=factors),
         )
         return drawn_problem.with_inputs(
             Inputs.drawn(uncertain_input_by_name, probability_by_input)
