@@ -231,7 +231,7 @@ class Budget(NamedTuple):
 
     @property
     def is_by_traction(self) -> bool:
-        """Whether tests of traction reduce the largest share, or nothing larger is known."""
+        """Whether tests of traction can reduce the largest share; true where no share is known."""
         return self.largest_cause in ("", *_BY_TRACTION_TESTS)
 
 
@@ -261,29 +261,23 @@ def budgets(
     share_column_by_target = {"torque": "torque_share", "cage_slip": "slip_share"}
     budget_by_target = {}
     for target, uncertainty in uncertainty_by_target.items():
-        rms = float(np.sqrt((uncertainty**2).mean()))
-        irreducible_share = (
-            irreducible_shares[share_column_by_target[target]]
-            .reindex(calculated.index)
-            .astype(float)
-        )
-        irreducible_uncertainty_of_point = (uncertainty * np.sqrt(irreducible_share)).to_numpy(
-            dtype=float
-        )
-        median_share = (
-            shares_by_cause.groupby("variance_cause")[share_column_by_target[target]]
-            .median()
-            .dropna()
-        )
+        share_column = share_column_by_target[target]
+        rms_uncertainty = float(np.sqrt((uncertainty**2).mean()))
+        irreducible_share = irreducible_shares[share_column].reindex(calculated.index).astype(float)
+        irreducible_uncertainty = (uncertainty * np.sqrt(irreducible_share)).to_numpy(dtype=float)
+        median_share = shares_by_cause.groupby("variance_cause")[share_column].median().dropna()
         if median_share.empty:
             budget_by_target[target] = Budget(
-                rms, irreducible_uncertainty_of_point, "", np.nan, np.nan
+                rms_uncertainty, irreducible_uncertainty, "", np.nan, np.nan
             )
             continue
         cause = str(median_share.idxmax())
-        law_share = float(median_share[list(_BY_TRACTION_TESTS)].sum())
         budget_by_target[target] = Budget(
-            rms, irreducible_uncertainty_of_point, cause, float(median_share[cause]), law_share
+            uncertainty=rms_uncertainty,
+            irreducible_uncertainty_of_point=irreducible_uncertainty,
+            largest_cause=cause,
+            largest_share=float(median_share[cause]),
+            law_share=float(median_share[list(_BY_TRACTION_TESTS)].sum()),
         )
     return budget_by_target
 

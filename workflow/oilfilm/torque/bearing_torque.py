@@ -300,9 +300,10 @@ def oils_in_bearings(
     surfaces: pd.DataFrame | None = None,
     surface_reader: Callable[[str], OilSurface | None] | None = None,
 ) -> list[OilInBearing]:
-    """The oils of the campaign with known properties and a law that follows all conditions.
+    """The oils of the campaign that can be calculated in a bearing, each with its laws.
 
-    The list is empty if the contact of the traction rigs is not known or not the same.
+    An oil needs known properties and a law that follows all conditions. The list is empty if the
+    contact of the traction rigs is not known or not the same.
 
     Args:
         coefficients: Table of coefficients. Beside the configured law, laws on load are evaluated.

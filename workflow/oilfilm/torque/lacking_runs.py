@@ -57,7 +57,7 @@ class PlannedRun:
 
 @dataclass(frozen=True)
 class Levels:
-    """Conditions of a campaign, and the levels that they have.
+    """Distinct conditions of a campaign, and the levels of P, U and T that they have.
 
     Attributes:
         conditions: P in GPa, U in m/s and T in degC, different ones, sorted, shape (conditions, 3).
