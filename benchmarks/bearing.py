@@ -98,7 +98,7 @@ def by_root(points: OperatingPoints, place: int) -> tuple[bool, float]:
     def forces(unknown: np.ndarray) -> np.ndarray:
         return one.residuals(unknown * scale, here)[0]
 
-    found = root(forces, (one.start() / scale)[0], tol=1e-10)
+    found = root(forces, (one.start_unknowns() / scale)[0], tol=1e-10)
     return bool(np.abs(found.fun).max() < 1e-8), float(found.x[5] * scale[0, 5])
 
 

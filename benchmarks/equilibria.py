@@ -27,7 +27,7 @@ from oilfilm.bearing.equilibria import equilibria
 from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
-from oilfilm.torque.load_variables import law_of_groups
+from oilfilm.torque.load_variables import join_laws
 from other_cpus import CPUS, Cpu
 
 OILS = ("4010", "4050", "4102")
@@ -55,7 +55,7 @@ def whole_problem() -> FrictionProblem:
     grid = np.array(list(product(SPEEDS_RPM, TEMPERATURES_C, LOADS_N)))
     speed, _, load = np.tile(grid, (len(OILS), 1)).T
     parts = [lubrication(oil, grid[:, 1], len(grid)) for oil in OILS]
-    law = law_of_groups([printed_law(oil) for oil in OILS], [len(grid)] * len(OILS))
+    law = join_laws([printed_law(oil) for oil in OILS], [len(grid)] * len(OILS))
     points = OperatingPoints.axial(load, speed * RPM)
     return FrictionProblem(shipped("mainshaft-167"), points, Lubrication.joined(parts), law)
 
@@ -72,7 +72,7 @@ def solved(problem: FrictionProblem, size: int) -> Found:
                 np.where(motions.count > 0, motions.slowest.cage_slip(), np.nan),
                 motions.count,
                 motions.fastest.held_by_band(),
-                motions.complete,
+                motions.is_complete,
             )
         )
     return Found(*map(np.concatenate, zip(*parts, strict=True)))
@@ -88,7 +88,7 @@ def found_by_minpack(problem: FrictionProblem, number: int) -> list[float]:
 
     ends = []
     for share in CAGE_SPEEDS:
-        start = one.start()[0] / scale
+        start = one.start_unknowns()[0] / scale
         start[2:6] *= share
         end = root(forces, start, method="hybr", options={"xtol": 1e-14, "maxfev": 2000})
         if np.abs(forces(end.x)).max() < TOLERANCE:

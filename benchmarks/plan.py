@@ -43,7 +43,9 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     points = run_tests(SMALL, random, Errors())
     fit = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 300}}).fit
     results = fit_oil(points, OIL, fit, number).replace(points=points)
-    request = replace(request_from_settings(SETTINGS), duty=DUTY, count=count, targets=("torque",))
+    request = replace(
+        request_from_settings(SETTINGS), duty=DUTY, test_count=count, targets=("torque",)
+    )
     (plan,) = plan_oil(results, SETTINGS, OIL, request)
     # the plan of the product stops, because drag decides: here the law's part alone counts
     tests = plan.candidates.tests

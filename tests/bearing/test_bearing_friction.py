@@ -64,7 +64,7 @@ def test_pure_sliding_pulls_with_all_of_the_coefficient():
     # each race slides over a ball at rest; across a curved contact its speed turns a little
     np.testing.assert_allclose(film.along_n[0], 0.1 * contacts.load_n[0], rtol=1e-4)
     speed = np.hypot(slip.along_m_s, slip.across_m_s)
-    mean = (speed * gauss_rule(16, 4).share).sum(axis=-1)
+    mean = (speed * gauss_rule(16, 4).load_share).sum(axis=-1)
     np.testing.assert_allclose(film.heat_w, 0.1 * contacts.load_n * mean)
 
 
@@ -83,7 +83,7 @@ def test_rolling_force_has_its_two_limits(load_n, speed_m_s, factor, shape_power
 def test_the_land_drags_as_oil_sheared_across_its_gap_does():
     # tau = eta Omega R/c on the area 2 pi R L, at the arm R: outer land of the 218, R 68 mm
     moment = land_damping_n_m_s(HARRIS, lubricant := lubrication("4050", 100, 1))
-    shear_pa = lubricant.oil.dynamic_viscosity_pa_s * 1.0 * 0.068 / 0.3e-3
+    shear_pa = lubricant.inlet_oil.dynamic_viscosity_pa_s * 1.0 * 0.068 / 0.3e-3
     np.testing.assert_allclose(moment, shear_pa * (2 * np.pi * 0.068 * 6e-3) * 0.068)
 
 
@@ -159,12 +159,12 @@ def test_gyroscopic_moment_opens_the_inner_contact_angle_as_far_as_traction_can(
     # an independent check of the sign: here it comes from Newton's law for the ball, not from
     # the equations of raceway control
     points = OperatingPoints.axial(20000.0, 12000 * RPM)
-    without, full = (
+    angle_without_moment, angle_of_full_moment = (
         raceway_control(MAINSHAFT, points, gyroscopic_sign=sign).contacts.contact_angle_rad[0, 0]
         for sign in (0.0, 1.0)
     )
     angle = equilibrium(MAINSHAFT, points).balance.contacts.contact_angle_rad[0, 0]
-    assert without < angle < full
+    assert angle_without_moment < angle < angle_of_full_moment
 
 
 def test_equal_races_that_turn_against_each_other_share_all_evenly():
@@ -193,7 +193,7 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
     film = balance.traction
     # force times sliding speed, node by node
     sliding_m_s = film.slide_roll_ratio * balance.conditions.entrainment_speed_m_s
-    heat = film.coefficient * balance.conditions.load_n * gauss_rule(16, 4).share * sliding_m_s
+    heat = film.coefficient * balance.conditions.load_n * gauss_rule(16, 4).load_share * sliding_m_s
     np.testing.assert_allclose(heat.sum(axis=-1), film.heat_w)
     limit = float(np.median(film.slide_roll_ratio))
 
@@ -256,9 +256,9 @@ def test_any_bearing_finds_its_motion_or_tells(
 def on_rig_like_contact(pressure_gpa, radius_m):
     """Conditions of a circular contact of the rig's materials, with balls of a radius."""
     load = np.pi**3 * radius_m**2 * (pressure_gpa * 1e9) ** 3 / (1.5 * RIG.reduced_modulus_pa**2)
-    one = np.ones_like(load)
+    ones = np.ones_like(load)
     return Conditions(
-        load, pressure_gpa * one, 30 * one, 70 * one, radius_m * one, RIG.reduced_modulus_pa
+        load, pressure_gpa * ones, 30 * ones, 70 * ones, radius_m * ones, RIG.reduced_modulus_pa
     )
 
 
@@ -268,10 +268,10 @@ def test_load_variables_agree_on_the_rigs_own_contact_and_load_alone_tells_ball_
     for law in laws:
         np.testing.assert_allclose(law(rig_contacts, slip), laws[0](rig_contacts, slip))
     # on circular contacts W/(E' R^2) goes with (p/E')^3 alone
-    sizes = on_rig_like_contact(np.array([[1.2], [1.2]]), np.array([[0.005], [0.02]]))
-    stress, load, dimensionless = (np.squeeze(law(sizes, slip)) for law in laws)
-    for same in (stress, dimensionless):
-        np.testing.assert_allclose(same[0], same[1])
+    conditions_of_sizes = on_rig_like_contact(np.array([[1.2], [1.2]]), np.array([[0.005], [0.02]]))
+    stress, load, dimensionless = (np.squeeze(law(conditions_of_sizes, slip)) for law in laws)
+    for mu_of_sizes in (stress, dimensionless):
+        np.testing.assert_allclose(mu_of_sizes[0], mu_of_sizes[1])
     assert (load[1] > 1.1 * load[0]).all()
 
 
@@ -287,8 +287,8 @@ def test_film_beyond_the_thermal_reduction_is_unknown_and_without_speed_it_is_no
     assert terms["film_in_range"].tolist() == [True, True, False]
 
 
-AT = (shipped("mainshaft-167"), OperatingPoints.axial(5000.0, 12000 * RPM), "4010", 70.0)
-OILY = {"oil_volume_fraction": 0.02}
+SLIPPING_CASE = (shipped("mainshaft-167"), OperatingPoints.axial(5000.0, 12000 * RPM), "4010", 70.0)
+MUCH_OIL = {"oil_volume_fraction": 0.02}
 
 
 def holds(_: Conditions, slide_roll_ratio: np.ndarray) -> np.ndarray:
@@ -315,14 +315,14 @@ def holds_or_slips(conditions: Conditions, slide_roll_ratio: np.ndarray) -> np.n
 
 
 def test_a_planted_fold_has_a_rolling_and_a_skidding_cage():
-    rolling, skidding = (equilibrium(*AT, law=law, **OILY) for law in (holds, slips))
+    rolling, skidding = (equilibrium(*SLIPPING_CASE, law=law, **MUCH_OIL) for law in (holds, slips))
     # each contact of either is well inside the part of the joined law that it was calculated with,
     # so that both are equilibria of the joined law: inner contact by its slip, outer by its speed
     assert rolling.balance.traction.slide_roll_ratio.max() < 0.15
     assert rolling.balance.conditions.entrainment_speed_m_s.min() > 47
     assert skidding.balance.traction.slide_roll_ratio[0, 0].min() > 0.6
     assert skidding.balance.conditions.entrainment_speed_m_s[0, 1, 0] < 35
-    motions = equilibria(problem(*AT, law=holds_or_slips, **OILY))
+    motions = equilibria(problem(*SLIPPING_CASE, law=holds_or_slips, **MUCH_OIL))
     for motion, planted in ((motions.fastest, rolling), (motions.slowest, skidding)):
         np.testing.assert_allclose(motion.cage_slip(), planted.cage_slip(), rtol=1e-5)
         np.testing.assert_allclose(motion.torque_n_m(), planted.torque_n_m(), rtol=1e-5)
@@ -332,6 +332,6 @@ def test_a_planted_fold_has_a_rolling_and_a_skidding_cage():
 
 @pytest.mark.parametrize("law", [holds, slips, printed_law("4010")])
 def test_where_there_is_one_equilibrium_no_other_is_found(law):
-    motions = equilibria(problem(*AT, law=law, **OILY))
+    motions = equilibria(problem(*SLIPPING_CASE, law=law, **MUCH_OIL))
     assert motions.count.tolist() == [1]
     assert motions.slowest.cage_slip() == motions.fastest.cage_slip()

@@ -170,15 +170,15 @@ def test_a_hybrid_bearing_is_stiffer_and_its_balls_lighter():
     ],
 )
 def test_impossible_geometry_is_refused_by_name(changes, key, words):
-    changed = merge(read_yaml(FOLDER / "harris-218.yaml").values, changes)
-    mistake = first_mistake(changed, BearingFile)
+    changed_values = merge(read_yaml(FOLDER / "harris-218.yaml").values, changes)
+    mistake = first_mistake(changed_values, BearingFile)
     assert mistake.startswith(f"`{key}`: found")
     assert words in mistake
 
 
 def test_ceramic_balls_need_their_own_expansion():
     ball = {"youngs_modulus_pa": 310e9, "poisson_ratio": 0.26, "density_kg_m3": 3200.0}
-    changed = merge(read_yaml(FOLDER / "harris-218.yaml").values, {"ball": ball})
-    assert "expansion_1_k" in first_mistake(changed, BearingFile)
-    known = merge(changed, {"ball": {"expansion_1_k": 3.2e-6}})
-    assert BearingFile.model_validate(known).ball.expansion_1_k == 3.2e-6
+    without_expansion = merge(read_yaml(FOLDER / "harris-218.yaml").values, {"ball": ball})
+    assert "expansion_1_k" in first_mistake(without_expansion, BearingFile)
+    with_expansion = merge(without_expansion, {"ball": {"expansion_1_k": 3.2e-6}})
+    assert BearingFile.model_validate(with_expansion).ball.expansion_1_k == 3.2e-6

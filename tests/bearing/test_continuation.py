@@ -16,22 +16,29 @@ def cubic(unknowns: np.ndarray, level: np.ndarray, _: np.ndarray) -> np.ndarray:
 def test_a_curve_with_two_folds_is_crossed_at_all_three_roots():
     start = np.array([[-2.5]])
     level = cubic(start, np.zeros(1), np.arange(1))[:, 0]
-    crossings = trace(cubic, start, ONE, level, wanted=0.0, first=-100.0, last=5.0)
+    crossings = trace(
+        cubic, start, ONE, level, wanted_value=0.0, first_value=-100.0, last_value=5.0
+    )
     # x^3 - 3 x = 0
     np.testing.assert_allclose(crossings.unknowns[:, 0], [-np.sqrt(3), 0.0, np.sqrt(3)], atol=2e-3)
     assert crossings.reached_last.all()
-    assert not crossings.returned.any()
+    assert not crossings.turned_back.any()
 
 
 def test_every_curve_is_followed_by_itself():
     starts = np.array([[-2.5], [-3.0], [-2.2]])
     level = cubic(starts, np.zeros(3), np.arange(3))[:, 0]
-    together = trace(cubic, starts, np.ones((3, 1)), level, 0.0, -100.0, 5.0)
-    assert together.point.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
-    for number in range(3):
-        row = slice(number, number + 1)
-        alone = trace(cubic, starts[row], ONE, level[row], 0.0, -100.0, 5.0)
-        np.testing.assert_array_equal(together.unknowns[together.point == number], alone.unknowns)
+    crossings_together = trace(cubic, starts, np.ones((3, 1)), level, 0.0, -100.0, 5.0)
+    assert crossings_together.point_index.tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    for curve_index in range(3):
+        curve_slice = slice(curve_index, curve_index + 1)
+        crossings_alone = trace(
+            cubic, starts[curve_slice], ONE, level[curve_slice], 0.0, -100.0, 5.0
+        )
+        np.testing.assert_array_equal(
+            crossings_together.unknowns[crossings_together.point_index == curve_index],
+            crossings_alone.unknowns,
+        )
 
 
 def test_a_curve_that_turns_back_says_so():
@@ -39,10 +46,12 @@ def test_a_curve_that_turns_back_says_so():
     def parabola(unknowns, level, _):
         return unknowns**2 - 1 + level[..., np.newaxis]
 
-    crossings = trace(parabola, ONE, ONE, np.zeros(1), wanted=2.0, first=0.0, last=2.0)
-    assert crossings.returned.all()
+    crossings = trace(
+        parabola, ONE, ONE, np.zeros(1), wanted_value=2.0, first_value=0.0, last_value=2.0
+    )
+    assert crossings.turned_back.all()
     assert not crossings.reached_last.any()
-    assert len(crossings.point) == 0
+    assert len(crossings.point_index) == 0
 
 
 def test_a_pair_of_crossings_within_one_step_is_seen():
@@ -51,7 +60,9 @@ def test_a_pair_of_crossings_within_one_step_is_seen():
         return 0.501 - unknowns**2 / 100 - level[..., np.newaxis]
 
     start = np.array([[-1.0]])
-    crossings = trace(flat, start, ONE, np.array([0.491]), wanted=0.5, first=0.0, last=1.0)
+    crossings = trace(
+        flat, start, ONE, np.array([0.491]), wanted_value=0.5, first_value=0.0, last_value=1.0
+    )
     np.testing.assert_allclose(crossings.unknowns[:, 0], [-np.sqrt(0.1), np.sqrt(0.1)], rtol=1e-3)
 
 
@@ -61,7 +72,7 @@ def test_a_kink_stalls_a_curve_unless_its_steps_may_turn(kink):
     def bent(unknowns, level, _):
         return np.where(unknowns < 1, unknowns, 1 + (unknowns - 1) / 10) - level[..., np.newaxis]
 
-    crossings = trace(bent, 0 * ONE, ONE, np.zeros(1), 1.05, -1.0, 1.1, kink=kink)
+    crossings = trace(bent, 0 * ONE, ONE, np.zeros(1), 1.05, -1.0, 1.1, kink_length=kink)
     assert crossings.reached_last.tolist() == [kink > 0]
     if kink:
         np.testing.assert_allclose(crossings.unknowns, [[1.5]], atol=1e-6)

@@ -51,17 +51,17 @@ def values(loads_n: list[float]) -> np.ndarray:
     """Slips and torques of both ends and how many equilibria there are, a row per load."""
     motions = equilibria(mainshaft_problem("4010", 12000, 70.0, loads_n))
     columns = [motions.count]
-    for end in (motions.fastest, motions.slowest):
-        columns += [end.cage_slip(), end.torque_n_m(), end.held_by_band()]
+    for equilibrium in (motions.fastest, motions.slowest):
+        columns += [equilibrium.cage_slip(), equilibrium.torque_n_m(), equilibrium.held_by_band()]
     return np.column_stack(columns)
 
 
 def test_a_point_has_the_same_equilibria_alone_and_in_any_company():
-    company = values([*LOADS_N, *np.geomspace(3000.0, 20000.0, 16)])
-    for number, load_n in enumerate(LOADS_N):
-        alone = values([load_n])[0]
-        np.testing.assert_allclose(company[number], alone, rtol=1e-9)
-        np.testing.assert_allclose(values([load_n, load_n])[0], alone, rtol=1e-9)
+    values_in_company = values([*LOADS_N, *np.geomspace(3000.0, 20000.0, 16)])
+    for point_index, load_n in enumerate(LOADS_N):
+        values_alone = values([load_n])[0]
+        np.testing.assert_allclose(values_in_company[point_index], values_alone, rtol=1e-9)
+        np.testing.assert_allclose(values([load_n, load_n])[0], values_alone, rtol=1e-9)
 
 
 def test_rolling_and_skidding_cages_under_one_load_are_all_listed():
@@ -94,27 +94,31 @@ def test_a_motion_is_exact_where_the_curve_of_its_bands_stalls():
 
 def test_a_motion_between_the_sides_of_a_jump_is_found_again_beside_itself():
     # random draws are looked for in this way, 5 000 N beside it has no jump
-    found = friction_equilibrium(mainshaft_problem("4010", 6000, 40.0, [683.4988689104133, 5000.0]))
-    assert found.held_by_band().tolist() == [True, False]
-    beside = Neighbour.from_unknowns(found.problem, found.solution.unknowns)
-    for again in (
-        friction_equilibrium(found.problem, beside),
-        friction_equilibrium(found.problem),
-        equilibria(found.problem).fastest,
+    equilibrium = friction_equilibrium(
+        mainshaft_problem("4010", 6000, 40.0, [683.4988689104133, 5000.0])
+    )
+    assert equilibrium.held_by_band().tolist() == [True, False]
+    neighbour = Neighbour.from_unknowns(equilibrium.problem, equilibrium.solution.unknowns)
+    for equilibrium_again in (
+        friction_equilibrium(equilibrium.problem, neighbour),
+        friction_equilibrium(equilibrium.problem),
+        equilibria(equilibrium.problem).fastest,
     ):
-        assert again.solution.converged.all()
-        assert again.held_by_band().tolist() == [True, False]
-        np.testing.assert_allclose(again.cage_slip(), found.cage_slip(), rtol=1e-9)
+        assert equilibrium_again.solution.converged.all()
+        assert equilibrium_again.held_by_band().tolist() == [True, False]
+        np.testing.assert_allclose(
+            equilibrium_again.cage_slip(), equilibrium.cage_slip(), rtol=1e-9
+        )
 
 
 def test_more_drag_never_makes_a_cage_faster():
-    shares = np.linspace(0.002, 0.05, 6)
+    oil_volume_fractions = np.linspace(0.002, 0.05, 6)
     points = OperatingPoints.axial(3000.0, 12000 * RPM)
     slips = [
         friction_equilibrium(
-            problem(MAINSHAFT, points, "4010", 70.0, oil_volume_fraction=share)
+            problem(MAINSHAFT, points, "4010", 70.0, oil_volume_fraction=oil_volume_fraction)
         ).cage_slip()[0]
-        for share in shares
+        for oil_volume_fraction in oil_volume_fractions
     ]
     assert (np.diff(slips) > 0).all()
 
@@ -124,4 +128,4 @@ def test_beyond_the_law_no_motion_is_called_the_only_one() -> None:
     motions = equilibria(problem(shipped("mainshaft-167"), points, "4102", 40.0))
     np.testing.assert_array_equal(motions.count, [1, 1])
     np.testing.assert_array_equal(motions.fastest.outside_law(), [True, False])
-    np.testing.assert_array_equal(motions.complete, [False, True])
+    np.testing.assert_array_equal(motions.is_complete, [False, True])

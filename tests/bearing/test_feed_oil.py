@@ -19,12 +19,12 @@ MAINSHAFT, NASA_35 = shipped("mainshaft-167"), shipped("nasa-35")
 L_MIN = 1e-3 / 60
 
 
-def with_values(at: FrictionProblem, **changed: float) -> FrictionProblem:
+def with_values(problem: FrictionProblem, **changed_inputs: float) -> FrictionProblem:
     """The problem in operation, with some inputs changed."""
-    bearing, points = at.bearing, len(at.points.axial_load_n)
-    inputs = Inputs.without_draws({**bearing.uncertain, **SETTINGS.uncertain()}, points)
-    arrays = {name: np.full(points, float(value)) for name, value in changed.items()}
-    return at.with_inputs(replace(inputs, **arrays))
+    bearing, point_count = problem.bearing, len(problem.points.axial_load_n)
+    inputs = Inputs.without_draws({**bearing.uncertain, **SETTINGS.uncertain()}, point_count)
+    arrays = {name: np.full(point_count, float(value)) for name, value in changed_inputs.items()}
+    return problem.with_inputs(replace(inputs, **arrays))
 
 
 # docs/physics.md, Feed oil: 8 L/min at 100 degC from a radius of 72.6 mm
@@ -56,27 +56,27 @@ def test_momentum_of_the_small_bearing_is_that_of_another_program():
 
 def test_oil_that_is_given_speed_costs_its_moment_and_leaves_the_balls_alone():
     points = OperatingPoints.axial(10000.0, np.array([6000.0, 12000.0]) * RPM)
-    at = problem(MAINSHAFT, points)
-    fed, dry, half, unknown = (
-        torque_terms(friction_equilibrium(with_values(at, **changed)), TESTED)
-        for changed in (
+    base_problem = problem(MAINSHAFT, points)
+    fed, dry, half_carried, unknown_flow = (
+        torque_terms(friction_equilibrium(with_values(base_problem, **changed_inputs)), TESTED)
+        for changed_inputs in (
             {},
             {"feed_flow_m3_s": 0.0},
             {"momentum_share": 0.5},
             {"feed_flow_m3_s": np.nan},
         )
     )
-    more = fed["torque_n_m"] - dry["torque_n_m"]
-    np.testing.assert_allclose(more, fed["momentum_torque_n_m"], rtol=1e-9)
+    added_torque_n_m = fed["torque_n_m"] - dry["torque_n_m"]
+    np.testing.assert_allclose(added_torque_n_m, fed["momentum_torque_n_m"], rtol=1e-9)
     # 918 kg/m3, 8 L/min, 72.61 mm: m' omega r^2
     np.testing.assert_allclose(
-        more, 918 * 8 * L_MIN * 72.608e-3**2 * 628.32 * np.array([1, 2]), rtol=1e-3
+        added_torque_n_m, 918 * 8 * L_MIN * 72.608e-3**2 * 628.32 * np.array([1, 2]), rtol=1e-3
     )
-    np.testing.assert_allclose(half["momentum_torque_n_m"], more / 2)
+    np.testing.assert_allclose(half_carried["momentum_torque_n_m"], added_torque_n_m / 2)
     np.testing.assert_allclose(fed["cage_slip"], dry["cage_slip"], rtol=1e-12)
     # an unknown flow leaves its term open, and the torque is one without it
-    assert np.isnan(unknown["momentum_torque_n_m"]).all()
-    np.testing.assert_allclose(unknown["torque_n_m"], dry["torque_n_m"])
+    assert np.isnan(unknown_flow["momentum_torque_n_m"]).all()
+    np.testing.assert_allclose(unknown_flow["torque_n_m"], dry["torque_n_m"])
     # power put in is all heat, with the heat of the oil
     np.testing.assert_allclose(fed["energy_error"], 0, atol=1e-6)
 
@@ -90,18 +90,22 @@ def test_starvation_is_the_catalogues_and_weakens_rolling_resistance_and_film():
     starved = with_values(problem(MAINSHAFT, points))
     # 4050 at 100 degC has 5.46 cSt (docs/physics.md, Oils)
     np.testing.assert_allclose(starved.replenishment(), factor, rtol=1e-3)
-    wet, dry = (torque_terms(friction_equilibrium(at), TESTED) for at in (flooded, starved))
-    np.testing.assert_allclose(dry["lambda_ratio"] / wet["lambda_ratio"], factor, rtol=2e-3)
+    flooded_terms, starved_terms = (
+        torque_terms(friction_equilibrium(case), TESTED) for case in (flooded, starved)
+    )
     np.testing.assert_allclose(
-        dry["rolling_torque_n_m"] / wet["rolling_torque_n_m"], factor, rtol=5e-3
+        starved_terms["lambda_ratio"] / flooded_terms["lambda_ratio"], factor, rtol=2e-3
+    )
+    np.testing.assert_allclose(
+        starved_terms["rolling_torque_n_m"] / flooded_terms["rolling_torque_n_m"], factor, rtol=5e-3
     )
 
 
 def test_traction_of_an_ellipse_is_the_laws_times_the_factor():
     points = OperatingPoints.axial(20000.0, 12000 * RPM)
-    at = problem(MAINSHAFT, points)
-    weak = with_values(at, ellipse_factor=0.9)
-    strong = with_values(at, ellipse_factor=1.0)
+    base_problem = problem(MAINSHAFT, points)
+    weak = with_values(base_problem, ellipse_factor=0.9)
+    strong = with_values(base_problem, ellipse_factor=1.0)
     # at the same motion all traction is 0.9 of that of the law
     unknowns = friction_equilibrium(strong).solution.unknowns
     by_law, in_ellipse = strong.balance(unknowns).traction, weak.balance(unknowns).traction
@@ -115,10 +119,10 @@ def test_traction_of_an_ellipse_is_the_laws_times_the_factor():
 SPEEDS_RPM = np.array([28000.0, 48000.0, 64000.0, 72000.0])
 
 
-def heat_and_slip(ball: str, **changed: float) -> tuple[np.ndarray, np.ndarray]:
+def heat_and_slip(ball_material: str, **changed_inputs: float) -> tuple[np.ndarray, np.ndarray]:
     """Power loss and cage slip of the 35 mm bearing at 667 N with steel or ceramic balls."""
     bearing = NASA_35
-    if ball == "silicon nitride":
+    if ball_material == "silicon nitride":
         # E 310 GPa, nu 0.26, 3200 kg/m3, 3.2e-6 1/K against rings of M50
         modulus = 2 / ((1 - 0.26**2) / 310e9 + (1 - 0.29**2) / 203e9)
         bearing = replace(
@@ -128,7 +132,9 @@ def heat_and_slip(ball: str, **changed: float) -> tuple[np.ndarray, np.ndarray]:
             rings=replace(NASA_35.rings, ball_expansion_1_k=3.2e-6),
         )
     points = OperatingPoints.axial(np.full(4, 667.0), SPEEDS_RPM * RPM)
-    motion = friction_equilibrium(with_values(problem(bearing, points, "4050", 120.9), **changed))
+    motion = friction_equilibrium(
+        with_values(problem(bearing, points, "4050", 120.9), **changed_inputs)
+    )
     assert motion.solution.converged.all()
     return motion.torque_n_m() * SPEEDS_RPM * RPM, motion.cage_slip()
 

@@ -21,9 +21,9 @@ STEEL = (7833.0, 207.5e9, 0.3)
 UM = 1e-6
 
 
-def inputs(points: int = 1, **changed: float | np.ndarray) -> Inputs:
+def inputs(point_count: int = 1, **changed_inputs: float | np.ndarray) -> Inputs:
     """Inputs of the mainshaft bearing without fits and differences of temperature."""
-    nothing = dict.fromkeys(
+    no_growth = dict.fromkeys(
         (
             "shaft_interference_m",
             "housing_interference_m",
@@ -32,8 +32,10 @@ def inputs(points: int = 1, **changed: float | np.ndarray) -> Inputs:
         ),
         0.0,
     )
-    values = Inputs.without_draws({**MAINSHAFT.uncertain, **SETTINGS.uncertain()}, points)
-    arrays = {name: np.full(points, value) for name, value in (nothing | changed).items()}
+    values = Inputs.without_draws({**MAINSHAFT.uncertain, **SETTINGS.uncertain()}, point_count)
+    arrays = {
+        name: np.full(point_count, value) for name, value in (no_growth | changed_inputs).items()
+    }
     return replace(values, **arrays)
 
 
@@ -83,10 +85,17 @@ def displacements(radii: np.ndarray, load: np.ndarray, pressure: float) -> np.nd
 
 
 def test_a_tight_ring_and_its_shaft_are_one_body_and_the_fit_adds_its_share():
-    bore, fit, groove = 0.6 * MAINSHAFT.groove_bottom_m[0], 62e-3, MAINSHAFT.groove_bottom_m[0]
+    bore_radius, fit_radius, groove_radius = (
+        0.6 * MAINSHAFT.groove_bottom_m[0],
+        62e-3,
+        MAINSHAFT.groove_bottom_m[0],
+    )
     speed, interference = 12000.0 * RPM, 20 * UM
     rho, modulus, nu = STEEL
-    ring, shaft = np.linspace(fit, groove, 400), np.linspace(bore, fit, 400)
+    ring, shaft = (
+        np.linspace(fit_radius, groove_radius, 400),
+        np.linspace(bore_radius, fit_radius, 400),
+    )
     inertia = rho * speed**2
     # each body alone, turning; then under a unit pressure of the fit
     ring_turning = displacements(ring, inertia * ring, 0.0)
@@ -98,25 +107,30 @@ def test_a_tight_ring_and_its_shaft_are_one_body_and_the_fit_adds_its_share():
     gap = ring_turning[0] - shaft_turning[-1]
     pressure = (interference - gap) / (ring_pressed[0] - shaft_pressed[-1])
     assert pressure > 0
-    expected = ring_turning[-1] + pressure * ring_pressed[-1]
-    found = inner_ring_growth_m(
+    expected_growth_m = ring_turning[-1] + pressure * ring_pressed[-1]
+    growth_m = inner_ring_growth_m(
         MAINSHAFT, np.array([speed]), np.array([0.6]), np.array([interference])
     )
-    assert MAINSHAFT.rings.bore_ratio == pytest.approx(fit / groove)
-    assert found[0] == pytest.approx(expected, rel=1e-3)
+    assert MAINSHAFT.rings.bore_ratio == pytest.approx(fit_radius / groove_radius)
+    assert growth_m[0] == pytest.approx(expected_growth_m, rel=1e-3)
     # neither the whole interference nor the ring's own growth beside that of the shaft
-    alone = centrifugal_growth_m(speed, groove, fit, *STEEL)
-    assert found[0] < alone + fit_share(groove, fit, bore) * interference
+    growth_of_ring_alone_m = centrifugal_growth_m(speed, groove_radius, fit_radius, *STEEL)
+    assert (
+        growth_m[0]
+        < growth_of_ring_alone_m + fit_share(groove_radius, fit_radius, bore_radius) * interference
+    )
 
 
 def test_a_ring_that_loses_its_fit_grows_alone():
     speed = np.array([4e6 / 167.5375 * RPM])
     loose = inner_ring_growth_m(MAINSHAFT, speed, np.array([0.6]), np.array([5 * UM]))
     groove = MAINSHAFT.groove_bottom_m[0]
-    alone = centrifugal_growth_m(speed, groove, MAINSHAFT.rings.bore_ratio * groove, *STEEL)
-    np.testing.assert_allclose(loose, alone)
+    growth_of_ring_alone = centrifugal_growth_m(
+        speed, groove, MAINSHAFT.rings.bore_ratio * groove, *STEEL
+    )
+    np.testing.assert_allclose(loose, growth_of_ring_alone)
     tight = inner_ring_growth_m(MAINSHAFT, speed, np.array([0.6]), np.array([200 * UM]))
-    assert tight > alone
+    assert tight > growth_of_ring_alone
 
 
 def test_a_solid_body_takes_the_share_of_its_radii():
@@ -126,28 +140,30 @@ def test_a_solid_body_takes_the_share_of_its_radii():
 
 def test_warm_rings_grow_by_expansion_and_equal_warmth_turns_no_contact_angle():
     # a b dT = 12e-6 x 72.6 mm x 30 K = 26.1 um at the bottom of the groove
-    warm = operating_growth(
+    growth = operating_growth(
         MAINSHAFT, np.zeros(1), np.array([20.0]), inputs(ring_temperature_difference_k=30.0)
     )
     groove_growth = 12e-6 * 30 * 0.52 * 22.225e-3
     ball_growth = 12e-6 * 15 * 22.225e-3 / 2  # the balls have the mean of both rings
-    bottom = warm.centre_m[0, 0] - groove_growth
+    bottom = growth.centre_displacement_m[0, 0] - groove_growth
     assert bottom == pytest.approx(26.1 * UM, rel=2e-3)
-    assert warm.offset_m[0, 0] == pytest.approx(groove_growth - ball_growth)
+    assert growth.offset_growth_m[0, 0] == pytest.approx(groove_growth - ball_growth)
     # all of one steel at one temperature is the same bearing, larger
     points = OperatingPoints.axial(20000.0, 1.0)
-    hot = operating_growth(MAINSHAFT, np.zeros(1), np.array([170.0]), inputs())
+    growth_of_hot_bearing = operating_growth(MAINSHAFT, np.zeros(1), np.array([170.0]), inputs())
     at_rest = raceway_control(MAINSHAFT, points).contacts.contact_angle_rad
-    heated = raceway_control(MAINSHAFT, replace(points, growth=hot)).contacts.contact_angle_rad
+    heated = raceway_control(
+        MAINSHAFT, replace(points, growth=growth_of_hot_bearing)
+    ).contacts.contact_angle_rad
     np.testing.assert_allclose(heated, at_rest, atol=np.radians(0.03))
 
 
 def test_hot_balls_take_play_away_and_ceramic_ones_give_it():
     # 0.27 um/K of diameter: 12e-6 x 22.2 mm
-    warm = operating_growth(
+    growth_of_hot_balls = operating_growth(
         MAINSHAFT, np.zeros(1), np.array([20.0]), inputs(ball_temperature_difference_k=10.0)
     )
-    np.testing.assert_allclose(warm.offset_m, -2.667 * UM / 2, rtol=1e-3)
+    np.testing.assert_allclose(growth_of_hot_balls.offset_growth_m, -2.667 * UM / 2, rtol=1e-3)
     ceramic = replace(MAINSHAFT, rings=replace(MAINSHAFT.rings, ball_expansion_1_k=3.2e-6))
     points = OperatingPoints.axial(20000.0, 1.0)
     angles = []
@@ -163,8 +179,8 @@ def test_a_housing_squeezes_the_outer_groove_and_a_clearance_does_nothing():
     growth = operating_growth(
         MAINSHAFT, np.zeros(3), np.full(3, 20.0), inputs(3, housing_interference_m=sizes)
     )
-    np.testing.assert_array_equal(growth.centre_m[:2, 1], 0)
-    assert -10 * UM < growth.centre_m[2, 1] < -3 * UM
+    np.testing.assert_array_equal(growth.centre_displacement_m[:2, 1], 0)
+    assert -10 * UM < growth.centre_displacement_m[2, 1] < -3 * UM
 
 
 # docs/physics.md, Growth of rings: an independent program with the growth of the inner ring given;
@@ -209,8 +225,8 @@ def test_torque_slip_and_angles_of_a_grown_bearing_are_those_of_another_program(
     np.testing.assert_allclose(motion.torque_n_m(), torque, atol=1.1e-3)
     angles = np.degrees(motion.balance.contacts.contact_angle_rad)
     np.testing.assert_allclose(angles, np.column_stack([inner, outer]), atol=0.11)
-    found = motion.balance.sliding.middle_slide_roll_ratio[:, 0]
-    np.testing.assert_allclose(found, slip, atol=1.1e-4)
+    slide_roll_ratio = motion.balance.sliding.middle_slide_roll_ratio[:, 0]
+    np.testing.assert_allclose(slide_roll_ratio, slip, atol=1.1e-4)
 
 
 def test_rings_without_play_still_find_their_equilibrium():
@@ -228,9 +244,14 @@ def test_rings_without_play_still_find_their_equilibrium():
 
 def test_growth_of_some_points_is_that_of_these_points():
     points = OperatingPoints.axial(np.array([5e3, 1e4, 2e4]), np.array([6e3, 12e3, 18e3]) * RPM)
-    together = in_operation(problem(MAINSHAFT, points))
-    which = np.array([2, 0])
-    alone = in_operation(problem(MAINSHAFT, points.at_points(which)))
-    some = together.at_points(which).points.growth
-    np.testing.assert_array_equal(some.centre_m, alone.points.growth.centre_m)
-    np.testing.assert_array_equal(some.offset_m, alone.points.growth.offset_m)
+    problem_of_all_points = in_operation(problem(MAINSHAFT, points))
+    point_index = np.array([2, 0])
+    problem_of_points = in_operation(problem(MAINSHAFT, points.at_points(point_index)))
+    growth_of_points = problem_of_all_points.at_points(point_index).points.growth
+    np.testing.assert_array_equal(
+        growth_of_points.centre_displacement_m,
+        problem_of_points.points.growth.centre_displacement_m,
+    )
+    np.testing.assert_array_equal(
+        growth_of_points.offset_growth_m, problem_of_points.points.growth.offset_growth_m
+    )

@@ -24,7 +24,7 @@ def test_constant_heat_warms_the_oil_by_heat_over_flow_and_heat_capacity():
     # docs/physics.md, Oils: 23699 type, rho 918 kg/m3 at 100 degC, c_p 2000 J/(kg K).
     # 0.8 x 10 kW / (918 x 8e-3/60 x 2000) = 32.7 K
     balance = balance_of(lambda at: np.full_like(at, 10e3))
-    assert balance.balanced.all()
+    assert balance.is_balanced.all()
     assert balance.outlet_temperature_c[0] == pytest.approx(132.7, abs=0.1)
     assert balance.contact_temperature_c[0] == pytest.approx(100 + 32.7 / 2, abs=0.05)
 
@@ -37,21 +37,21 @@ def test_heat_that_falls_by_a_line_meets_the_cooling_where_the_lines_cross():
 
 def test_a_bearing_that_does_not_turn_heats_nothing():
     balance = balance_of(np.zeros_like)
-    assert balance.balanced.all()
+    assert balance.is_balanced.all()
     assert balance.outlet_temperature_c[0] == 100
 
 
 def test_where_the_heat_jumps_there_is_no_steady_temperature():
     balance = balance_of(lambda at: np.where(at < 110, 10e3, 1e3))
-    assert not balance.balanced.any()
+    assert not balance.is_balanced.any()
     assert np.isnan(balance.outlet_temperature_c).all()
 
 
 def test_a_trickle_of_oil_cannot_carry_the_heat():
     balance = balance_of(lambda at: np.full_like(at, 10e3), flow_m3_s=1e-3 / 60)
     # 261 K would be needed: 361 degC; half of that flow would boil
-    assert balance.balanced.all()
-    assert not balance_of(lambda at: np.full_like(at, 10e3), flow_m3_s=5e-4 / 60).balanced.any()
+    assert balance.is_balanced.all()
+    assert not balance_of(lambda at: np.full_like(at, 10e3), flow_m3_s=5e-4 / 60).is_balanced.any()
 
 
 @pytest.mark.parametrize("oil", ["4010", "4102"])
@@ -65,7 +65,7 @@ def test_the_oil_takes_its_share_of_the_heat_of_a_bearing(oil):
         return bearing.ball_count * np.sum(found.balance.heats_w, axis=0)
 
     balance = heat_balance(heat_w, oil_of(oil), SUPPLY, inlet)
-    assert balance.balanced.all()
+    assert balance.is_balanced.all()
     known, outlet = oil_of(oil), balance.outlet_temperature_c
     # enthalpy by c_p integrated in fine steps
     steps = np.linspace(inlet, outlet, 20001)

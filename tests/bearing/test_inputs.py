@@ -3,21 +3,21 @@
 import numpy as np
 
 from bearings import SETTINGS, shipped
-from oilfilm.bearing.inputs import INPUTS, Inputs
+from oilfilm.bearing.inputs import INPUT_NAMES, Inputs
 
 UNCERTAIN = {**shipped("mainshaft-167").uncertain, **SETTINGS.uncertain()}
 
 
 def test_bearing_and_settings_have_every_input_within_its_range():
-    assert set(UNCERTAIN) == set(INPUTS)
+    assert set(UNCERTAIN) == set(INPUT_NAMES)
     for uncertain in UNCERTAIN.values():
         assert uncertain.low <= uncertain.value <= uncertain.high
 
 
 def test_draws_fill_the_range_and_half_of_them_are_on_either_side_of_the_value():
     probability = (np.arange(1000) + 0.5) / 1000
-    drawn = Inputs.drawn(UNCERTAIN, dict.fromkeys(INPUTS, probability))
-    for name in INPUTS:
+    drawn = Inputs.drawn(UNCERTAIN, dict.fromkeys(INPUT_NAMES, probability))
+    for name in INPUT_NAMES:
         values, uncertain = getattr(drawn, name), UNCERTAIN[name]
         assert uncertain.low <= values.min() < values.max() <= uncertain.high
         np.testing.assert_allclose(np.ptp(values), uncertain.high - uncertain.low, rtol=3e-3)

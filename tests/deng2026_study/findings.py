@@ -30,7 +30,7 @@ from oilfilm.bearing.resistance import Lubrication
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.best_oil import OPERATING_POINT, stays_best
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, stays_best
 from oilfilm.torque.torque_control import without_bistable
 from simulated_lab import true_bearing
 from simulated_lab.printed import PrintedCoefficients
@@ -95,7 +95,7 @@ def true_slips(campaign: str) -> pd.DataFrame:
     by_law, truth = table(campaign, "cage_slip"), table(campaign, "true_cage_slip")
     # the rules take the pressures from the map by the law; traction hardly changes them
     pressures = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
-    keys = ["oil", *OPERATING_POINT]
+    keys = ["oil", *OPERATING_POINT_COLUMNS]
     return truth.merge(by_law[[*keys, *pressures]], on=keys, validate="one_to_one")
 
 
@@ -185,7 +185,7 @@ def of_map(campaign: str) -> dict[str, Any]:
     compared = choice_by_truth(advice, table(campaign, "true_cage_slip"))
     assert compared is not None
     band = table(campaign, "advice_band").query(_RULES_AS_SET)
-    without_film = advice.loc[advice["judgement"] == "rule has none", OPERATING_POINT[1:]]
+    without_film = advice.loc[advice["judgement"] == "rule has none", OPERATING_POINT_COLUMNS[1:]]
     thickest = slips[slips["oil"] == "4102"].merge(without_film)
     last_resort = advice[advice["true_judgement"] == "slips more"]["advised_oil"] == "4102"
     return {

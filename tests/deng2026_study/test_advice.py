@@ -28,7 +28,7 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings
-from oilfilm.torque.best_oil import OPERATING_POINT
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS
 from planted_fits import printed_fits
 
 # the paper's own order of viscosity, and of traction as it has it
@@ -209,7 +209,7 @@ def test_slip_decides_as_an_engineer_would_and_rounding_decides_nothing(
     for number, bits in enumerate(itertools.product(BITS, repeat=len(OILS))):
         moved = rows.assign(**rows[numbers].mul(1 + np.array(bits), axis=0))
         # one operating point for all oils
-        moved[OPERATING_POINT] = rows[OPERATING_POINT]
+        moved[OPERATING_POINT_COLUMNS] = rows[OPERATING_POINT_COLUMNS]
         moved[["inlet_temperature_c", "pitch_speed_mm_rpm"]] *= 1 + bits[0]
         # the load tells the variants apart; the rules ask for the pressure only
         variants.append(moved.assign(axial_load_n=1e4 + number))

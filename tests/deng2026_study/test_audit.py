@@ -324,7 +324,7 @@ def test_thinnest_minimum_film_is_below_the_stated_one(judge: Judge, config: Set
     curve = basis.with_levels(
         slide_roll_ratio=[0.0, *basis.grid.slide_roll_ratio, basis.curve_slips[-1]]
     )
-    assert curve.films(thickness="central")[0].min() == pytest.approx(0.132, rel=0.02)
+    assert curve.films(film_kind="central")[0].min() == pytest.approx(0.132, rel=0.02)
     assert finding.numbers["central"] == 1.0
 
 

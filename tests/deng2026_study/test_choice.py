@@ -9,7 +9,7 @@ from deng2026_study.study import sections
 from oilfilm import tables
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.best_oil import OPERATING_POINT
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS
 from pictures import draw, nothing_is_cut_off
 
 OILS = ("4102", "4050", "4010")
@@ -24,7 +24,9 @@ def told(judgements: list[str], answered: list[int], share: list[float], setting
         share: Share of these in which 4010 is the best oil.
         settings: Any.
     """
-    points = pd.DataFrame(dict.fromkeys(OPERATING_POINT, np.arange(len(judgements), dtype=float)))
+    points = pd.DataFrame(
+        dict.fromkeys(OPERATING_POINT_COLUMNS, np.arange(len(judgements), dtype=float))
+    )
     points = points.assign(bearing="any")
     advice = points.assign(judgement=judgements, advised_oil="4010", best_oil="4010")
     answered = np.array(answered)

@@ -124,6 +124,6 @@ def torques(internal: FloatArray, duty: FloatArray = DUTY) -> FloatArray:
     terms = (
         oil_in_bearing()
         .with_constants(constants)
-        .run(SETTINGS.tested_bearing(), *np.tile(duty.T, len(internal)))
+        .calculate(SETTINGS.tested_bearing(), *np.tile(duty.T, len(internal)))
     )
     return terms["torque_n_m"].to_numpy().reshape(len(internal), -1)

@@ -38,13 +38,15 @@ def rising(slip: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("slip", "error"), [(0.0125, 3e-3), (0.02, 1e-3), (0.05, 3e-4)])
 def test_the_correction_gives_back_the_traction_without_spin(law, edge, slip, error):
     step = 0.02 * slip
-    below, here, above = (measured(law, slip + off, edge) for off in (-step, 0.0, step))
-    slope = (above - below) / (2 * step)
-    curvature = (above - 2 * here + below) / step**2
-    corrected = here * (1 + spin_correction(slip, here, slope, curvature, edge))
+    mu_below, mu_with_spin, mu_above = (
+        measured(law, slip + slip_change, edge) for slip_change in (-step, 0.0, step)
+    )
+    slope = (mu_above - mu_below) / (2 * step)
+    curvature = (mu_above - 2 * mu_with_spin + mu_below) / step**2
+    corrected = mu_with_spin * (1 + spin_correction(slip, mu_with_spin, slope, curvature, edge))
     assert corrected == pytest.approx(float(law(slip)), rel=error)
     # spin takes traction away
-    assert here < law(slip)
+    assert mu_with_spin < law(slip)
 
 
 def test_a_plateau_lacks_a_tenth_of_the_square_of_edge_over_slip():

@@ -43,19 +43,26 @@ stresses = st.floats(1e3, 1e9)
 rates = st.floats(1e2, 1e9)
 
 
-def mu(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
+def mu(
+    oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed_constants: Any
+) -> Any:
     """Of the rig's contact."""
-    constants, max_pressure = ThermalEhl(**CONSTANTS | changed), np.asarray(pressure_gpa) * 1e9
+    constants, max_pressure = (
+        ThermalEhl(**CONSTANTS | changed_constants),
+        np.asarray(pressure_gpa) * 1e9,
+    )
     return thermal_ehl_traction(
         OILS[oil], constants, max_pressure, speed, inlet, slip, RADIUS_M, MODULUS_PA
     )
 
 
-def film(oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed: Any) -> Any:
+def film(
+    oil: str, pressure_gpa: Any, speed: Any, inlet: Any, slip: Any, **changed_constants: Any
+) -> Any:
     """Where the pressure of that contact is its mean."""
     load = load_for_max_hertz_pressure(pressure_gpa * 1e9, RADIUS_M, MODULUS_PA)
     conditions = Conditions(load, pressure_gpa, speed, inlet, RADIUS_M, MODULUS_PA)
-    constants, mean = ThermalEhl(**CONSTANTS | changed), 2 / 3 * pressure_gpa * 1e9
+    constants, mean = ThermalEhl(**CONSTANTS | changed_constants), 2 / 3 * pressure_gpa * 1e9
     return sliding_film(
         OILS[oil], constants, conditions, mean, slip, radius_of_contact(pressure_gpa)
     )
@@ -115,11 +122,11 @@ def test_traction_is_the_mean_over_hertzs_pressure(oil: str) -> None:
 
 def test_stiff_film_reaches_its_limiting_stress() -> None:
     # slow, bodies that stay cold, no thinning before the limit: mu = Lambda exp(-b (T - Tr))
-    cold = {"solid_conductivity_w_mk": 1e9, "eyring_stress_pa": 1e12}
-    limit = 0.08 * np.exp(-0.003 * 20)
-    assert film("4102", 2.0, 1e-3, 60.0, 0.3, **cold).shear_stress_pa == pytest.approx(
-        limit * 2 / 3 * 2e9, rel=1e-4
-    )
+    constants_of_cold_bodies = {"solid_conductivity_w_mk": 1e9, "eyring_stress_pa": 1e12}
+    limiting_ratio = 0.08 * np.exp(-0.003 * 20)
+    assert film(
+        "4102", 2.0, 1e-3, 60.0, 0.3, **constants_of_cold_bodies
+    ).shear_stress_pa == pytest.approx(limiting_ratio * 2 / 3 * 2e9, rel=1e-4)
 
 
 @given(names, pressures, speeds, inlets, slips)
@@ -131,20 +138,20 @@ def test_stress_and_temperatures_found_belong_together(
     heat = state.shear_stress_pa * state.shear_rate_1_s * state.film_thickness_m
     mean_pressure = 2 / 3 * pressure * 1e9
     # heat out is heat in: half to each body, all of it through half the film on either side
-    body = flash_temperature_rise(heat / 2, radius_of_contact(pressure), speed, 46.0, 3.6e6)
+    rise_of_body = flash_temperature_rise(heat / 2, radius_of_contact(pressure), speed, 46.0, 3.6e6)
     conductivity = OILS[oil].thermal_conductivity_w_mk(inlet)
-    within = film_temperature_rise(heat, state.film_thickness_m, conductivity)
-    assert state.surface_temperature_c - inlet == pytest.approx(body, rel=1e-9, abs=1e-9)
+    rise_within_film = film_temperature_rise(heat, state.film_thickness_m, conductivity)
+    assert state.surface_temperature_c - inlet == pytest.approx(rise_of_body, rel=1e-9, abs=1e-9)
     rise = state.film_temperature_c - state.surface_temperature_c
-    assert rise == pytest.approx(within, rel=1e-9, abs=1e-9)
+    assert rise == pytest.approx(rise_within_film, rel=1e-9, abs=1e-9)
     # and the film that is as warm as that bears just this stress
-    at = state.film_temperature_c
+    film_temperature_c = state.film_temperature_c
     viscosity = barus_viscosity(
-        OILS[oil].dynamic_viscosity_pa_s(at),
-        OILS[oil].pressure_viscosity_coefficient_1_pa(at),
+        OILS[oil].dynamic_viscosity_pa_s(film_temperature_c),
+        OILS[oil].pressure_viscosity_coefficient_1_pa(film_temperature_c),
         mean_pressure,
     )
-    limit = limiting_stress(mean_pressure, at, ThermalEhl(**CONSTANTS))
+    limit = limiting_stress(mean_pressure, film_temperature_c, ThermalEhl(**CONSTANTS))
     bearable = limited_stress(eyring_stress(viscosity, state.shear_rate_1_s, 5e6), limit)
     assert state.shear_stress_pa == pytest.approx(bearable, rel=1e-7)
     assert 0 < state.shear_stress_pa < limit

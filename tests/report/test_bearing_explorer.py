@@ -15,7 +15,7 @@ from campaigns import rows
 from oilfilm.report.bearing_explorer import bearing_explorer_data
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.best_oil import best_of
+from oilfilm.torque.best_oil import find_best_oil
 from reports import OILS, report_of
 
 LOADS, SPEEDS = [500.0, 2000.0, 5000.0, 12000.0, 30000.0], [1000.0, 3000.0, 9000.0, 20000.0]
@@ -148,10 +148,10 @@ def test_the_best_oil_is_that_of_the_tables(page: Page) -> None:
         "oil => ({ ...oil, film: oil.film ?? NaN }))))",
         answers,
     )
-    expected = best_of(slip.T, torque.T, film.T, *limits)
+    expected = find_best_oil(slip.T, torque.T, film.T, *limits)
     assert best == [
         int(oil) if is_known else None
-        for oil, is_known in zip(expected.oil, expected.is_known, strict=True)
+        for oil, is_known in zip(expected.oil_index, expected.is_known, strict=True)
     ]
     assert None in best
     assert -1 in best

@@ -71,19 +71,23 @@ def test_each_operating_point_may_have_constants_of_its_own(oils):
     constants = np.array([printed()["4050"], printed()["4010"], printed()["4050"]])
     point = (shipped("mainshaft-167"), 10000.0, SPEED_RPM, 100.0)
     for load_variable in LOAD_VARIABLES:
-        together = oil.with_constants(constants).run(*point, load_variable)["torque_n_m"]
-        alone = [
-            oil.with_constants(row).run(*point[:2], speed, 100.0, load_variable)["torque_n_m"][0]
+        torques_together = oil.with_constants(constants).calculate(*point, load_variable)[
+            "torque_n_m"
+        ]
+        torques_alone = [
+            oil.with_constants(row).calculate(*point[:2], speed, 100.0, load_variable)[
+                "torque_n_m"
+            ][0]
             for row, speed in zip(constants, SPEED_RPM, strict=True)
         ]
-        np.testing.assert_allclose(together, alone, rtol=1e-8)
-        alone = oil.run(*point, load_variable)["torque_n_m"]
-        assert list(np.isclose(together, alone, rtol=1e-8)) == [True, False, True]
+        np.testing.assert_allclose(torques_together, torques_alone, rtol=1e-8)
+        torques_alone = oil.calculate(*point, load_variable)["torque_n_m"]
+        assert list(np.isclose(torques_together, torques_alone, rtol=1e-8)) == [True, False, True]
 
 
 def test_inversion_finds_the_traction_that_was_planted(config, oils):
     law, points = printed_law("4050"), OperatingPoints.axial(20000.0, SPEED_RPM * RPM)
-    stronger = lambda at, slide_roll_ratio: 1.33 * law(at, slide_roll_ratio)  # noqa: E731
+    stronger = lambda conditions, slide_roll_ratio: 1.33 * law(conditions, slide_roll_ratio)  # noqa: E731
     planted = in_operation(problem(shipped("mainshaft-167"), points, law=stronger))
     truth = torque_terms(friction_equilibrium(planted), TESTED)
     torque, inversion = torque_table(plateaus(truth["torque_n_m"], SPEED_RPM), oils, config)
@@ -111,7 +115,7 @@ def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(conf
     calibration = {"torque_n_m": 0.03, "torque_relative": 0.0}
     exact = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
     # the calibration's offset alone, so that its uncertainty is known: 3/2 of the random one
-    alone = config.with_changes(
+    only_offset_uncertain = config.with_changes(
         {
             "campaign": {"torque": {"calibration": calibration}},
             "bearing": {"term_uncertainty": exact, "oil_volume_fraction_range": [0.0036, 0.003601]},
@@ -119,14 +123,14 @@ def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(conf
         }
     )
     # a torque that 1.3 times the law's traction gives; its slope is steady there
-    first, moved = (
-        torque_table(plateaus([torque], [9000.0], se), oils, alone)[1].iloc[0]
+    inversion, inversion_of_wrong_torque = (
+        torque_table(plateaus([torque], [9000.0], se), oils, only_offset_uncertain)[1].iloc[0]
         for torque in (5.5, 5.5 + se)
     )
-    change = moved["traction_coefficient"] - first["traction_coefficient"]
-    assert first["verdict"] == "determined"
-    assert first["traction_coefficient_se"] == pytest.approx(change, rel=0.05)
-    assert first["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
+    change = inversion_of_wrong_torque["traction_coefficient"] - inversion["traction_coefficient"]
+    assert inversion["verdict"] == "determined"
+    assert inversion["traction_coefficient_se"] == pytest.approx(change, rel=0.05)
+    assert inversion["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
 
 
 def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils):
@@ -297,11 +301,11 @@ def test_contacts_above_the_limits_of_oil_and_steel_are_told(oils):
     (oil,) = (oil for oil in oils if oil.name == "4050")
     weaker = replace(oil, properties=replace(oil.properties, limiting_stress_ratio=1e-4))
     point = (shipped("mainshaft-167"), [1000.0, 60e3, 120e3], 9000.0, 100.0)
-    flagged = oil.run(*point)
+    flagged = oil.calculate(*point)
     pressure = flagged["inner_max_hertz_pressure_gpa"]
     assert (pressure < 2).tolist() == [True, False, False]  # GPa, Deng et al. (2026), section 4.3
     assert (pressure > 2.5).tolist() == [False, False, True]
     assert flagged["pressure_verdict"].tolist() == ["within", "above long-term", "above peak"]
     assert (flagged["contacts_over_stress_limit"] == 0).all()
     # a film that can carry a ten-thousandth of the pressure: two contacts of each of 20 balls
-    assert (weaker.run(*point)["contacts_over_stress_limit"] == 40).all()
+    assert (weaker.calculate(*point)["contacts_over_stress_limit"] == 40).all()

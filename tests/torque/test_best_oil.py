@@ -4,7 +4,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from oilfilm.torque.best_oil import NOT_KNOWN, OPERATING_POINT, best_oils, best_shares, stays_best
+from oilfilm.torque.best_oil import (
+    NOT_KNOWN,
+    OPERATING_POINT_COLUMNS,
+    best_oil_table,
+    best_shares,
+    stays_best,
+)
 
 LIMITS = {"slip_limit": 0.15, "lambda_limit": 3.0}
 NAN = np.nan
@@ -14,12 +20,12 @@ OILS = ("thick", "middle", "thin")
 def table(**columns: list[float]) -> pd.DataFrame:
     """The map of cage slip of three oils at one operating point."""
     rows = pd.DataFrame({"oil": OILS, **columns})
-    return rows.assign(**dict.fromkeys(OPERATING_POINT, 1.0))
+    return rows.assign(**dict.fromkeys(OPERATING_POINT_COLUMNS, 1.0))
 
 
 @pytest.mark.parametrize("bits", [0.0, 1e-12, -1e-12])
 @pytest.mark.parametrize(
-    ("torque", "slip", "film", "best"),
+    ("torque", "slip", "lambda_ratio", "best_oil"),
     [
         ([3.0, 2.0, 1.0], [0.01, 0.01, 0.15], [9.0, 8.0, 7.0], "thin"),  # just held
         ([3.0, 2.0, 1.0], [0.01, 0.01, 0.01], [9.0, 8.0, 3.0], "middle"),  # just no full film
@@ -33,30 +39,34 @@ def table(**columns: list[float]) -> pd.DataFrame:
     ],
 )
 def test_the_best_oil_does_not_depend_on_the_last_digits(
-    torque: list[float], slip: list[float], film: list[float], best: str, bits: float
+    torque: list[float], slip: list[float], lambda_ratio: list[float], best_oil: str, bits: float
 ) -> None:
-    for oil in range(len(OILS)):
-        moved = np.ones(len(OILS))
-        moved[oil] += bits
-        columns = {"torque_n_m": torque, "cage_slip": slip, "lambda_ratio": film}
-        rows = table(**{name: np.array(values) * moved for name, values in columns.items()})
-        assert best_oils(rows, **LIMITS)["best_oil"].tolist() == [best]
+    for oil_index in range(len(OILS)):
+        rounding_factor = np.ones(len(OILS))
+        rounding_factor[oil_index] += bits
+        columns = {"torque_n_m": torque, "cage_slip": slip, "lambda_ratio": lambda_ratio}
+        rows = table(
+            **{name: np.array(values) * rounding_factor for name, values in columns.items()}
+        )
+        assert best_oil_table(rows, **LIMITS)["best_oil"].tolist() == [best_oil]
 
 
-def draws(best_of_draws: list[int]) -> np.ndarray:
+def draws(best_oil_of_draw: list[int]) -> np.ndarray:
     """Draws of one point with a full film and a held cage, in which these oils have least torque.
 
     Returns:
         Torque, slip and lambda, shape (3, draws, oils).
     """
-    torque = np.full((len(best_of_draws), len(OILS)), 2.0)
-    torque[np.arange(len(torque)), best_of_draws] = 1.0
+    torque = np.full((len(best_oil_of_draw), len(OILS)), 2.0)
+    torque[np.arange(len(torque)), best_oil_of_draw] = 1.0
     return np.stack([torque, np.full_like(torque, 0.1), np.full_like(torque, 9.0)])
 
 
 def shares(values: np.ndarray) -> pd.DataFrame:
     columns = best_shares(values, len(OILS), **LIMITS)
-    return pd.DataFrame({"oil": OILS, **columns}).assign(**dict.fromkeys(OPERATING_POINT, 1.0))
+    return pd.DataFrame({"oil": OILS, **columns}).assign(
+        **dict.fromkeys(OPERATING_POINT_COLUMNS, 1.0)
+    )
 
 
 @pytest.mark.parametrize("best_count", [94, 95, 96])
@@ -64,20 +74,26 @@ def test_one_draw_without_an_equilibrium_moves_a_share_by_one_count_and_turns_no
     best_count: int,
 ) -> None:
     complete_draws = draws([2] * best_count + [1] * (100 - best_count))
-    before = shares(complete_draws)
-    was = stays_best(before, 0.95).iloc[0]
-    assert was["surely"] == (best_count >= 95)
-    assert not was["perhaps"]
-    for lost in range(100):
-        changed = complete_draws.copy()
-        changed[:, lost, 0] = NAN
-        after = shares(changed)
-        assert after["draws_answered"].tolist() == [99] * 3
-        assert after["draws_unanswered"].tolist() == [1] * 3
-        assert ((after["best_share"] - before["best_share"]).abs() <= 0.01 + 1e-12).all()
+    shares_before = shares(complete_draws)
+    stability_before = stays_best(shares_before, 0.95).iloc[0]
+    assert stability_before["surely"] == (best_count >= 95)
+    assert not stability_before["perhaps"]
+    for lost_draw_index in range(100):
+        draws_with_a_loss = complete_draws.copy()
+        draws_with_a_loss[:, lost_draw_index, 0] = NAN
+        shares_after = shares(draws_with_a_loss)
+        assert shares_after["draws_answered"].tolist() == [99] * 3
+        assert shares_after["draws_unanswered"].tolist() == [1] * 3
+        assert (
+            (shares_after["best_share"] - shares_before["best_share"]).abs() <= 0.01 + 1e-12
+        ).all()
         # it may become open, but never the contrary
-        now = stays_best(after, 0.95).iloc[0]
-        assert now["surely"] <= was["surely"] <= now["surely"] | now["perhaps"]
+        stability_after = stays_best(shares_after, 0.95).iloc[0]
+        assert (
+            stability_after["surely"]
+            <= stability_before["surely"]
+            <= stability_after["surely"] | stability_after["perhaps"]
+        )
 
 
 def test_a_draw_whose_best_oil_depends_on_an_unknown_film_counts_for_no_oil() -> None:

@@ -8,7 +8,7 @@ from oilfilm import tables
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import OilInBearing, cage_slip_table, oils_in_bearings
-from oilfilm.torque.best_oil import best_oils
+from oilfilm.torque.best_oil import best_oil_table
 from oilfilm.torque.heat_balance import heat_balance_table
 from planted_fits import printed_fits
 
@@ -48,7 +48,7 @@ def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(c
     assert (rolling["heated_lambda_ratio"] < rolling["lambda_ratio"]).all()
     assert (rolling["heated_torque_n_m"] < rolling["torque_n_m"]).all()
     limits = config.bearing.cage_slip.slip_limit, config.gates.lambda_limit
-    best = best_oils(slip, *limits).set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"]
+    best = best_oil_table(slip, *limits).set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"]
     assert (rows.set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"] == best).all()
 
 

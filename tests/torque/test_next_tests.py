@@ -27,7 +27,7 @@ from oilfilm.fits.measured_curves import (
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.answers import operating_points
+from oilfilm.torque.answers import operating_point_table
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_of_results
 from oilfilm.torque.feasible_tests import PlannedRig
 from oilfilm.torque.load_variables import LawInBearing
@@ -73,7 +73,7 @@ LAW_ALONE = SETTINGS.with_changes(
         },
     }
 )
-RUN, RIG = Errors(), np.array([0.004, 0.003, 0.001, 0.4])
+RUN_ERRORS, RIG_ERRORS = Errors(), np.array([0.004, 0.003, 0.001, 0.4])
 RIG_NAME = "ball-on-disc-20mm"
 REPEATS = 150
 
@@ -81,9 +81,9 @@ REPEATS = 150
 @pytest.fixture(scope="module")
 def information() -> Information:
     """What the small matrix tells, with the errors as planted and the constants as they are."""
-    sizes = ErrorSizes(RUN.of_curve**2, RUN.point**2)
+    sizes = ErrorSizes(RUN_ERRORS.of_curve**2, RUN_ERRORS.point**2)
     free = np.ones(len(TRUTH), dtype=bool)
-    return Information(LAW, TRUTH, free, curves_at(SMALL), sizes, RIG, SLIP, true_form)
+    return Information(LAW, TRUTH, free, curves_at(SMALL), sizes, RIG_ERRORS, SLIP, true_form)
 
 
 def true_form(conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -91,13 +91,19 @@ def true_form(conditions: FloatArray, slip: FloatArray) -> FloatArray:
     return np.zeros(len(slip))
 
 
-def actual_errors(added: list[tuple[float, float, float]]) -> FloatArray:
+def actual_errors(added_tests: list[tuple[float, float, float]]) -> FloatArray:
     """Relative errors of the torque after simulated tests and a refit, (repeats, duty points)."""
     constants = []
-    for number in range(REPEATS):
-        random = generator(number, "planned")
-        of_rig = RIG * random.standard_normal(4)
-        constants.append(refit(run_tests(SMALL + added, random, RUN, of_rig), RUN, RIG))
+    for repeat_index in range(REPEATS):
+        random = generator(repeat_index, "planned")
+        errors_of_rig = RIG_ERRORS * random.standard_normal(4)
+        constants.append(
+            refit(
+                run_tests(SMALL + added_tests, random, RUN_ERRORS, errors_of_rig),
+                RUN_ERRORS,
+                RIG_ERRORS,
+            )
+        )
     return np.asarray(np.log(torques(np.array(constants)) / torques(TRUTH[np.newaxis])))
 
 
@@ -109,26 +115,28 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     rig = PlannedRig.from_settings(SETTINGS)
     lambda_limit = SETTINGS.gates.lambda_limit
     feasible = feasible_candidates(SETTINGS.plan.levels, rig, film, lambda_limit, information)
-    wanted = wanted_in_bearing(
+    wanted_by_target = wanted_in_bearing(
         oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, information, CONTACT
     )
-    of_torque = wanted["torque"]
-    by_form_error = np.zeros(len(of_torque.lever))
-    gradients = information.gradients(of_torque.gradients, by_form_error, of_torque.coordinates)
-    of_each = information.precision_of_curves(feasible.curves, feasible.form_error)
-    design = choose(information.precision, of_each, gradients, 4)
-    added = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen]]
+    wanted_torque = wanted_by_target["torque"]
+    by_form_error = np.zeros(len(wanted_torque.traction_gradient))
+    gradients = information.gradients(
+        wanted_torque.gradients, by_form_error, wanted_torque.coordinates
+    )
+    precision_of_test = information.precision_of_curves(feasible.curves, feasible.form_error)
+    design = choose(information.precision, precision_of_test, gradients, 4)
+    added_tests = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen]]
     promised = uncertainties(design.final_precision, gradients)
-    ratio = np.sqrt(np.mean(actual_errors(added) ** 2, axis=0)) / promised
-    low, high = np.sqrt(chi2.ppf([0.0005, 0.9995], REPEATS) / REPEATS)
-    assert (low < ratio).all(), ratio
-    assert (ratio < high).all(), ratio
+    ratio = np.sqrt(np.mean(actual_errors(added_tests) ** 2, axis=0)) / promised
+    lowest_ratio, highest_ratio = np.sqrt(chi2.ppf([0.0005, 0.9995], REPEATS) / REPEATS)
+    assert (lowest_ratio < ratio).all(), ratio
+    assert (ratio < highest_ratio).all(), ratio
 
 
 @pytest.fixture(scope="module")
 def results() -> CampaignTables:
     """A small measured campaign: fit with its refits, and the points."""
-    points = run_tests(SMALL, generator(7, "campaign"), RUN)
+    points = run_tests(SMALL, generator(7, "campaign"), RUN_ERRORS)
     quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 200}}).fit
     fit = fit_oil(points, OIL, quick, 1)
     return fit.replace(points=points)
@@ -136,7 +144,7 @@ def results() -> CampaignTables:
 
 @pytest.fixture(scope="module")
 def request_for() -> Request:
-    return replace(request_from_settings(SETTINGS), duty=DUTY, count=3)
+    return replace(request_from_settings(SETTINGS), duty=DUTY, test_count=3)
 
 
 def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTables) -> None:
@@ -153,41 +161,45 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
 
 def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Request) -> None:
     """Distances of the first test from the contacts, in spans of the tests to choose from."""
-    away = []
-    for size in (1e-6, 0.15):
-        settings = SETTINGS.with_changes({"bearing": {"law_error_beyond": size}})
+    mean_distances = []
+    for law_error in (1e-6, 0.15):
+        settings = SETTINGS.with_changes({"bearing": {"law_error_beyond": law_error}})
         (plan,) = plan_oil(results, settings, OIL, replace(request_for, targets=("cage_slip",)))
-        places = plan.information.form_coordinates(plan.candidates.curves)
-        span = np.ptp(places, axis=0)
-        contacts = plan.wanted.coordinates.reshape(-1, 3)
-        far = (places[plan.design.chosen][:, np.newaxis] - contacts) / span
-        away.append(np.linalg.norm(far, axis=-1).min(axis=1).mean())
-    assert away[1] < 0.7 * away[0]
+        test_coordinates = plan.information.form_coordinates(plan.candidates.curves)
+        span = np.ptp(test_coordinates, axis=0)
+        contact_coordinates = plan.wanted.coordinates.reshape(-1, 3)
+        scaled_distance = (
+            test_coordinates[plan.design.chosen][:, np.newaxis] - contact_coordinates
+        ) / span
+        mean_distances.append(np.linalg.norm(scaled_distance, axis=-1).min(axis=1).mean())
+    assert mean_distances[1] < 0.7 * mean_distances[0]
 
 
 def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
     results: CampaignTables, request_for: Request
 ) -> None:
     """Beside the standard deviations of draws, and without tests for a torque that drag decides."""
-    (in_bearing,) = oils_of_results(results, SETTINGS)
-    points = operating_points(SETTINGS.tested_bearing(), *DUTY.T)
-    cases = Cases(SETTINGS.tested_bearing(), [CaseGroup(in_bearing, "stress", points)])
-    drawn, _, _ = cases.assessed(SETTINGS.seed)
-    spread = {
+    (oil,) = oils_of_results(results, SETTINGS)
+    points = operating_point_table(SETTINGS.tested_bearing(), *DUTY.T)
+    cases = Cases(SETTINGS.tested_bearing(), [CaseGroup(oil, "stress", points)])
+    drawn, _, _ = cases.calculate_with_uncertainty(SETTINGS.seed)
+    uncertainty_of_target = {
         "torque": drawn["torque_n_m_uncertainty"] / drawn["torque_n_m"],
         "cage_slip": drawn["cage_slip_uncertainty"],
     }
-    of_torque, of_slip = plan_oil(results, SETTINGS, OIL, request_for)
-    for plan in (of_torque, of_slip):
+    torque_plan, slip_plan = plan_oil(results, SETTINGS, OIL, request_for)
+    for plan in (torque_plan, slip_plan):
         table = plan.table()
-        expected = np.sqrt((spread[plan.wanted.target] ** 2).mean())
+        expected = np.sqrt((uncertainty_of_target[plan.wanted.target] ** 2).mean())
         # the law is drawn through the equilibrium there, and taken by its slopes here
         assert table["uncertainty_now"].iloc[0] == pytest.approx(expected, rel=0.1)
         without_law = table["uncertainty_without_law"].iloc[0]
         assert (table["uncertainty_with_test"] >= without_law).all()
-    assert of_torque.irreducible > 0.9 * of_torque.with_irreducible(of_torque.design.before)
-    assert not of_torque.design.chosen
-    assert len(of_slip.design.chosen) == request_for.count
+    assert torque_plan.irreducible_uncertainty > 0.9 * torque_plan.with_irreducible(
+        torque_plan.design.before
+    )
+    assert not torque_plan.design.chosen
+    assert len(slip_plan.design.chosen) == request_for.test_count
 
 
 def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
@@ -201,13 +213,15 @@ def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for
         fastest = table["entrainment_speed_m_s"] * (1 + table["slide_roll_ratio"] / 2)
         assert fastest.max() <= 50
         assert table["lambda_ratio"].min() > 3
-        chosen = table[table["test_order"] > 0].sort_values("test_order")
-        assert chosen["test_order"].tolist() == [1, 2, 3]
-        first = chosen.iloc[0]
-        assert first["uncertainty_with_test"] == table["uncertainty_with_test"].min()
-        assert first["uncertainty_with_plan"] == pytest.approx(first["uncertainty_with_test"])
-        assert chosen["uncertainty_with_plan"].is_monotonic_decreasing
-        assert sum(plan.candidates.left_out.values()) + len(table) == 8 * 9 * 8
+        chosen_tests = table[table["test_order"] > 0].sort_values("test_order")
+        assert chosen_tests["test_order"].tolist() == [1, 2, 3]
+        first_test = chosen_tests.iloc[0]
+        assert first_test["uncertainty_with_test"] == table["uncertainty_with_test"].min()
+        assert first_test["uncertainty_with_plan"] == pytest.approx(
+            first_test["uncertainty_with_test"]
+        )
+        assert chosen_tests["uncertainty_with_plan"].is_monotonic_decreasing
+        assert sum(plan.candidates.left_out_count_by_limit.values()) + len(table) == 8 * 9 * 8
 
 
 def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(
@@ -217,10 +231,10 @@ def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(
     bearing = SETTINGS.tested_bearing()
     wanted = wanted_in_bearing(oil_in_bearing(), bearing, DUTY, information, CONTACT)["torque"]
     step = 0.1 * np.sqrt(np.diag(covariance(information.precision))[: len(TRUTH)])
-    moved = torques(TRUTH + np.diag(step)) / torques(TRUTH[np.newaxis]) - 1
-    expected = moved.T / step
-    within = 0.02 * np.abs(wanted.gradients).max()
-    np.testing.assert_allclose(wanted.gradients, expected, atol=within)
+    relative_change = torques(TRUTH + np.diag(step)) / torques(TRUTH[np.newaxis]) - 1
+    expected = relative_change.T / step
+    tolerance = 0.02 * np.abs(wanted.gradients).max()
+    np.testing.assert_allclose(wanted.gradients, expected, atol=tolerance)
 
 
 def test_operating_points_without_equilibrium_are_left_out_and_named(
@@ -231,7 +245,7 @@ def test_operating_points_without_equilibrium_are_left_out_and_named(
     duty = np.concatenate([DUTY[:1], crushed])
     wanted = wanted_in_bearing(oil_in_bearing(), bearing, duty, information, CONTACT)["torque"]
     assert wanted.labels == ["10000 N, 9000 rpm, 100 degC"]
-    assert wanted.left_out == ["1e+07 N, 12000 rpm, 100 degC: no equilibrium"]
+    assert wanted.left_out_reasons == ["1e+07 N, 12000 rpm, 100 degC: no equilibrium"]
     with pytest.raises(OilfilmError, match="no duty point has a steady motion"):
         wanted_in_bearing(oil_in_bearing(), bearing, crushed, information, CONTACT)
 
@@ -251,7 +265,7 @@ class Stepping:
     def with_constants(self, constants: FloatArray) -> "Stepping":
         return replace(self, constants=constants)
 
-    def run(
+    def calculate(
         self, bearing: object, load: FloatArray, *_: FloatArray, traction_factor: FloatArray
     ) -> pd.DataFrame:
         assert self.constants is not None
@@ -271,7 +285,9 @@ def test_operating_points_where_the_motion_jumps_are_left_out_and_named(
 ) -> None:
     duty = np.array([[1.0, 100, 100], [2.0, 100, 100]])
     wanted = wanted_in_bearing(Stepping(), SETTINGS.tested_bearing(), duty, information, CONTACT)
-    assert wanted["torque"].left_out == ["1 N, 100 rpm, 100 degC: it jumps with the constants"]
+    assert wanted["torque"].left_out_reasons == [
+        "1 N, 100 rpm, 100 degC: it jumps with the constants"
+    ]
     # d ln(2 + x)/dx = 1/2 and d 0.1 (2 + x)/dx = 0.1, at x = ln|A0/A0'| = 0
     for target, slope in (("torque", 0.5), ("cage_slip", 0.1)):
         np.testing.assert_allclose(wanted[target].gradients, [[slope] + 11 * [0]], atol=1e-6)
@@ -282,13 +298,16 @@ def test_without_a_bearing_mu_is_planned_for(information: Information) -> None:
     wanted = wanted_traction(SETTINGS.plan.traction_at, information, CONTACT)
     assert wanted.labels[0] == "1 GPa, 50 m/s, 100 degC, S 0.02"
     assert request_from_settings(without(SETTINGS, "torque")).targets == ("traction",)
-    moved = TRUTH + 1e-5 * np.eye(len(TRUTH))
-    at = SETTINGS.plan.traction_at
-    points = [[getattr(point, name) for name in (*CONDITIONS, "slide_roll_ratio")] for point in at]
+    moved_constants = TRUTH + 1e-5 * np.eye(len(TRUTH))
+    plan_points = SETTINGS.plan.traction_at
+    points = [
+        [getattr(point, name) for name in (*CONDITIONS, "slide_roll_ratio")]
+        for point in plan_points
+    ]
     for point, gradient in zip(points, wanted.gradients, strict=True):
         mu = [
             predict("deng2026", to_constants(LAW, row), *point).traction_coefficient
-            for row in (TRUTH, *moved)
+            for row in (TRUTH, *moved_constants)
         ]
         slopes = (np.log(mu[1:]) - np.log(mu[0])) / 1e-5
         np.testing.assert_allclose(gradient, slopes, atol=1e-3 * np.abs(slopes).max())
@@ -315,22 +334,22 @@ def test_a_rig_that_is_not_known_is_refused(
 
 
 def test_nothing_to_plan_is_told_and_refused(results: CampaignTables, request_for: Request) -> None:
-    without = results.replace(refits=results.refits.iloc[:0])
+    without_refits = results.replace(refits=results.refits.iloc[:0])
     with pytest.raises(OilfilmError, match="too few curves"):
-        plan_oil(without, SETTINGS, OIL, request_for)
+        plan_oil(without_refits, SETTINGS, OIL, request_for)
     one_run = results.points[results.points["run_id"] == "run000"]
     with pytest.raises(OilfilmError, match="do not tell the law's constants apart"):
         plan_oil(results.replace(points=one_run), SETTINGS, OIL, request_for)
     # a full scale that is known bounds the tests
-    known = {"rigs": {RIG_NAME: {"full_scale": {"assumed": []}}}}
+    with_known_full_scale = {"rigs": {RIG_NAME: {"full_scale": {"assumed": []}}}}
     levels = {"plan": {"levels": {"max_hertz_pressure_gpa": [2.5, 3.5]}}}
-    beyond = SETTINGS.with_changes({**known, **levels})
+    beyond_the_rig = SETTINGS.with_changes({**with_known_full_scale, **levels})
     with pytest.raises(OilfilmError, match=r"largest pressure \(72\), the load sensor's .* \(72\)"):
-        plan_oil(results, beyond, OIL, request_for)
-    one_speed = run_tests([(p, 30.0, t) for p, _, t in SMALL], generator(8, "speed"), RUN)
+        plan_oil(results, beyond_the_rig, OIL, request_for)
+    one_speed = run_tests([(p, 30.0, t) for p, _, t in SMALL], generator(8, "speed"), RUN_ERRORS)
     quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 20}}).fit
-    fit = fit_oil(one_speed, OIL, quick, 1)
-    at_one_speed = fit.replace(points=one_speed)
+    fit_of_one_speed = fit_oil(one_speed, OIL, quick, 1)
+    at_one_speed = fit_of_one_speed.replace(points=one_speed)
     with pytest.raises(OilfilmError, match="follows every condition"):
         plan_oil(at_one_speed, SETTINGS, OIL, request_for)
 
@@ -338,12 +357,14 @@ def test_nothing_to_plan_is_told_and_refused(results: CampaignTables, request_fo
 def test_a_plan_is_for_one_rig_and_contact(results: CampaignTables, request_for: Request) -> None:
     plain = SETTINGS.plain()
     rig = plain["rigs"][RIG_NAME]
-    other = {key: value for key, value in rig.items() if key != "limits"} | {"ball_radius_m": 0.02}
-    settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": other}})
+    rig_of_another_ball = {key: value for key, value in rig.items() if key != "limits"} | {
+        "ball_radius_m": 0.02
+    }
+    settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig_of_another_ball}})
     with pytest.raises(OilfilmError, match="different contacts"):
         plan_oil(results, settings, OIL, request_for)
     (plan,) = plan_oil(results, settings, OIL, replace(request_for, targets=("traction",)))
-    assert len(plan.design.chosen) == request_for.count
+    assert len(plan.design.chosen) == request_for.test_count
     settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):
         plan_oil(results, settings, OIL, request_for)
@@ -357,6 +378,6 @@ def test_map_of_tests_draws_what_the_table_has(results: CampaignTables) -> None:
     of_torque = table[table["target"] == "torque"]
     chosen = drawn[(drawn["series"] == "chosen") & (drawn["panel"] == "a")]
     assert sorted(chosen["value"]) == [1, 2, 3, 4, 5]
-    best = drawn.loc[drawn["series"] == "cell", "value"].max()
+    largest_reduction = drawn.loc[drawn["series"] == "cell", "value"].max()
     reduction = 1 - of_torque["uncertainty_with_test"] / of_torque["uncertainty_now"]
-    assert best == pytest.approx(100 * reduction.max())
+    assert largest_reduction == pytest.approx(100 * reduction.max())

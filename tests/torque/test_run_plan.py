@@ -56,18 +56,18 @@ def plan(conditions: FloatArray, settings: Settings = PLAIN) -> RunPlan:
     return plan_runs(measured(conditions), settings, OIL)
 
 
-def of_reason(made: RunPlan, reason: str) -> FloatArray:
-    chosen = [run.conditions for run in made.runs if run.reason == reason]
+def conditions_of_reason(run_plan: RunPlan, reason: str) -> FloatArray:
+    chosen = [run.conditions for run in run_plan.runs if run.reason == reason]
     return np.array(chosen).reshape(-1, 3)
 
 
-def reasons(made: RunPlan) -> set[str]:
-    return {run.reason for run in made.runs}
+def reasons(run_plan: RunPlan) -> set[str]:
+    return {run.reason for run in run_plan.runs}
 
 
-def added(conditions: FloatArray, made: RunPlan) -> FloatArray:
+def with_planned_runs(conditions: FloatArray, run_plan: RunPlan) -> FloatArray:
     """The campaign after the runs of its plan."""
-    return np.concatenate([conditions, [run.conditions for run in made.runs]])
+    return np.concatenate([conditions, [run.conditions for run in run_plan.runs]])
 
 
 def level_counts(conditions: FloatArray) -> list[int]:
@@ -78,90 +78,90 @@ def level_counts(conditions: FloatArray) -> list[int]:
 
 def test_two_temperatures_get_the_one_between_where_pressure_and_speed_were_tested() -> None:
     tested = shuffled(grid(PRESSURES, SPEEDS, ends(TEMPERATURES)))
-    made = plan(tested)
-    assert reasons(made) == {"reference", "third_level"}
-    third = of_reason(made, "third_level")
-    assert (third[:, 2] == (25 + 120) / 2).all()
+    run_plan = plan(tested)
+    assert reasons(run_plan) == {"reference", "third_level"}
+    third_level_conditions = conditions_of_reason(run_plan, "third_level")
+    assert (third_level_conditions[:, 2] == (25 + 120) / 2).all()
     # the centre of the box, and one run on each face of pressure and speed
-    pressures_and_speeds = {(p, u) for p, u, _ in third}
+    pressures_and_speeds = {(p, u) for p, u, _ in third_level_conditions}
     assert pressures_and_speeds == {(1.25, 30), (1, 30), (1.5, 30), (1.25, 25), (1.25, 40)}
     assert pressures_and_speeds <= {(p, u) for p, u, _ in tested}
-    new_levels = {run.new_levels for run in made.runs if run.reason == "third_level"}
+    new_levels = {run.new_levels for run in run_plan.runs if run.reason == "third_level"}
     assert new_levels == {("inlet_temperature_c",)}
     assert level_counts(tested) == [3, 4, 2]
-    assert level_counts(added(tested, made)) == [3, 4, 3]
+    assert level_counts(with_planned_runs(tested, run_plan)) == [3, 4, 3]
 
 
 def test_level_between_pressures_and_speeds_is_in_the_middle_of_the_logarithm() -> None:
-    made = plan(shuffled(grid(*BOX)))
-    third = of_reason(made, "third_level")
+    run_plan = plan(shuffled(grid(*BOX)))
+    third_level_conditions = conditions_of_reason(run_plan, "third_level")
     # sqrt(1.0 * 1.5) GPa, sqrt(25 * 40) m/s
     middle = np.array([1.22, 31.6, 72.5])
-    faces = []
-    for dimension, ends_of_condition in enumerate(BOX):
-        for end in ends_of_condition:
-            face = middle.copy()
-            face[dimension] = end
-            faces.append(tuple(face))
-    assert {tuple(row) for row in third} == {tuple(middle), *faces}
+    centres_of_faces = []
+    for condition_index, ends_of_condition in enumerate(BOX):
+        for end_level in ends_of_condition:
+            centre_of_face = middle.copy()
+            centre_of_face[condition_index] = end_level
+            centres_of_faces.append(tuple(centre_of_face))
+    assert {tuple(row) for row in third_level_conditions} == {tuple(middle), *centres_of_faces}
 
 
 def test_a_condition_that_was_not_varied_gets_two_levels() -> None:
     tested = shuffled(grid(PRESSURES, (30.0,), (25.0, 72.0, 120.0)))
-    made = plan(tested)
-    assert level_counts(added(tested, made)) == [3, 3, 3]
-    assert {run.new_levels for run in made.runs if run.reason == "not_varied"} == {
+    run_plan = plan(tested)
+    assert level_counts(with_planned_runs(tested, run_plan)) == [3, 3, 3]
+    assert {run.new_levels for run in run_plan.runs if run.reason == "not_varied"} == {
         ("entrainment_speed_m_s",)
     }
     # plan.levels has 10 to 50 m/s; at 50 m/s both surfaces would reach the full scale of 50 m/s
     # without any slip
-    assert set(of_reason(made, "not_varied")[:, 1]) == {10.0, 45.0}
-    assert len(of_reason(made, "corner")) > 0
+    assert set(conditions_of_reason(run_plan, "not_varied")[:, 1]) == {10.0, 45.0}
+    assert len(conditions_of_reason(run_plan, "corner")) > 0
 
 
 def test_missing_corners_come_before_repeats_and_then_nothing_is_lacking() -> None:
     corner = np.array([1.5, 40.0, 120.0])
     is_corner = (corner == CUBE).all(axis=1)
     tested = shuffled(CUBE[~is_corner])
-    made = plan(tested)
-    assert [run.reason for run in made.runs] == ["reference", "corner"]
-    assert of_reason(made, "corner").tolist() == [corner.tolist()]
-    complete = added(tested, made)
-    repeats = plan(complete)
-    assert reasons(repeats) == {"reference", "repeat"}
+    run_plan = plan(tested)
+    assert [run.reason for run in run_plan.runs] == ["reference", "corner"]
+    assert conditions_of_reason(run_plan, "corner").tolist() == [corner.tolist()]
+    with_corner = with_planned_runs(tested, run_plan)
+    plan_of_repeats = plan(with_corner)
+    assert reasons(plan_of_repeats) == {"reference", "repeat"}
     # the reference run was one repeat: four are lacking
-    assert len(of_reason(repeats, "repeat")) == 4
-    assert not plan(added(complete, repeats)).runs
+    assert len(conditions_of_reason(plan_of_repeats, "repeat")) == 4
+    assert not plan(with_planned_runs(with_corner, plan_of_repeats)).runs
 
 
 def test_campaign_in_the_order_of_a_condition_gets_references_and_repeats() -> None:
     tested = grid(*BOX)
-    made = plan(tested)
-    assert made.ordered_by == "max_hertz_pressure_gpa"
-    order = made.table().set_index("run_order")["run_reason"]
+    run_plan = plan(tested)
+    assert run_plan.ordered_by == "max_hertz_pressure_gpa"
+    order = run_plan.table().set_index("run_order")["run_reason"]
     # seven runs at levels between, five repeats
     assert order.index[order == "reference"].tolist() == [1, 7, 13]
     assert len(order) == 7 + 5 + 3
-    references = np.unique(of_reason(made, "reference"), axis=0)
+    references = np.unique(conditions_of_reason(run_plan, "reference"), axis=0)
     assert len(references) == 1
     # at a tested condition: else a change of the rig between old and new runs would look like
     # the effect of the new level
     assert (tested == references).all(axis=1).any()
-    repeats = of_reason(made, "repeat")
+    repeats = conditions_of_reason(run_plan, "repeat")
     assert {tuple(row) for row in repeats} <= {tuple(row) for row in tested}
     # from the first to the last run
     assert {tuple(tested[0]), tuple(tested[-1])} <= {tuple(row) for row in repeats}
-    after = added(tested, made)
-    assert ordered_by(after) == ""
-    again = plan(after)
-    assert not again.ordered_by
-    assert "repeat" not in reasons(again)
+    extended_conditions = with_planned_runs(tested, run_plan)
+    assert ordered_by(extended_conditions) == ""
+    next_plan = plan(extended_conditions)
+    assert not next_plan.ordered_by
+    assert "repeat" not in reasons(next_plan)
 
 
 def test_reference_is_nearest_to_the_middle_of_the_box() -> None:
-    made = plan(shuffled(CUBE[:-1]))
+    run_plan = plan(shuffled(CUBE[:-1]))
     # the middle is 1.22 GPa, 31.6 m/s, 72.5 degC
-    assert of_reason(made, "reference").tolist() == [[1.25, 32.0, 72.0]]
+    assert conditions_of_reason(run_plan, "reference").tolist() == [[1.25, 32.0, 72.0]]
 
 
 def test_the_plan_of_an_ordered_campaign_shows_a_trend_that_the_order_hid() -> None:
@@ -169,7 +169,7 @@ def test_the_plan_of_an_ordered_campaign_shows_a_trend_that_the_order_hid() -> N
     runs = latin()
     tested = runs[np.lexsort((runs[:, 0], runs[:, 1], runs[:, 2]))]
     smallest = []
-    for conditions in (tested, added(tested, plan(tested))):
+    for conditions in (tested, with_planned_runs(tested, plan(tested))):
         random = np.random.default_rng(8)
         points = simulated(TRUTHS["jt"], conditions, random, slips=np.geomspace(0.002, 0.3, 9))
         curves, _ = points.canonical_order()
@@ -201,22 +201,22 @@ def test_order_of_a_condition_is_found(conditions: FloatArray, name: str) -> Non
 
 
 def test_first_plan_has_24_runs_at_three_or_more_levels_of_each_condition() -> None:
-    made = plan_runs(NO_DATA, PLAIN, OIL)
-    first = of_reason(made, "first_plan")
-    assert len(first) == 24
-    assert level_counts(first) == [3, 4, 6]
-    order = made.table().set_index("run_order")["run_reason"]
+    run_plan = plan_runs(NO_DATA, PLAIN, OIL)
+    first_conditions = conditions_of_reason(run_plan, "first_plan")
+    assert len(first_conditions) == 24
+    assert level_counts(first_conditions) == [3, 4, 6]
+    order = run_plan.table().set_index("run_order")["run_reason"]
     assert order.index[order == "reference"].tolist() == [1, 7, 13, 19, 25]
-    conditions = made.table()[list(CONDITIONS)].to_numpy()
+    conditions = run_plan.table()[list(CONDITIONS)].to_numpy()
     assert ordered_by(conditions) == ""
 
 
-def lies_within_the_rig(made: RunPlan, mu: float) -> None:
+def lies_within_the_rig(run_plan: RunPlan, mu: float) -> None:
     """Against limits, sensors and film of the rig, from its file; the film as in the maps."""
-    rig = SETTINGS.rigs[made.rig]
+    rig = SETTINGS.rigs[run_plan.rig_name]
     assert rig.limits is not None
     assert rig.full_scale is not None
-    table = made.table()
+    table = run_plan.table()
     load = CONTACT.load_n(table["max_hertz_pressure_gpa"].to_numpy())
     np.testing.assert_allclose(table["load_n"], load)
     assert load.max() <= rig.full_scale.load_n
@@ -241,30 +241,30 @@ def test_no_run_is_beyond_the_rig(seed: int) -> None:
     possible = ([1.0, 1.3, 1.65], [3.0, 10.0, 48.0], [25.0, 90.0, 148.0])
     pairs = [tuple(np.sort(random.choice(values, 2, False)).tolist()) for values in possible]
     tested = shuffled(grid(*pairs), seed)
-    made = plan(tested)
-    lies_within_the_rig(made, 0.03)
+    run_plan = plan(tested)
+    lies_within_the_rig(run_plan, 0.03)
     lies_within_the_rig(plan_runs(NO_DATA, PLAIN, OIL), PLAIN.plan.largest_traction)
 
 
 def test_what_the_rig_cannot_run_is_counted_and_named() -> None:
     beyond = {"max_hertz_pressure_gpa": [1.0, 1.25, 2.0], "inlet_temperature_c": [25, 70, 120]}
     settings = SETTINGS.with_changes({"campaign": {"matrix": beyond}})
-    made = plan_runs(NO_DATA, settings, OIL)
+    run_plan = plan_runs(NO_DATA, settings, OIL)
     # 12 conditions of 2 GPa, 337 N, on a load cell of 200 N; 24 conditions remain
-    assert made.left_out["the load sensor's full scale"] == 12
-    planned = of_reason(made, "planned")
+    assert run_plan.left_out_count_by_limit["the load sensor's full scale"] == 12
+    planned = conditions_of_reason(run_plan, "planned")
     assert len(planned) == 24
     # two pressures remain
-    assert len(of_reason(made, "third_level")) > 0
+    assert len(conditions_of_reason(run_plan, "third_level")) > 0
     assert set(planned[:, 0]) == {1.0, 1.25}
 
 
 def test_conditions_of_the_matrix_without_an_accepted_run_are_planned() -> None:
     matrix = grid(PRESSURES, SPEEDS, TEMPERATURES)
     lost = matrix[[5, 40]]
-    made = plan(shuffled(np.delete(matrix, [5, 40], axis=0)), SETTINGS)
-    assert sorted(of_reason(made, "planned").tolist()) == sorted(lost.tolist())
-    assert reasons(made) == {"reference", "planned"}
+    run_plan = plan(shuffled(np.delete(matrix, [5, 40], axis=0)), SETTINGS)
+    assert sorted(conditions_of_reason(run_plan, "planned").tolist()) == sorted(lost.tolist())
+    assert reasons(run_plan) == {"reference", "planned"}
 
 
 def campaign_tables(conditions: FloatArray, names: list[str], oil: str) -> CampaignTables:
@@ -294,8 +294,8 @@ def test_order_does_not_depend_on_names_of_runs_and_oils_or_on_the_order_of_rows
             named = random.permutation(names).tolist()
             results = campaign_tables(conditions[rows_in_order], named, oil)
             assert MeasuredRuns.from_results(results, settings, oil).conditions.shape == (12, 3)
-            table, told = run_plan_table(results, settings)
-            assert not told
+            table, reasons_without_plan = run_plan_table(results, settings)
+            assert not reasons_without_plan
             tables.append(table.drop(columns=["oil"]))
     for table in tables[1:]:
         pd.testing.assert_frame_equal(table, tables[0])
@@ -319,8 +319,8 @@ def test_an_oil_without_runs_gets_a_first_plan_beside_an_oil_with_runs() -> None
     plain = PLAIN.plain()
     settings = Settings.of({**plain, "oils": {OIL: plain["oils"][OIL], "new": plain["oils"][OIL]}})
     results = campaign_tables(shuffled(grid(*BOX)), [f"run{number}" for number in range(8)], OIL)
-    table, told = run_plan_table(results, settings)
-    assert not told
+    table, reasons_without_plan = run_plan_table(results, settings)
+    assert not reasons_without_plan
     of_new = table[table["oil"] == "new"]
     assert (of_new["run_reason"] == "first_plan").sum() == 24
     assert "first_plan" not in set(table.loc[table["oil"] == OIL, "run_reason"])
@@ -332,17 +332,17 @@ def test_a_corner_that_the_rig_cannot_run_keeps_no_campaign_from_its_repeats() -
     tested = shuffled(CUBE[~is_lost])
     near_the_corner = (tested[:, 0] > 1.2) & (tested[:, 2] < 80)
     runs = replace(measured(tested), largest_mu=np.where(near_the_corner, 0.08, 0.03))
-    made = plan_runs(runs, PLAIN, OIL)
-    assert made.left_out["the force sensor's full scale"] == 1
-    assert reasons(made) == {"reference", "repeat"}
+    run_plan = plan_runs(runs, PLAIN, OIL)
+    assert run_plan.left_out_count_by_limit["the force sensor's full scale"] == 1
+    assert reasons(run_plan) == {"reference", "repeat"}
 
 
 def test_oil_of_unknown_properties_is_planned_without_a_film() -> None:
     plain = PLAIN.plain()
     settings = Settings.of({**plain, "oils": {OIL: None}})
-    made = plan(shuffled(grid(*BOX)), settings)
-    assert not made.film_is_judged
-    assert made.table()["lambda_ratio"].isna().all()
+    run_plan = plan(shuffled(grid(*BOX)), settings)
+    assert not run_plan.film_is_judged
+    assert run_plan.table()["lambda_ratio"].isna().all()
 
 
 def test_rig_without_limits_has_no_plan_and_the_reason_is_told() -> None:
@@ -351,22 +351,22 @@ def test_rig_without_limits_has_no_plan_and_the_reason_is_told() -> None:
     rig = {key: value for key, value in plain["rigs"][name].items() if key != "limits"}
     settings = Settings.of({**plain, "rigs": {name: rig}})
     results = campaign_tables(grid(*BOX), [f"run{number}" for number in range(8)], OIL)
-    table, told = run_plan_table(results, settings)
+    table, reasons_without_plan = run_plan_table(results, settings)
     assert table.empty
-    assert "lacks the key `limits`" in told[0]
+    assert "lacks the key `limits`" in reasons_without_plan[0]
 
 
 def test_the_force_of_a_run_is_that_of_the_nearest_measured_run() -> None:
     """A force sensor of 10 N: 142 N at 1.5 GPa, so that mu of 0.08 is too much there."""
     tested = shuffled(grid(PRESSURES, (25.0, 32.0, 40.0), ends(TEMPERATURES)))
-    cold = tested[:, 2] == 25
-    largest_mu = np.where(cold & (tested[:, 0] == 1.5), 0.08, 0.03)
+    is_cold = tested[:, 2] == 25
+    largest_mu = np.where(is_cold & (tested[:, 0] == 1.5), 0.08, 0.03)
     runs = replace(measured(tested), largest_mu=largest_mu)
-    made = plan_runs(runs, PLAIN, OIL)
-    third = of_reason(made, "third_level")
+    run_plan = plan_runs(runs, PLAIN, OIL)
+    third_level_conditions = conditions_of_reason(run_plan, "third_level")
     # 72.5 degC is as near to 25 degC as to 120 degC: the larger mu counts
-    assert 1.5 not in third[:, 0]
-    assert made.left_out["the force sensor's full scale"] == 1
+    assert 1.5 not in third_level_conditions[:, 0]
+    assert run_plan.left_out_count_by_limit["the force sensor's full scale"] == 1
 
 
 def test_memory_of_a_plan_does_not_grow_with_pairs_of_runs() -> None:

@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from oilfilm.torque.torque_control import (
-    bistable_points,
+    bistable_points_text,
     is_bistable,
     undecided_plateaus,
     without_bistable,
@@ -28,4 +28,4 @@ def test_unknown_motions_are_neither_left_out_nor_taken_for_known_ones(dtype: An
     assert is_bistable(torque).tolist() == [True, False, False, False, False, False]
     assert without_bistable(torque)["run_id"].tolist() == ["b", "b", "c", "c"]
     assert undecided_plateaus(torque) == 1
-    assert bistable_points(torque) == "4102 at 9000 rpm, 5000 N, 70 degC"
+    assert bistable_points_text(torque) == "4102 at 9000 rpm, 5000 N, 70 degC"

@@ -10,7 +10,7 @@ from scipy.special import ndtri
 from bearings import SETTINGS, exact_keys, printed_law, shipped
 from campaigns import LABORATORY, oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
-from oilfilm.bearing.inputs import Inputs, Uncertain
+from oilfilm.bearing.inputs import Inputs, UncertainInput
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import (
@@ -29,13 +29,18 @@ SHIPPED = shipped("mainshaft-167")
 BEARING = replace(
     SHIPPED,
     uncertain={
-        name: Uncertain(value, value, value) for name, (value, _, _) in SHIPPED.uncertain.items()
+        name: UncertainInput(value, value, value)
+        for name, (value, _, _) in SHIPPED.uncertain.items()
     },
 )
 EXACT = dict.fromkeys(FACTOR_TERMS, 0.0)
-SHARE = SETTINGS.oil_volume_fraction
-ROLLING_POINT = {"axial_load_n": 10000.0, "inner_speed_rpm": 12000.0, "inlet_temperature_c": 100.0}
-ROLLING = (10000.0, np.array([6000.0, 12000.0]), 100.0)
+OIL_VOLUME_FRACTION = SETTINGS.oil_volume_fraction
+LOAD_SPEED_TEMPERATURE = {
+    "axial_load_n": 10000.0,
+    "inner_speed_rpm": 12000.0,
+    "inlet_temperature_c": 100.0,
+}
+LOAD_SPEEDS_TEMPERATURE = (10000.0, np.array([6000.0, 12000.0]), 100.0)
 
 
 def test_factors_on_terms_have_the_mean_and_the_spread_that_are_set() -> None:
@@ -70,108 +75,138 @@ def oil(
 
     def refitted(law: LawInBearing) -> LawInBearing:
         internal = law.internal[0]
-        spread, shifted = (to_constants(law.fitted.law, internal + off) for off in (refits, shifts))
+        refitted_constants, shifted_constants = (
+            to_constants(law.fitted.law, internal + difference) for difference in (refits, shifts)
+        )
         coefficients = replace(
-            law.fitted.coefficients, spread=spread, shifted=shifted, run_sd=run_sd
+            law.fitted.coefficients,
+            spread=refitted_constants,
+            shifted=shifted_constants,
+            run_sd=run_sd,
         )
         return replace(law, fitted=replace(law.fitted, coefficients=coefficients))
 
     laws = {variable: refitted(printed_law(name, variable)) for variable in LOAD_VARIABLES}
     stand_in = {"viscosity": viscosity, "pressure_viscosity_coefficient": 0.0}
-    uncertain = {
+    changed_settings = {
         "term_uncertainty": TermUncertaintySettings(**EXACT),
         "stand_in_uncertainty": StandInUncertaintySettings(**stand_in),
-        "oil_volume_fraction_range": [SHARE * np.exp(-drag), SHARE * np.exp(drag)],
+        "oil_volume_fraction_range": [
+            OIL_VOLUME_FRACTION * np.exp(-drag),
+            OIL_VOLUME_FRACTION * np.exp(drag),
+        ],
         "replenishment_constant_range": [SETTINGS.replenishment_constant] * 2,
         "ellipse_factor_range": [SETTINGS.ellipse_factor] * 2,
         "law_error_beyond": law_error,
     }
-    unknown = dict.fromkeys(
+    unknown_ranges = dict.fromkeys(
         ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (np.nan, np.nan)
     )
-    return OilInBearing(name, oil_of(name), laws, unknown, SETTINGS.model_copy(update=uncertain))
+    return OilInBearing(
+        name, oil_of(name), laws, unknown_ranges, SETTINGS.model_copy(update=changed_settings)
+    )
 
 
-def in_first(value: float, rows: int = 1) -> np.ndarray:
+def with_first_constant(value: float, rows: int = 1) -> np.ndarray:
     """Rows of 12 internal constants of which the first, ln|A0|, has a value."""
     return np.pad(np.full((rows, 1), value), ((0, 0), (0, 11)))
 
 
-def torque(of: OilInBearing, **changed: float) -> np.ndarray:
-    settings = of.settings.model_copy(update=changed)
-    return replace(of, settings=settings).run(BEARING, *ROLLING)["torque_n_m"].to_numpy()
+def torque(oil_in_bearing: OilInBearing, **changed_settings: float) -> np.ndarray:
+    settings = oil_in_bearing.settings.model_copy(update=changed_settings)
+    return (
+        replace(oil_in_bearing, settings=settings)
+        .calculate(BEARING, *LOAD_SPEEDS_TEMPERATURE)["torque_n_m"]
+        .to_numpy()
+    )
 
 
-def with_shares(of: OilInBearing, shares: np.ndarray, points: pd.DataFrame) -> pd.DataFrame:
+def with_shares(
+    oil_in_bearing: OilInBearing, oil_volume_fractions: np.ndarray, points: pd.DataFrame
+) -> pd.DataFrame:
     """Friction at operating points with each share of oil."""
     cases = []
-    for share in shares:
-        settings = of.settings.model_copy(update={"oil_volume_fraction": share})
-        cases.append(CaseGroup(replace(of, settings=settings), "stress", points))
-    return Cases(BEARING, cases).run()
+    for oil_volume_fraction in oil_volume_fractions:
+        settings = oil_in_bearing.settings.model_copy(
+            update={"oil_volume_fraction": oil_volume_fraction}
+        )
+        cases.append(CaseGroup(replace(oil_in_bearing, settings=settings), "stress", points))
+    return Cases(BEARING, cases).calculate()
 
 
-def drawn(of: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
+def drawn(oil_in_bearing: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
     names = ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c")
     values = np.broadcast_arrays(*map(np.atleast_1d, point))
     points = pd.DataFrame(dict(zip(names, values, strict=True)))
-    return Cases(BEARING, [CaseGroup(of, "stress", points)]).assessed(seed)[0]
+    return Cases(BEARING, [CaseGroup(oil_in_bearing, "stress", points)]).calculate_with_uncertainty(
+        seed
+    )[0]
 
 
 def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_derivatives():
     random = np.random.default_rng(0)
     spread, shift, drag = 0.02, 0.015, 0.1
-    refits = in_first(1.0, 400) * spread * random.standard_normal((400, 1))
-    uncertain = oil("4050", refits, in_first(shift), drag=drag)
-    law = uncertain.laws["stress"]
+    refits = with_first_constant(1.0, 400) * spread * random.standard_normal((400, 1))
+    uncertain_oil = oil("4050", refits, with_first_constant(shift), drag=drag)
+    law = uncertain_oil.laws["stress"]
     internal = law.internal[0]
-    moved = uncertain.with_constants(to_constants(law.fitted.law, internal + in_first(shift)[0]))
-    by_shift = torque(moved) - torque(uncertain)
-    by_drag = (torque(uncertain, oil_volume_fraction=1.01 * SHARE) - torque(uncertain)) / 0.01
+    moved_oil = uncertain_oil.with_constants(
+        to_constants(law.fitted.law, internal + with_first_constant(shift)[0])
+    )
+    by_shift = torque(moved_oil) - torque(uncertain_oil)
+    by_drag = (
+        torque(uncertain_oil, oil_volume_fraction=1.01 * OIL_VOLUME_FRACTION)
+        - torque(uncertain_oil)
+    ) / 0.01
     # evenly spread over the logarithm from -drag to drag
     expected = np.hypot(by_shift * np.hypot(spread / shift, 1), by_drag * drag / np.sqrt(3))
-    results = drawn(uncertain, *ROLLING)
+    results = drawn(uncertain_oil, *LOAD_SPEEDS_TEMPERATURE)
     np.testing.assert_allclose(results["torque_n_m_uncertainty"], expected, rtol=0.15)
     # about normal at rolling cages: 1.96 standard uncertainties to either side
-    half = (results["torque_n_m_upper"] - results["torque_n_m_lower"]) / 2
-    np.testing.assert_allclose(half, 1.96 * expected, rtol=0.25)
+    half_interval = (results["torque_n_m_upper"] - results["torque_n_m_lower"]) / 2
+    np.testing.assert_allclose(half_interval, 1.96 * expected, rtol=0.25)
     assert not results["draws_split"].any()
-    turning = results["inner_speed_rpm"] * np.pi / 30
-    np.testing.assert_allclose(results["power_w_upper"], results["torque_n_m_upper"] * turning)
+    inner_speed_rad_s = results["inner_speed_rpm"] * np.pi / 30
+    np.testing.assert_allclose(
+        results["power_w_upper"], results["torque_n_m_upper"] * inner_speed_rad_s
+    )
 
 
 def test_calculated_and_measured_torque_agree_within_two_uncertainties_of_their_side():
     # drag may be up to 2.2 times as large, or 2.2 times as small: the upper side is the longer one
-    uncertain = oil("4050", in_first(0.0, 10), in_first(0.0, 0), drag=0.8)
-    calculated = drawn(uncertain, *ROLLING_POINT.values()).iloc[0]
-    torque, lower, upper = (calculated[f"torque_n_m{part}"] for part in ("", "_lower", "_upper"))
+    uncertain_oil = oil("4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), drag=0.8)
+    calculated = drawn(uncertain_oil, *LOAD_SPEED_TEMPERATURE.values()).iloc[0]
+    torque, lower, upper = (calculated[f"torque_n_m{end}"] for end in ("", "_lower", "_upper"))
     below, above = torque - lower, upper - torque
     assert above > 1.4 * below
     # 1.3 times the shorter side is well within the longer one
     measured = torque + np.array([1.3 * below, -1.3 * below, 1.3 * above, -0.7 * below])
-    runs = pd.DataFrame({"torque_n_m": measured, "first_row": range(4)}).assign(
+    plateaus = pd.DataFrame({"torque_n_m": measured, "first_row": range(4)}).assign(
         run_id="a.csv", oil="4050", accepted=True, axial_load_n=10000.0, inner_speed_rpm=12000.0
     )
-    runs = runs.assign(oil_temperature_c=100.0, torque_n_m_se=0.01)
+    plateaus = plateaus.assign(oil_temperature_c=100.0, torque_n_m_se=0.01)
     config = resolve(LABORATORY, {}).with_changes(
         {"bearings": {"mainshaft-167": exact_keys("mainshaft-167")}}
     )
-    table, _ = torque_table(runs, [uncertain], config)
+    table, _ = torque_table(plateaus, [uncertain_oil], config)
     rows = table[table["load_variable"] == "stress"].sort_values("first_row")
     # of the sensor: 0.01 N m at random, 0.01 N m offset, 0.3 % gain
-    of_sensor = np.sqrt(0.01**2 + 0.01**2 + (0.003 * measured) ** 2)
-    np.testing.assert_allclose(rows["measured_torque_n_m_uncertainty"], of_sensor)
+    sensor_uncertainty = np.sqrt(0.01**2 + 0.01**2 + (0.003 * measured) ** 2)
+    np.testing.assert_allclose(rows["measured_torque_n_m_uncertainty"], sensor_uncertainty)
     # an interval of 95 % has 1.96 standard uncertainties to each side
-    sides = rows["torque_n_m_upper"] - torque, torque - rows["torque_n_m_lower"]
-    side = np.where(measured > torque, *sides)
-    expected = (torque - measured) / np.sqrt((side / 1.96) ** 2 + of_sensor**2)
+    interval_sides = rows["torque_n_m_upper"] - torque, torque - rows["torque_n_m_lower"]
+    interval_side = np.where(measured > torque, *interval_sides)
+    expected = (torque - measured) / np.sqrt((interval_side / 1.96) ** 2 + sensor_uncertainty**2)
     np.testing.assert_allclose(rows["compatibility"], expected)
     verdicts = ["compatible", "not compatible", "not compatible", "compatible"]
     assert rows["verdict"].tolist() == verdicts
 
 
 def test_a_law_without_refits_has_no_uncertainty():
-    results = drawn(oil("4050", in_first(0.0, 0), in_first(0.0, 0)), *ROLLING)
+    results = drawn(
+        oil("4050", with_first_constant(0.0, 0), with_first_constant(0.0, 0)),
+        *LOAD_SPEEDS_TEMPERATURE,
+    )
     names = [name for name in results if name.endswith(("_uncertainty", "_lower", "_upper"))]
     assert len(names) == 9
     assert results[names].isna().all(axis=None)
@@ -183,9 +218,9 @@ def test_a_law_without_refits_has_no_uncertainty():
 def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
     # 4010 at 12 000 rpm and 70 degC under little load, where traction falls with slip
     point = {"axial_load_n": [load_n], "inner_speed_rpm": 12000.0, "inlet_temperature_c": 70.0}
-    uncertain = oil("4010", in_first(0.0, 10), in_first(0.0, 0), drag=0.6)
+    uncertain = oil("4010", with_first_constant(0.0, 10), with_first_constant(0.0, 0), drag=0.6)
     results = drawn(uncertain, *point.values()).iloc[0]
-    shares = SHARE * np.exp(np.linspace(-0.6, 0.6, 25))
+    shares = OIL_VOLUME_FRACTION * np.exp(np.linspace(-0.6, 0.6, 25))
     slips = with_shares(uncertain, shares, pd.DataFrame(point))["cage_slip"]
     # with more drag the cage slips more: by a jump where there is a fold
     assert (np.diff(slips).max() > 0.05) == split
@@ -194,27 +229,42 @@ def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
 
 
 def test_viscosity_of_a_stand_in_and_errors_of_runs_widen_the_torque():
-    exact = oil("4050", in_first(0.0, 10), in_first(0.0, 0))
-    assert (drawn(exact, *ROLLING)["torque_n_m_uncertainty"] < 1e-6).all()
-    thick = oil("4050", in_first(0.0, 10), in_first(0.0, 0), viscosity=0.1)
-    cases = Cases(BEARING, [CaseGroup(thick, "stress", pd.DataFrame([ROLLING_POINT]))])
+    exact_oil = oil("4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0))
+    assert (drawn(exact_oil, *LOAD_SPEEDS_TEMPERATURE)["torque_n_m_uncertainty"] < 1e-6).all()
+    oil_of_unknown_viscosity = oil(
+        "4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), viscosity=0.1
+    )
+    cases = Cases(
+        BEARING,
+        [CaseGroup(oil_of_unknown_viscosity, "stress", pd.DataFrame([LOAD_SPEED_TEMPERATURE]))],
+    )
     lubrication = cases.problem.lubrication
-    more = replace(
-        lubrication.oil, dynamic_viscosity_pa_s=1.01 * lubrication.oil.dynamic_viscosity_pa_s
+    thicker_oil = replace(
+        lubrication.inlet_oil,
+        dynamic_viscosity_pa_s=1.01 * lubrication.inlet_oil.dynamic_viscosity_pa_s,
     )
-    moved = replace(cases.problem, lubrication=replace(lubrication, oil=more))
-    first, second = (
-        friction_equilibrium(problem).torque_n_m()[0] for problem in (cases.problem, moved)
+    problem_with_thicker_oil = replace(
+        cases.problem, lubrication=replace(lubrication, inlet_oil=thicker_oil)
     )
-    results = drawn(thick, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
-    assert results[0] == pytest.approx((second - first) / np.log(1.01) * 0.1, rel=0.1)
+    torque_n_m, torque_of_thicker_oil_n_m = (
+        friction_equilibrium(problem).torque_n_m()[0]
+        for problem in (cases.problem, problem_with_thicker_oil)
+    )
+    results = drawn(oil_of_unknown_viscosity, *LOAD_SPEED_TEMPERATURE.values())[
+        "torque_n_m_uncertainty"
+    ]
+    assert results[0] == pytest.approx(
+        (torque_of_thicker_oil_n_m - torque_n_m) / np.log(1.01) * 0.1, rel=0.1
+    )
     # a run is off by 5 % of mu at one standard deviation
-    stronger = replace(
+    problem_with_more_traction = replace(
         cases.problem, lubrication=lubrication.with_traction_factor(np.array([1.01]))
     )
-    change = friction_equilibrium(stronger).torque_n_m()[0] - first
-    errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), run_sd=0.05)
-    results = drawn(errs, *ROLLING_POINT.values())["torque_n_m_uncertainty"]
+    change = friction_equilibrium(problem_with_more_traction).torque_n_m()[0] - torque_n_m
+    oil_with_run_error = oil(
+        "4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), run_sd=0.05
+    )
+    results = drawn(oil_with_run_error, *LOAD_SPEED_TEMPERATURE.values())["torque_n_m_uncertainty"]
     assert results[0] == pytest.approx(abs(change) / np.log(1.01) * 0.05, rel=0.15)
 
 
@@ -228,22 +278,27 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
             "bearings": {"mainshaft-167": exact_keys("mainshaft-167")},
         }
     )
-    oils = [oil(name, in_first(0.0, 10), in_first(0.0, 0), drag=0.8) for name in names]
+    oils = [
+        oil(name, with_first_constant(0.0, 10), with_first_constant(0.0, 0), drag=0.8)
+        for name in names
+    ]
     table = cage_slip_table(oils, config)
     points = ["pitch_speed_mm_rpm", "axial_load_n"]
     np.testing.assert_allclose(table.groupby(points)["best_share"].sum(), 1.0)
     # the same by hand: each drag for all oils, evenly over its logarithm
-    points = table.loc[table["oil"] == "4050", [*ROLLING_POINT]]
-    shares = SHARE * np.exp(np.linspace(-0.8, 0.8, 21))
+    points = table.loc[table["oil"] == "4050", [*LOAD_SPEED_TEMPERATURE]]
+    shares = OIL_VOLUME_FRACTION * np.exp(np.linspace(-0.8, 0.8, 21))
     runs = pd.concat([with_shares(oil_in_bearing, shares, points) for oil_in_bearing in oils])
     columns = runs[["cage_slip", "torque_n_m", "lambda_ratio"]].to_numpy()
-    slip, torque, film = np.moveaxis(columns.reshape(3, 21, 4, 3), -1, 0)
-    full = film > config.gates.lambda_limit
-    held = full & (slip <= config.bearing.cage_slip.slip_limit)
-    by_torque = np.where(held, torque, np.inf).argmin(axis=0)
-    by_slip = np.where(full, slip, np.inf).argmin(axis=0)
-    best = np.where(full.any(axis=0), np.where(held.any(axis=0), by_torque, by_slip), -1)
-    share = np.stack([(best == number).mean(axis=0) for number in range(3)])
+    slip, torque, lambda_ratio = np.moveaxis(columns.reshape(3, 21, 4, 3), -1, 0)
+    has_full_film = lambda_ratio > config.gates.lambda_limit
+    holds_cage = has_full_film & (slip <= config.bearing.cage_slip.slip_limit)
+    by_torque = np.where(holds_cage, torque, np.inf).argmin(axis=0)
+    by_slip = np.where(has_full_film, slip, np.inf).argmin(axis=0)
+    best_oil_index = np.where(
+        has_full_film.any(axis=0), np.where(holds_cage.any(axis=0), by_torque, by_slip), -1
+    )
+    share = np.stack([(best_oil_index == oil_index).mean(axis=0) for oil_index in range(3)])
     np.testing.assert_allclose(table["best_share"], share.ravel(), atol=0.06)
 
 
@@ -251,16 +306,29 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     # two causes with known slopes: all traction by 5 % in a run, and the flow from 4 to 16 L/min
     flow = SHIPPED.uncertain["feed_flow_m3_s"]
     bearing = replace(BEARING, uncertain={**BEARING.uncertain, "feed_flow_m3_s": flow})
-    errs = oil("4050", in_first(0.0, 10), in_first(0.0, 0), run_sd=0.05)
-    cases = Cases(bearing, [CaseGroup(errs, "stress", pd.DataFrame([ROLLING_POINT]))])
-    shares = cases.assessed(1)[2].shares(np.arange(1)).set_index("variance_cause")["torque_share"]
+    oil_with_run_error = oil(
+        "4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), run_sd=0.05
+    )
+    cases = Cases(
+        bearing, [CaseGroup(oil_with_run_error, "stress", pd.DataFrame([LOAD_SPEED_TEMPERATURE]))]
+    )
+    shares = (
+        cases.calculate_with_uncertainty(1)[2]
+        .calculate_shares(np.arange(1))
+        .set_index("variance_cause")["torque_share"]
+    )
 
     def torque_with(factor: float, flow_m3_s: float) -> float:
-        changed = replace(
-            bearing, uncertain={**bearing.uncertain, "feed_flow_m3_s": Uncertain(*[flow_m3_s] * 3)}
+        changed_bearing = replace(
+            bearing,
+            uncertain={**bearing.uncertain, "feed_flow_m3_s": UncertainInput(*[flow_m3_s] * 3)},
         )
-        frame = pd.DataFrame([{**ROLLING_POINT, "traction_factor": factor}])
-        return float(Cases(changed, [CaseGroup(errs, "stress", frame)]).run()["torque_n_m"][0])
+        frame = pd.DataFrame([{**LOAD_SPEED_TEMPERATURE, "traction_factor": factor}])
+        return float(
+            Cases(changed_bearing, [CaseGroup(oil_with_run_error, "stress", frame)]).calculate()[
+                "torque_n_m"
+            ][0]
+        )
 
     flows = flow.quantiles((np.arange(50) + 0.5) / 50)
     by_flow = np.var([torque_with(1.0, value) for value in flows])
@@ -275,10 +343,12 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
 def test_an_interval_of_a_hundred_draws_holds_the_next_draw_with_95_percent():
     random = np.random.default_rng(8)
     draws = random.standard_normal((101, 5_000)) + 9
-    first = np.broadcast_to(draws[:100], (3, 100, 5_000))
+    first_hundred_draws = np.broadcast_to(draws[:100], (3, 100, 5_000))
     calculated = pd.DataFrame({"torque_n_m": np.full(5_000, 9.0)})
     was_drawn = np.ones(5_000, dtype=bool)
-    interval = with_uncertainty(calculated, first, was_drawn, np.ones(5_000), SETTINGS.uncertainty)
+    interval = with_uncertainty(
+        calculated, first_hundred_draws, was_drawn, np.ones(5_000), SETTINGS.uncertainty
+    )
     inside = interval["torque_n_m_lower"].to_numpy() <= draws[100]
     inside &= draws[100] <= interval["torque_n_m_upper"].to_numpy()
     # the share of 5000 is known to 0.3 %; the usual ranks hold 93 %
@@ -299,12 +369,12 @@ def test_the_interval_holds_independent_variations_of_every_known_effect(oil_nam
 @pytest.mark.nightly
 @OILS
 def test_over_several_sets_of_draws_the_interval_holds_95_percent(oil_name):
-    held = np.array([held_by_interval(oil_name, seed, answers=20) for seed in range(1, 7)])
+    held = np.array([held_by_interval(oil_name, seed, answer_count=20) for seed in range(1, 7)])
     # a hundred draws know their 95 % to 2 %; six sets to 1 %
     assert np.abs(held.mean(axis=0) - 0.95).max() <= 0.02
 
 
-def held_by_interval(oil_name: str, seed: int, answers: int = 1) -> tuple[float, float]:
+def held_by_interval(oil_name: str, seed: int, answer_count: int = 1) -> tuple[float, float]:
     """Share of answers in the intervals of torque and of cage slip.
 
     The answers are those at 80 points at dmN of 3e6 to 4e6. Each has effects that this test draws
@@ -313,7 +383,7 @@ def held_by_interval(oil_name: str, seed: int, answers: int = 1) -> tuple[float,
     Args:
         oil_name: The oil.
         seed: Of the product's draws; the test's own numbers follow it.
-        answers: Answers at each point.
+        answer_count: Answers at each point.
     """
     random = np.random.default_rng(46 + seed)
     points = pd.DataFrame(
@@ -323,41 +393,55 @@ def held_by_interval(oil_name: str, seed: int, answers: int = 1) -> tuple[float,
             "inlet_temperature_c": 100.0,
         }
     )
-    no_refits = in_first(0.0, 10)
-    shipped_oil = replace(oil(oil_name, no_refits, in_first(0.0, 0)), settings=SETTINGS)
-    interval = Cases(SHIPPED, [CaseGroup(shipped_oil, "stress", points)]).assessed(seed)[0]
-    repeated = pd.concat([points] * answers, ignore_index=True)
-    count = len(repeated)
-    cases = Cases(SHIPPED, [CaseGroup(shipped_oil, "stress", repeated)], own_draw(random, count))
+    no_refits = with_first_constant(0.0, 10)
+    shipped_oil = replace(oil(oil_name, no_refits, with_first_constant(0.0, 0)), settings=SETTINGS)
+    interval = Cases(
+        SHIPPED, [CaseGroup(shipped_oil, "stress", points)]
+    ).calculate_with_uncertainty(seed)[0]
+    repeated_points = pd.concat([points] * answer_count, ignore_index=True)
+    case_count = len(repeated_points)
+    cases = Cases(
+        SHIPPED, [CaseGroup(shipped_oil, "stress", repeated_points)], own_draw(random, case_count)
+    )
     lubrication = cases.problem.lubrication
     factors = lubrication.factors.copy()
-    for column, spread in enumerate((SETTINGS.law_error_beyond, 0.1, 0.2, 0.0, 0.5, 0.3)):
-        factors[:, column] = np.exp(spread * random.standard_normal(count) - spread**2 / 2)
-    viscosity = np.exp(SETTINGS.stand_in_uncertainty.viscosity * random.standard_normal(count))
+    for factor_index, log_spread in enumerate((SETTINGS.law_error_beyond, 0.1, 0.2, 0.0, 0.5, 0.3)):
+        factors[:, factor_index] = np.exp(
+            log_spread * random.standard_normal(case_count) - log_spread**2 / 2
+        )
+    viscosity = np.exp(SETTINGS.stand_in_uncertainty.viscosity * random.standard_normal(case_count))
     thicker = replace(
-        lubrication.oil, dynamic_viscosity_pa_s=lubrication.oil.dynamic_viscosity_pa_s * viscosity
+        lubrication.inlet_oil,
+        dynamic_viscosity_pa_s=lubrication.inlet_oil.dynamic_viscosity_pa_s * viscosity,
     )
-    changed = replace(cases.problem, lubrication=replace(lubrication, factors=factors, oil=thicker))
-    answer = friction_equilibrium(changed)
-    held = []
-    for name, values in (("torque_n_m", answer.torque_n_m()), ("cage_slip", answer.cage_slip())):
-        of_points = values.reshape(answers, 80)
+    drawn_problem = replace(
+        cases.problem, lubrication=replace(lubrication, factors=factors, inlet_oil=thicker)
+    )
+    equilibrium = friction_equilibrium(drawn_problem)
+    share_held = []
+    for name, values in (
+        ("torque_n_m", equilibrium.torque_n_m()),
+        ("cage_slip", equilibrium.cage_slip()),
+    ):
+        results_of_points = values.reshape(answer_count, 80)
         lower = interval[f"{name}_lower"].to_numpy()
         upper = interval[f"{name}_upper"].to_numpy()
-        held.append(float(((lower <= of_points) & (of_points <= upper)).mean()))
-    return held[0], held[1]
+        share_held.append(
+            float(((lower <= results_of_points) & (results_of_points <= upper)).mean())
+        )
+    return share_held[0], share_held[1]
 
 
-def own_draw(random: np.random.Generator, points: int) -> Inputs:
+def own_draw(random: np.random.Generator, point_count: int) -> Inputs:
     """Inputs from the ranges of bearing and settings, by this test's own numbers.
 
     Half of the values are below the stated value, half above.
     """
     drawn = {}
     for name, (value, low, high) in {**SHIPPED.uncertain, **SETTINGS.uncertain()}.items():
-        below = random.uniform(low, value, points)
-        above = random.uniform(value, high, points)
-        drawn[name] = np.where(random.random(points) < 0.5, below, above)
+        below = random.uniform(low, value, point_count)
+        above = random.uniform(value, high, point_count)
+        drawn[name] = np.where(random.random(point_count) < 0.5, below, above)
         if value in (low, high):
-            drawn[name] = random.uniform(low, high, points)
+            drawn[name] = random.uniform(low, high, point_count)
     return Inputs(**drawn)

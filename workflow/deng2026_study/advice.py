@@ -34,7 +34,13 @@ from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
-from oilfilm.torque.best_oil import IntArray, best_of, by_oil, enough_film, operating_points
+from oilfilm.torque.best_oil import (
+    IntArray,
+    arrays_by_oil,
+    distinct_operating_points,
+    enough_film,
+    find_best_oil,
+)
 from simulated_lab.true_bearing import true_map
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
@@ -168,7 +174,7 @@ def _slip_at_band_temperatures(
     oils: Sequence[OilInBearing], cage_slip: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
     """Table of cage slip, with rows for the supply temperatures of the band that it lacks."""
-    points = operating_points(cage_slip).drop(columns="bearing")
+    points = distinct_operating_points(cage_slip).drop(columns="bearing")
     groups = [
         CaseGroup(oil, "stress", points.assign(inlet_temperature_c=temperature))
         for temperature in _missing_temperatures(cage_slip, settings)
@@ -176,7 +182,7 @@ def _slip_at_band_temperatures(
     ]
     if not groups:
         return cage_slip
-    calculated = Cases(settings.tested_bearing(), groups).run()
+    calculated = Cases(settings.tested_bearing(), groups).calculate()
     return pd.concat([cage_slip, calculated], ignore_index=True)
 
 
@@ -217,7 +223,7 @@ def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap
     """Motion of a bearing with each oil of the rules."""
     oils_of_rules = _oils_of_rules(selection)
     oil_names = [oil for oil in dict.fromkeys(cage_slip["oil"]) if oil in oils_of_rules]
-    slip, torque, lambda_ratio, inner_pressure, outer_pressure = by_oil(
+    slip, torque, lambda_ratio, inner_pressure, outer_pressure = arrays_by_oil(
         cage_slip,
         oil_names,
         "cage_slip",
@@ -226,7 +232,7 @@ def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap
         "inner_max_hertz_pressure_gpa",
         "outer_max_hertz_pressure_gpa",
     )
-    points = operating_points(cage_slip)
+    points = distinct_operating_points(cage_slip)
     pressures = np.concatenate([inner_pressure, outer_pressure])
     points["max_hertz_pressure_gpa"] = np.fmax.reduce(pressures)
     return _SlipMap(oil_names, points, slip, torque, lambda_ratio)
@@ -248,8 +254,8 @@ def _judged_advice(
     slip_limit = selection.limits.slip_limit
     has_film, may_have_film = enough_film(lambda_ratio, lambda_limit)
     is_within_limit = has_film & reaches(slip_limit, slip)
-    best_choice = best_of(slip, torque, lambda_ratio, slip_limit, lambda_limit)
-    best_oil_index = best_choice.oil
+    best_choice = find_best_oil(slip, torque, lambda_ratio, slip_limit, lambda_limit)
+    best_oil_index = best_choice.oil_index
     rule_index, advised_oil_index = _rule_and_advised_oil(
         points, slip, oil_names, selection, has_film
     )

@@ -60,7 +60,7 @@ def _rows_of_test(
             update={"oil_volume_fraction": oil_volume_fraction}
         )
         changed_oil = replace(oil, settings=bearing_settings)
-        return Cases(bearing, [CaseGroup(changed_oil, "stress", operating_points)]).run()
+        return Cases(bearing, [CaseGroup(changed_oil, "stress", operating_points)]).calculate()
 
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
     at_lowest_fraction = friction_with_fraction(lowest_fraction)

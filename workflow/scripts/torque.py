@@ -2,10 +2,10 @@
 
 import oilfilm.run.job as run
 from oilfilm.base import studies
-from oilfilm.torque.answers import named_answers
+from oilfilm.torque.answers import campaign_answers
 from oilfilm.torque.bearing_torque import oils_in_bearings, oils_of_results, torque_table
 from oilfilm.torque.heat_balance import heat_balance_table
-from oilfilm.torque.torque_control import torque_control
+from oilfilm.torque.torque_control import torque_control_table
 
 # the truth behind simulated torque logs is a table of the package that simulates them, if there is
 # one: a laboratory without it has no such logs
@@ -22,8 +22,8 @@ with run.job(snakemake) as job:
         {
             "torque": torque,
             "torque_inversion": inversion,
-            **named_answers(oils, settings),
-            "torque_control": torque_control(job.tables, settings),
+            **campaign_answers(oils, settings),
+            "torque_control": torque_control_table(job.tables, settings),
             "heat_balance": heat_balance_table(
                 oils_without_draws, job.tables.cage_slip, torque, settings
             ),

@@ -245,7 +245,7 @@ def misfit(true_traction: TrueTraction, settings: Settings) -> float:
     )
     rule = gauss_rule(*_COMPARED_NODES)
     local_law = true_traction.local_law(rule, np.asarray(rig_contact.radius_m))
-    mean_mu = (local_law(conditions, slip) * rule.share).sum(axis=-1)
+    mean_mu = (local_law(conditions, slip) * rule.load_share).sum(axis=-1)
     rig_mu = true_traction(pressure_gpa, speed_m_s, temperature_c, slip)[..., 0]
     relative_rms = float(np.sqrt(np.mean((mean_mu - rig_mu) ** 2) / np.mean(rig_mu**2)))
     return round(relative_rms, _MISFIT_DECIMALS)

@@ -22,7 +22,7 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import Grid, obstacle
+from oilfilm.torque.operating_grid import Grid, reason_without_value
 from oilfilm.traction.laws.deng2026 import DENG2026
 from simulated_lab.printed import PrintedCoefficients
 
@@ -82,7 +82,7 @@ def refit_evidence(
     return Evidence(
         "refit",
         viscosity_order,
-        {oil: law for oil, law in fit_by_oil.items() if not obstacle(law)},
+        {oil: law for oil, law in fit_by_oil.items() if not reason_without_value(law)},
         settings,
         grid_of_box(settings, "tested"),
         results.replace(**rows_of_paper_oils),

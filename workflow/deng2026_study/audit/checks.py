@@ -27,7 +27,7 @@ from oilfilm.bearing.kinematics import (
     pitch_speed_mm_rpm,
     surface_speed_m_s,
 )
-from oilfilm.torque.best_oil import OPERATING_POINT
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS
 from oilfilm.torque.torque_control import is_bistable, undecided_plateaus, without_bistable
 from oilfilm.traction.law import Law
 from oilfilm.traction.laws.deng2026 import DENG2026
@@ -290,7 +290,7 @@ def full_film(evidence: Evidence) -> Outcome:
         margins = films / limits.reshape(2, 1)
         judged = points.assign(value=margins.min(axis=0))
         judged["holds"] = exceeds(judged["value"], 1.0)
-    central_um, _ = at_curve_slips.films(thickness="central")
+    central_um, _ = at_curve_slips.films(film_kind="central")
     unknown_count = judged["value"].isna().sum()
     return outcome(
         # where the formula gives no film the claim is neither true nor false
@@ -726,7 +726,9 @@ def _least_torque_of_thinnest(evidence: Evidence) -> BoolArray:
     slip_rows = evidence.measured.cage_slip
     slip_rows = slip_rows[slip_rows["oil"].isin(oils)]
     is_film_known = slip_rows["lambda_ratio"].notna()
-    film_known_by_point = is_film_known.groupby([slip_rows[name] for name in OPERATING_POINT])
+    film_known_by_point = is_film_known.groupby(
+        [slip_rows[name] for name in OPERATING_POINT_COLUMNS]
+    )
     slip_rows = slip_rows[film_known_by_point.transform("all")]
     larger_pressure_gpa = slip_rows[
         ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
@@ -736,7 +738,7 @@ def _least_torque_of_thinnest(evidence: Evidence) -> BoolArray:
     )
     has_full_film = exceeds(slip_rows["lambda_ratio"], evidence.settings.gates.lambda_limit)
     slip_rows = slip_rows[has_full_film & is_heavy]
-    torque_n_m = slip_rows.pivot(index=OPERATING_POINT, columns="oil", values="torque_n_m")
+    torque_n_m = slip_rows.pivot(index=OPERATING_POINT_COLUMNS, columns="oil", values="torque_n_m")
     torque_n_m = torque_n_m.reindex(columns=oils).dropna(subset=[oils[-1]])
     if torque_n_m.empty:
         raise NotCheckableError("no bearing")

@@ -12,10 +12,10 @@ from deng2026_study.settings import StudySettings, study_settings
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.physics.film import Thickness
+from oilfilm.physics.film import FilmKind
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES, Grid, films, traction
+from oilfilm.torque.operating_grid import AXES, Grid, film_by_oil, traction_on_grid
 
 # Further numbers of a claim by name: each one number, or one number by oil.
 Numbers = dict[str, float | dict[str, float]]
@@ -149,30 +149,30 @@ class Evidence:
         grid = self.grid.with_levels(**levels)
         if not oils or not set(oils) <= set(self.fit_by_oil):
             raise NotCheckableError("no law")
-        return np.stack([traction(self.fit_by_oil[oil], grid) for oil in oils])
+        return np.stack([traction_on_grid(self.fit_by_oil[oil], grid) for oil in oils])
 
     def mu_by_viscosity(self, **levels: Sequence[float] | FloatArray) -> FloatArray:
         """mu over the grid of the oils that the claims are about, the most viscous first."""
         return self.mu(self.falling_viscosity, **levels)
 
-    def films(self, *oils: str, thickness: Thickness | None = None) -> FloatArray:
+    def films(self, *oils: str, film_kind: FilmKind | None = None) -> FloatArray:
         """Film thickness in um and lambda over the grid, shape (2, oils, P, U, T, S).
 
         Args:
             oils: The oils; without any, those of the claims whose film is known.
-            thickness: Which film; that of the settings if not given.
+            film_kind: Which film; that of the settings if not given.
 
         Raises:
             NotCheckableError: An oil or the contact is not known well enough.
         """
-        film_of_oil = films(self.settings)
+        film_of_oil = film_by_oil(self.settings)
         if not oils:
             oils = tuple(oil for oil in self.falling_viscosity if oil in film_of_oil)
         if not oils or not set(oils) <= set(film_of_oil):
             raise NotCheckableError("no film")
-        film_kind = thickness or self.settings.film.thickness
+        film_kind = film_kind or self.settings.film.thickness
         films_of_oils = [
-            replace(film_of_oil[oil], thickness=film_kind).over(self.grid) for oil in oils
+            replace(film_of_oil[oil], film_kind=film_kind).over(self.grid) for oil in oils
         ]
         return np.stack(films_of_oils, axis=1)
 

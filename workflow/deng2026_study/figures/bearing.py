@@ -16,7 +16,7 @@ from oilfilm.report.figures.bearing import in_units_of_axes, torque
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, text_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.best_oil import OPERATING_POINT, stays_best
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, stays_best
 
 # Share of an oil's colour in its field.
 _FIELD_TINT = 0.45
@@ -197,7 +197,9 @@ def _draw_oils(
 def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
     """Draw dots where one oil stays the best in nearly all draws; return entries of the legend."""
     surely_best = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
-    sure_rows = advice.merge(surely_best, on=OPERATING_POINT).query("surely and best_oil != ''")
+    sure_rows = advice.merge(surely_best, on=OPERATING_POINT_COLUMNS).query(
+        "surely and best_oil != ''"
+    )
     look: style.Look = {"marker": "o", "markersize": 2.5, "color": "black"}
     oils = sure_rows["best_oil"]
     panel.dots(

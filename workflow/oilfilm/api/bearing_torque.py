@@ -26,7 +26,7 @@ from oilfilm.torque.answers import (
     CAUSES,
     Answers,
     answers,
-    operating_points,
+    operating_point_table,
     range_text,
     three_digits,
     what_to_measure,
@@ -293,7 +293,7 @@ def bearing_torque(
     oils_in_bearing = oils_of_results(source.tables, source.settings)
     _refuse_unknown_oil(oil, oils_in_bearing, source.name)
     geometry = bearing_file.bearing(bearing)
-    points = operating_points(geometry, load_n, speed_rpm, temperature_c).drop_duplicates()
+    points = operating_point_table(geometry, load_n, speed_rpm, temperature_c).drop_duplicates()
     about = f"law {oils_in_bearing[0].laws['stress'].fitted.law.name} {source.origin}"
     stand_in_names = [
         oil_in_bearing.name

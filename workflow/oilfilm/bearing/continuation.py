@@ -3,7 +3,7 @@
 Equations with one free parameter have a curve of solutions. The curve is followed by its length
 and not by its parameter, because it may turn back. A point is a problem with equations of its own,
 such as an operating point of a bearing. One call follows the curves of many points. Each curve is
-followed by itself: its result does not depend on the other points.
+followed independently: its result does not depend on the other points.
 
 References: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in
     P. Rabinowitz (ed.), Applications of Bifurcation Theory (1977) 359; E. L. Allgower and K. Georg,
@@ -21,7 +21,7 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.solver import broyden_update
 
 # Residuals with a parameter. Arguments: unknowns, shape (..., points, unknowns), the parameter,
-# shape (..., points), and the numbers of the points.
+# shape (..., points), and the indices of the points.
 ParametricEquations = Callable[[FloatArray, FloatArray, IndexArray], FloatArray]
 
 # Step of a finite difference, in the scaled unknowns and in the parameter.
@@ -52,20 +52,21 @@ class Crossings:
     """Crossings of a value of the parameter by curves of solutions.
 
     Attributes:
-        point: Number of the point of each crossing, in ascending order, shape (crossings,).
+        point_index: Index of the point of each crossing, in ascending order, shape (crossings,).
         unknowns: Unknowns interpolated on the curve, near a solution, (crossings, unknowns).
         reached_last: True where the curve of a point reached the last value of the parameter,
             shape (points,).
-        returned: True where the curve of a point turned back to the first value, (points,).
-        end: Unknowns at the end of each curve, shape (points, unknowns).
+        turned_back: True where the curve of a point turned back to the first value of the
+            parameter, shape (points,).
+        end_unknowns: Unknowns at the end of each curve, shape (points, unknowns).
         end_parameter: Parameter at the end of each curve, shape (points,).
     """
 
-    point: IndexArray
+    point_index: IndexArray
     unknowns: FloatArray
     reached_last: BoolArray
-    returned: BoolArray
-    end: FloatArray
+    turned_back: BoolArray
+    end_unknowns: FloatArray
     end_parameter: FloatArray
 
 
@@ -74,33 +75,34 @@ class _Curves:
     """Unfinished curves, one row per curve.
 
     Attributes:
-        point: Number of each curve's point.
+        point_index: Index of each curve's point, shape (curves,).
         state: Scaled unknowns and parameter, shape (curves, unknowns + 1).
         slopes: Derivatives of the residuals at that state, (curves, unknowns, unknowns + 1).
         tangent: Unit tangent at that state, shape (curves, unknowns + 1).
-        curvature: Derivative of the tangent by length, estimated from the last step.
-        step: Length of the next step.
-        refused: True where the last step was refused.
+        curvature: Derivative of the tangent by length, estimated from the last step, of the same
+            shape.
+        step_length: Length of the next step, shape (curves,).
+        was_refused: True where the last step was refused, shape (curves,).
     """
 
-    point: IndexArray
+    point_index: IndexArray
     state: FloatArray
     slopes: FloatArray
     tangent: FloatArray
     curvature: FloatArray
-    step: FloatArray
-    refused: BoolArray
+    step_length: FloatArray
+    was_refused: BoolArray
 
-    def select(self, which: BoolArray) -> "_Curves":
+    def select(self, is_selected: BoolArray) -> "_Curves":
         """Some of the curves."""
         return _Curves(
-            point=self.point[which],
-            state=self.state[which],
-            slopes=self.slopes[which],
-            tangent=self.tangent[which],
-            curvature=self.curvature[which],
-            step=self.step[which],
-            refused=self.refused[which],
+            point_index=self.point_index[is_selected],
+            state=self.state[is_selected],
+            slopes=self.slopes[is_selected],
+            tangent=self.tangent[is_selected],
+            curvature=self.curvature[is_selected],
+            step_length=self.step_length[is_selected],
+            was_refused=self.was_refused[is_selected],
         )
 
 
@@ -108,86 +110,86 @@ def trace(
     equations: ParametricEquations,
     start: FloatArray,
     scale: FloatArray,
-    parameter: FloatArray,
-    wanted: float,
-    first: float,
-    last: float,
-    kink: float = 0.0,
+    start_parameter: FloatArray,
+    wanted_value: float,
+    first_value: float,
+    last_value: float,
+    kink_length: float = 0.0,
     tolerance: float = 1e-7,
 ) -> Crossings:
     """All crossings of a value of the parameter by the curves through some solutions.
 
     A curve starts in the direction of a rising parameter. It ends where the parameter passes
-    `first` or `last`. Between two states the curve is a cubic of its length (Hermite), so that two
-    crossings within one step are found.
+    `first_value` or `last_value`. Between two states the curve is a cubic of its length (Hermite),
+    so that two crossings within one step are found.
 
     Args:
         equations: The residuals, smooth and of order 1.
-        start: Solutions at `parameter`, shape (points, unknowns).
+        start: Solutions at `start_parameter`, shape (points, unknowns).
         scale: Scale of the unknowns, of the same shape.
-        parameter: Parameter of these solutions, shape (points,).
-        wanted: Value of the parameter whose crossings are returned.
-        first: Curves that have turned back end at this value of the parameter.
-        last: The other curves end at this value of the parameter, at least `wanted`.
-        kink: Steps shorter than this may turn by any acute angle. At a kink of the residuals a
-            step turns by the same angle, however short it is.
+        start_parameter: Parameter of these solutions, shape (points,).
+        wanted_value: Value of the parameter whose crossings are returned.
+        first_value: Curves that have turned back end at this value of the parameter.
+        last_value: The other curves end at this value of the parameter, at least `wanted_value`.
+        kink_length: Steps shorter than this may turn by any acute angle. At a kink of the residuals
+            a step turns by the same angle, however short it is.
         tolerance: Largest residual of a state on its curve. Crossings are only interpolated.
     """
     curve_count, unknown_count = start.shape
     # a state: the scaled unknowns, then the parameter
     state_scale = np.column_stack([scale, np.ones(curve_count)])
-    end_state = np.column_stack([start / scale, parameter])
+    end_state = np.column_stack([start / scale, start_parameter])
 
-    def residuals(states: FloatArray, which: IndexArray) -> FloatArray:
+    def residuals(states: FloatArray, point_index: IndexArray) -> FloatArray:
         """The equations at states: the scaled unknowns, then the parameter."""
-        return equations(states[..., :-1] * scale[which], states[..., -1], which)
+        return equations(states[..., :-1] * scale[point_index], states[..., -1], point_index)
 
     rising_parameter = np.zeros_like(end_state)
     rising_parameter[:, -1] = 1.0
     slopes = _slopes(residuals, end_state, np.arange(curve_count))
     curves = _Curves(
-        point=np.arange(curve_count),
+        point_index=np.arange(curve_count),
         state=end_state.copy(),
         slopes=slopes,
         tangent=_tangent(slopes, rising_parameter),
         curvature=np.zeros_like(end_state),
-        step=np.full(curve_count, _FIRST_STEP),
-        refused=np.zeros(curve_count, dtype=bool),
+        step_length=np.full(curve_count, _FIRST_STEP),
+        was_refused=np.zeros(curve_count, dtype=bool),
     )
-    crossing_points = [np.arange(0)]
+    point_indices_of_crossings = [np.arange(0)]
     crossing_states = [np.empty((0, unknown_count + 1))]
     reached_last = np.zeros(curve_count, dtype=bool)
-    returned = np.zeros(curve_count, dtype=bool)
+    turned_back = np.zeros(curve_count, dtype=bool)
     for _ in range(_MAX_STEPS):
-        if len(curves.point) == 0:
+        if len(curves.point_index) == 0:
             break
         old_state = curves.state.copy()
         old_tangent = curves.tangent.copy()
-        accepted = _advance(residuals, curves, kink, tolerance)
+        accepted = _advance(residuals, curves, kink_length, tolerance)
         length = np.linalg.norm(curves.state - old_state, axis=1)
-        crossing_row, crossing_state = _crossings(
-            old_state, curves.state, old_tangent, curves.tangent, length, wanted
+        crossing_curve_index, crossing_state = _crossings(
+            old_state, curves.state, old_tangent, curves.tangent, length, wanted_value
         )
-        is_accepted = accepted[crossing_row]
-        crossing_points.append(curves.point[crossing_row[is_accepted]])
+        is_accepted = accepted[crossing_curve_index]
+        point_indices_of_crossings.append(curves.point_index[crossing_curve_index[is_accepted]])
         crossing_states.append(crossing_state[is_accepted])
         new_parameter = curves.state[:, -1]
-        reaches_last = accepted & (new_parameter >= last)
-        returns_to_first = accepted & (new_parameter < first)
-        reached_last[curves.point[reaches_last]] = True
-        returned[curves.point[returns_to_first]] = True
-        end_state[curves.point] = curves.state
-        has_stalled = curves.step < _SHORTEST_STEP
-        curves = curves.select(~(reaches_last | returns_to_first | has_stalled))
-    point = np.concatenate(crossing_points)
-    unknowns = (np.concatenate(crossing_states) * state_scale[point])[:, :-1]
-    order_by_point = np.argsort(point, kind="stable")
+        reaches_last = accepted & (new_parameter >= last_value)
+        turns_back = accepted & (new_parameter < first_value)
+        reached_last[curves.point_index[reaches_last]] = True
+        turned_back[curves.point_index[turns_back]] = True
+        end_state[curves.point_index] = curves.state
+        has_stalled = curves.step_length < _SHORTEST_STEP
+        curves = curves.select(~(reaches_last | turns_back | has_stalled))
+    point_index_of_crossing = np.concatenate(point_indices_of_crossings)
+    unknowns = (np.concatenate(crossing_states) * state_scale[point_index_of_crossing])[:, :-1]
+    sorted_order = np.argsort(point_index_of_crossing, kind="stable")
     return Crossings(
-        point=point[order_by_point],
-        unknowns=unknowns[order_by_point],
+        point_index=point_index_of_crossing[sorted_order],
+        unknowns=unknowns[sorted_order],
         reached_last=reached_last,
-        returned=returned,
-        end=(end_state * state_scale)[:, :-1],
+        turned_back=turned_back,
+        end_unknowns=(end_state * state_scale)[:, :-1],
         end_parameter=end_state[:, -1],
     )
 
@@ -195,45 +197,49 @@ def trace(
 def _advance(
     residuals: Callable[[FloatArray, IndexArray], FloatArray],
     curves: _Curves,
-    kink: float,
+    kink_length: float,
     tolerance: float,
 ) -> BoolArray:
     """One step of each curve, in place; True where the step was accepted."""
-    step = curves.step[:, np.newaxis]
-    predicted_state = curves.state + step * curves.tangent + step**2 / 2 * curves.curvature
-    # after a refused step the slopes at the old state are replaced by those at the predicted state
-    refused_rows = np.flatnonzero(curves.refused)
-    if len(refused_rows):
-        curves.slopes[refused_rows] = _slopes(
-            residuals, predicted_state[refused_rows], curves.point[refused_rows]
-        )
-    corrected_state, corrections = _corrected(residuals, curves, predicted_state, tolerance)
-    reached_rows = np.flatnonzero(corrections <= _MAX_CORRECTIONS)
-    slopes = _slopes(residuals, corrected_state[reached_rows], curves.point[reached_rows])
-    tangent = _tangent(slopes, curves.tangent[reached_rows])
-    cosine = np.einsum("pi,pi->p", tangent, curves.tangent[reached_rows])
-    smallest_cosine = np.where(curves.step[reached_rows] < kink, 0.0, _SMALLEST_COSINE)
-    turns_little = cosine > smallest_cosine
-    accepted_rows = reached_rows[turns_little]
-    accepted = np.zeros(len(curves.point), dtype=bool)
-    accepted[accepted_rows] = True
-    may_be_longer = np.zeros(len(curves.point), dtype=bool)
-    may_be_longer[reached_rows] = (cosine > _STRAIGHT_COSINE) & (
-        corrections[reached_rows] < _MANY_CORRECTIONS
+    step_length = curves.step_length[:, np.newaxis]
+    predicted_state = (
+        curves.state + step_length * curves.tangent + step_length**2 / 2 * curves.curvature
     )
-    length = np.linalg.norm(corrected_state[accepted_rows] - curves.state[accepted_rows], axis=1)[
+    # after a refused step the slopes at the old state are replaced by those at the predicted state
+    refused_index = np.flatnonzero(curves.was_refused)
+    if len(refused_index):
+        curves.slopes[refused_index] = _slopes(
+            residuals, predicted_state[refused_index], curves.point_index[refused_index]
+        )
+    corrected_state, correction_count = _corrected(residuals, curves, predicted_state, tolerance)
+    reached_index = np.flatnonzero(correction_count <= _MAX_CORRECTIONS)
+    slopes = _slopes(residuals, corrected_state[reached_index], curves.point_index[reached_index])
+    tangent = _tangent(slopes, curves.tangent[reached_index])
+    cosine = np.einsum("pi,pi->p", tangent, curves.tangent[reached_index])
+    smallest_cosine = np.where(
+        curves.step_length[reached_index] < kink_length, 0.0, _SMALLEST_COSINE
+    )
+    turns_little = cosine > smallest_cosine
+    accepted_index = reached_index[turns_little]
+    is_accepted = np.zeros(len(curves.point_index), dtype=bool)
+    is_accepted[accepted_index] = True
+    may_be_longer = np.zeros(len(curves.point_index), dtype=bool)
+    may_be_longer[reached_index] = (cosine > _STRAIGHT_COSINE) & (
+        correction_count[reached_index] < _MANY_CORRECTIONS
+    )
+    length = np.linalg.norm(corrected_state[accepted_index] - curves.state[accepted_index], axis=1)[
         :, np.newaxis
     ]
-    curves.curvature[accepted_rows] = (
-        tangent[turns_little] - curves.tangent[accepted_rows]
+    curves.curvature[accepted_index] = (
+        tangent[turns_little] - curves.tangent[accepted_index]
     ) / length
-    curves.state[accepted_rows] = corrected_state[accepted_rows]
-    curves.slopes[accepted_rows] = slopes[turns_little]
-    curves.tangent[accepted_rows] = tangent[turns_little]
-    curves.refused[:] = ~accepted
-    factor = np.where(accepted, np.where(may_be_longer, _LONGER, 1.0), _SHORTER)
-    curves.step[:] = np.minimum(curves.step * factor, _LONGEST_STEP)
-    return accepted
+    curves.state[accepted_index] = corrected_state[accepted_index]
+    curves.slopes[accepted_index] = slopes[turns_little]
+    curves.tangent[accepted_index] = tangent[turns_little]
+    curves.was_refused[:] = ~is_accepted
+    length_factor = np.where(is_accepted, np.where(may_be_longer, _LONGER, 1.0), _SHORTER)
+    curves.step_length[:] = np.minimum(curves.step_length * length_factor, _LONGEST_STEP)
+    return is_accepted
 
 
 def _corrected(
@@ -249,29 +255,31 @@ def _corrected(
         curve was not reached.
     """
     state = predicted_state.copy()
-    corrections = np.full(len(state), _MAX_CORRECTIONS + 1)
-    inverse = np.linalg.inv(_bordered(curves.slopes, curves.tangent))
-    unfinished = np.arange(len(state))
-    residual = _with_zero(residuals(state, curves.point))
-    for correction in range(_MAX_CORRECTIONS + 1):
+    correction_count = np.full(len(state), _MAX_CORRECTIONS + 1)
+    inverse_slopes = np.linalg.inv(_bordered(curves.slopes, curves.tangent))
+    unfinished_index = np.arange(len(state))
+    residual = _with_zero(residuals(state, curves.point_index))
+    for correction_index in range(_MAX_CORRECTIONS + 1):
         largest_residual = np.abs(residual).max(axis=1)
         has_reached = largest_residual <= tolerance
-        corrections[unfinished[has_reached]] = correction
+        correction_count[unfinished_index[has_reached]] = correction_index
         is_unfinished = ~has_reached & np.isfinite(largest_residual)
-        unfinished = unfinished[is_unfinished]
+        unfinished_index = unfinished_index[is_unfinished]
         residual = residual[is_unfinished]
-        inverse = inverse[is_unfinished]
-        if len(unfinished) == 0 or correction == _MAX_CORRECTIONS:
+        inverse_slopes = inverse_slopes[is_unfinished]
+        if len(unfinished_index) == 0 or correction_index == _MAX_CORRECTIONS:
             break
-        change = -np.einsum("pij,pj->pi", inverse, residual)
+        correction = -np.einsum("pij,pj->pi", inverse_slopes, residual)
         # a longer correction could end on another part of the curve
-        length = np.linalg.norm(change, axis=1)
-        change *= (_LONGEST_STEP / np.maximum(length, _LONGEST_STEP))[:, np.newaxis]
-        state[unfinished] += change
-        new_residual = _with_zero(residuals(state[unfinished], curves.point[unfinished]))
-        inverse = broyden_update(inverse, change, new_residual - residual)
+        length = np.linalg.norm(correction, axis=1)
+        correction *= (_LONGEST_STEP / np.maximum(length, _LONGEST_STEP))[:, np.newaxis]
+        state[unfinished_index] += correction
+        new_residual = _with_zero(
+            residuals(state[unfinished_index], curves.point_index[unfinished_index])
+        )
+        inverse_slopes = broyden_update(inverse_slopes, correction, new_residual - residual)
         residual = new_residual
-    return state, corrections
+    return state, correction_count
 
 
 def _with_zero(residual: FloatArray) -> FloatArray:
@@ -294,16 +302,18 @@ def _tangent(slopes: FloatArray, direction: FloatArray) -> FloatArray:
 
 
 def _slopes(
-    residuals: Callable[[FloatArray, IndexArray], FloatArray], state: FloatArray, which: IndexArray
+    residuals: Callable[[FloatArray, IndexArray], FloatArray],
+    state: FloatArray,
+    point_index: IndexArray,
 ) -> FloatArray:
     """Derivatives of the residuals, (points, unknowns, unknowns + 1), from one call of them."""
     coordinate_count = state.shape[1]
     # the first row moves nothing, each other row moves one coordinate
-    moved = (
+    moved_states = (
         state + np.eye(coordinate_count + 1, coordinate_count, k=-1)[:, np.newaxis] * _DIFFERENCE
     )
-    values = residuals(moved, which)
-    return np.moveaxis((values[1:] - values[0]) / _DIFFERENCE, 0, -1)
+    residuals_of_moved = residuals(moved_states, point_index)
+    return np.moveaxis((residuals_of_moved[1:] - residuals_of_moved[0]) / _DIFFERENCE, 0, -1)
 
 
 def _crossings(
@@ -312,12 +322,12 @@ def _crossings(
     old_tangent: FloatArray,
     new_tangent: FloatArray,
     length: FloatArray,
-    wanted: float,
+    wanted_value: float,
 ) -> tuple[IndexArray, FloatArray]:
     """Crossings of a value of the last coordinate by the cubics between two states of each curve.
 
     Returns:
-        Row of the curve of each crossing, and the interpolated states.
+        Index of the curve of each crossing, and the interpolated states.
     """
     old_derivative = old_tangent * length[:, np.newaxis]
     new_derivative = new_tangent * length[:, np.newaxis]
@@ -328,7 +338,7 @@ def _crossings(
     coefficients = np.stack([cubic_coefficient, square_coefficient, old_derivative, old_state])
     # of the parameter's distance from the wanted value
     distance_coefficients = coefficients[..., -1].copy()
-    distance_coefficients[3] -= wanted
+    distance_coefficients[3] -= wanted_value
     # a cubic is within the hull of its Bezier points: it has a root only if they enclose 0
     old_distance = distance_coefficients[3]
     new_distance = distance_coefficients.sum(axis=0)
@@ -341,16 +351,16 @@ def _crossings(
         ]
     )
     may_cross = (bezier.min(axis=0) <= 0) & (bezier.max(axis=0) >= 0)
-    crossing_rows = []
-    crossing_shares = []
-    for row in np.flatnonzero(may_cross):
-        roots = np.roots(distance_coefficients[:, row])
+    curve_index_list = []
+    step_shares = []
+    for curve_index in np.flatnonzero(may_cross):
+        roots = np.roots(distance_coefficients[:, curve_index])
         real_roots = np.sort(roots[np.abs(roots.imag) < _ROUNDING].real)
         for root in real_roots[(real_roots > 0) & (real_roots <= 1)]:
-            crossing_rows.append(row)
-            crossing_shares.append(root)
-    rows = np.array(crossing_rows, dtype=np.intp)
+            curve_index_list.append(curve_index)
+            step_shares.append(root)
+    crossing_curve_index = np.array(curve_index_list, dtype=np.intp)
     # share of the step at each crossing
-    t = np.array(crossing_shares)[:, np.newaxis]
-    a, b, c, d = coefficients[:, rows]
-    return rows, np.asarray(((a * t + b) * t + c) * t + d)
+    t = np.array(step_shares)[:, np.newaxis]
+    a, b, c, d = coefficients[:, crossing_curve_index]
+    return crossing_curve_index, np.asarray(((a * t + b) * t + c) * t + d)

@@ -27,10 +27,10 @@ from oilfilm.physics.contact import Conditions
 TractionLaw = Callable[[Conditions, FloatArray], FloatArray]
 
 
-def law_at_points(law: TractionLaw, which: IndexArray) -> TractionLaw:
+def law_at_points(law: TractionLaw, point_index: IndexArray) -> TractionLaw:
     """The law of some of the operating points. Most laws are the same at all points."""
     at_points = getattr(law, "at_points", None)
-    return law if at_points is None else at_points(which)
+    return law if at_points is None else at_points(point_index)
 
 
 @dataclass(frozen=True)
@@ -40,14 +40,14 @@ class QuadratureRule:
     Attributes:
         along: Position along the rolling direction, in semi-axes.
         across: Position across the rolling direction, in semi-axes.
-        share: Share of the load, by Hertz's pressure. The shares sum to 1.
-        counts: Number of nodes across and along.
+        load_share: Share of the load, by Hertz's pressure. The shares sum to 1.
+        node_counts: Number of nodes across and along.
     """
 
     along: FloatArray
     across: FloatArray
-    share: FloatArray
-    counts: tuple[int, int]
+    load_share: FloatArray
+    node_counts: tuple[int, int]
 
     @cached_property
     def moments(self) -> FloatArray:
@@ -56,11 +56,11 @@ class QuadratureRule:
 
     def finer(self) -> "QuadratureRule":
         """The rule with twice as many nodes in each direction."""
-        return gauss_rule(2 * self.counts[0], 2 * self.counts[1])
+        return gauss_rule(2 * self.node_counts[0], 2 * self.node_counts[1])
 
 
 @cache
-def gauss_rule(across: int, along: int) -> QuadratureRule:
+def gauss_rule(node_count_across: int, node_count_along: int) -> QuadratureRule:
     """Gauss's rule for Hertz's pressure over an ellipse.
 
     The load of a strip across the rolling direction is proportional to 1 - y^2, the pressure along
@@ -68,26 +68,26 @@ def gauss_rule(across: int, along: int) -> QuadratureRule:
     3/2 and 1. Hence the rule is exact for polynomials up to degree 2 n - 1 in each direction.
 
     Args:
-        across: Number of nodes across the rolling direction.
-        along: Number of nodes along it.
+        node_count_across: Number of nodes across the rolling direction.
+        node_count_along: Number of nodes along it.
 
     Examples:
         The mean of y^2 under Hertz's pressure is 1/5 of the semi-axis squared:
 
         >>> rule = gauss_rule(4, 3)
-        >>> print(f"{np.sum(rule.share * rule.across**2):.12f}")
+        >>> print(f"{np.sum(rule.load_share * rule.across**2):.12f}")
         0.200000000000
     """
     # by the type stubs, roots_gegenbauer always returns the sum of the weights as well
-    y, y_share = scipy.special.roots_gegenbauer(across, 1.5)[:2]
-    x, x_share = scipy.special.roots_gegenbauer(along, 1.0)[:2]
+    y, y_share = scipy.special.roots_gegenbauer(node_count_across, 1.5)[:2]
+    x, x_share = scipy.special.roots_gegenbauer(node_count_along, 1.0)[:2]
     half_length = np.sqrt(1 - y**2)
-    share = np.outer(y_share, x_share).ravel()
+    load_share = np.outer(y_share, x_share).ravel()
     return QuadratureRule(
         along=np.outer(half_length, x).ravel(),
-        across=np.repeat(y, along),
-        share=share / share.sum(),
-        counts=(across, along),
+        across=np.repeat(y, node_count_along),
+        load_share=load_share / load_share.sum(),
+        node_counts=(node_count_across, node_count_along),
     )
 
 
@@ -96,30 +96,31 @@ class Sliding:
     """Sliding of the race over the ball; shapes (..., 2 contacts) or (..., 2 contacts, nodes).
 
     Attributes:
-        race_rad_s: Speed of the race about the bearing's axis, relative to the ball's orbit.
-        axis_rad_s: Spin of the ball about t x n, the axis about which it rolls.
-        spin_rad_s: Spin of the ball about the normal, relative to the race.
-        roll_rad_s: Spin of the ball about t x n, relative to the race.
+        race_speed_rad_s: Speed of the race about the bearing's axis, relative to the ball's orbit.
+        axis_spin_rad_s: Spin of the ball about t x n, the axis about which it rolls on the race.
+        relative_spin_rad_s: Spin of the ball about the normal, relative to the race.
+        relative_roll_rad_s: Spin of the ball about t x n, relative to the race.
         across_m_s: Sliding speed across the rolling direction at each node.
         along_m_s: Sliding speed along t at each node.
         entrainment_speed_m_s: Mean surface speed in the middle of the contact.
         middle_slide_roll_ratio: Sliding speed along t over the mean surface speed, in the middle of
             the contact. It is positive where the race is faster than the ball.
-        middle_m: Distance from the ball's centre to the middle of the contact, along the normal.
+        middle_height_m: Distance from the ball's centre to the middle of the contact, along the
+            normal.
         height_m: Distance from the ball's centre to each node, along the normal.
         semi_axes_m: Semi-axes along t and across the rolling direction, limited to the ball's
             radius.
     """
 
-    race_rad_s: FloatArray
-    axis_rad_s: FloatArray
-    spin_rad_s: FloatArray
-    roll_rad_s: FloatArray
+    race_speed_rad_s: FloatArray
+    axis_spin_rad_s: FloatArray
+    relative_spin_rad_s: FloatArray
+    relative_roll_rad_s: FloatArray
     across_m_s: FloatArray
     along_m_s: FloatArray
     entrainment_speed_m_s: FloatArray
     middle_slide_roll_ratio: FloatArray
-    middle_m: FloatArray
+    middle_height_m: FloatArray
     height_m: FloatArray
     semi_axes_m: tuple[FloatArray, FloatArray]
 
@@ -170,10 +171,10 @@ def sliding(
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
     w_x, w_r = motion.spin_rad_s[..., :1], motion.spin_rad_s[..., 1:2]
     w_t = motion.spin_rad_s[..., 2]
-    race_rad_s = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
-    axis_rad_s = w_r * n_x - w_x * n_r
-    spin_rad_s = w_x * n_x + w_r * n_r - race_rad_s * n_x
-    roll_rad_s = race_rad_s * n_r + axis_rad_s
+    race_speed_rad_s = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
+    axis_spin_rad_s = w_r * n_x - w_x * n_r
+    relative_spin_rad_s = w_x * n_x + w_r * n_r - race_speed_rad_s * n_x
+    relative_roll_rad_s = race_speed_rad_s * n_r + axis_spin_rad_s
     ball_radius_m = bearing.ball_diameter_m / 2
     curvature_radius_m = bearing.deformed_radius_m
     # no contact is wider than the ball, but a search may try such a state
@@ -190,21 +191,21 @@ def sliding(
         - (semi_axis_y_m**2)[..., np.newaxis] * rule.across**2
     )
     height_m += (middle_height_m - curvature_radius_m)[..., np.newaxis]
-    orbital_speed_m_s = race_rad_s * contacts.orbit_radius_m[..., np.newaxis]
-    across_m_s = (spin_rad_s * semi_axis_x_m)[..., np.newaxis] * rule.along
+    orbital_speed_m_s = race_speed_rad_s * contacts.orbit_radius_m[..., np.newaxis]
+    across_m_s = (relative_spin_rad_s * semi_axis_x_m)[..., np.newaxis] * rule.along
     across_m_s -= w_t[..., np.newaxis, np.newaxis] * height_m
-    along_m_s = roll_rad_s[..., np.newaxis] * height_m
-    along_m_s -= (spin_rad_s * semi_axis_y_m)[..., np.newaxis] * rule.across
+    along_m_s = relative_roll_rad_s[..., np.newaxis] * height_m
+    along_m_s -= (relative_spin_rad_s * semi_axis_y_m)[..., np.newaxis] * rule.across
     along_m_s += orbital_speed_m_s[..., np.newaxis]
-    race_surface_m_s = orbital_speed_m_s + race_rad_s * n_r * middle_height_m
-    ball_surface_m_s = -axis_rad_s * middle_height_m
+    race_surface_m_s = orbital_speed_m_s + race_speed_rad_s * n_r * middle_height_m
+    ball_surface_m_s = -axis_spin_rad_s * middle_height_m
     mean_speed_m_s = (race_surface_m_s + ball_surface_m_s) / 2
     speed_difference_m_s = race_surface_m_s - ball_surface_m_s
     return Sliding(
-        race_rad_s=race_rad_s,
-        axis_rad_s=axis_rad_s,
-        spin_rad_s=spin_rad_s,
-        roll_rad_s=roll_rad_s,
+        race_speed_rad_s=race_speed_rad_s,
+        axis_spin_rad_s=axis_spin_rad_s,
+        relative_spin_rad_s=relative_spin_rad_s,
+        relative_roll_rad_s=relative_roll_rad_s,
         across_m_s=across_m_s,
         along_m_s=along_m_s,
         entrainment_speed_m_s=smoothly_limited_below(np.abs(mean_speed_m_s), smallest_speed_m_s),
@@ -214,7 +215,7 @@ def sliding(
             out=np.zeros_like(mean_speed_m_s),
             where=mean_speed_m_s != 0,
         ),
-        middle_m=middle_height_m,
+        middle_height_m=middle_height_m,
         height_m=height_m,
         semi_axes_m=(semi_axis_x_m, semi_axis_y_m),
     )
@@ -282,7 +283,7 @@ def traction(
     conditions: Conditions,
     law: TractionLaw,
     rule: QuadratureRule,
-    factor: FloatArray | float = 1.0,
+    traction_factor: FloatArray | float = 1.0,
 ) -> Traction:
     """Force, moments and heat of the film's traction, by quadrature over the ellipse.
 
@@ -296,15 +297,15 @@ def traction(
         conditions: Conditions of these contacts (`contact_conditions`).
         law: The traction law.
         rule: Quadrature nodes of the ellipse.
-        factor: Factor on all traction, one number or shape (points,).
+        traction_factor: Factor on all traction, one number or shape (points,).
     """
     sliding_speed_m_s = np.sqrt(sliding_state.across_m_s**2 + sliding_state.along_m_s**2)
     entrainment_speed_m_s = np.maximum(sliding_state.entrainment_speed_m_s, np.finfo(float).tiny)
     local_slide_roll_ratio = sliding_speed_m_s / entrainment_speed_m_s[..., np.newaxis]
     mu = law(conditions, local_slide_roll_ratio)
-    mu *= np.reshape(factor, (-1, 1, 1))
+    mu *= np.reshape(traction_factor, (-1, 1, 1))
     # friction force of each node over the load of its contact
-    force_over_load = mu * rule.share
+    force_over_load = mu * rule.load_share
     heat_over_load = np.einsum("...k,...k->...", force_over_load, sliding_speed_m_s)
     # friction force over sliding speed, in the same memory, because there are many nodes
     force_over_speed = force_over_load

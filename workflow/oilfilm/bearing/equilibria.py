@@ -68,9 +68,10 @@ _FLAT_RISE = 1e-3
 # Slips of softened laws, where Newton's method does not find a rolling cage.
 _SOFTENING_SLIPS = (*np.geomspace(0.3, 1e-5, 10), 0.0)
 # Steps shorter than this may turn at a kink, which the law has at its lowest levels.
-_KINK = 1e-3
-# Attempts to follow a curve, until one does not stall: softening slip, and `kink` of `trace`.
-_ATTEMPTS = ((0.0, 0.0), (0.0, _KINK), (0.003, _KINK), (0.01, _KINK))
+_KINK_LENGTH = 1e-3
+# Attempts to follow a curve, until one does not stall. Each has the slip up to which the law is
+# softened, and `kink_length` of `trace`.
+_ATTEMPTS = ((0.0, 0.0), (0.0, _KINK_LENGTH), (0.003, _KINK_LENGTH), (0.01, _KINK_LENGTH))
 # Largest residual on a curve along which bands shrink: the forces are steep beside a jump.
 _BAND_TOLERANCE = 1e-9
 # Narrowest band of the rolling speed that may hold a motion, over the full band.
@@ -93,57 +94,57 @@ class Equilibria:
         slowest: Equilibrium with the slowest cage: the cage skids. It is the same as `fastest`
             where there is one equilibrium.
         count: Number of equilibria, shape (points,), including those between the two.
-        complete: True where the curve was followed to its end and the fastest cage is within the
+        is_complete: True where the curve was followed to its end and the fastest cage is within the
             range of the law. Elsewhere there may be more equilibria.
     """
 
     fastest: FrictionEquilibrium
     slowest: FrictionEquilibrium
     count: IndexArray
-    complete: BoolArray
+    is_complete: BoolArray
 
 
 @dataclass(frozen=True)
 class Neighbour:
-    """Known equilibria, near which those of similar problems are searched.
+    """A known equilibrium of each point, near which that of a similar problem is searched.
 
     Attributes:
         unknowns: Unknowns of the equilibria, shape (points, 7).
-        inverse: Inverse Jacobian there, shape (points, 7, 7).
+        inverse_jacobian: Inverse Jacobian there, shape (points, 7, 7).
     """
 
     unknowns: FloatArray
-    inverse: FloatArray
+    inverse_jacobian: FloatArray
 
     @classmethod
     def from_unknowns(cls, problem: FrictionProblem, unknowns: FloatArray) -> "Neighbour":
         """Equilibria of a problem, by their unknowns."""
         return cls(unknowns, inverse_jacobian(problem.residuals, unknowns, problem.scale()))
 
-    def at_points(self, which: IndexArray) -> "Neighbour":
+    def at_points(self, point_index: IndexArray) -> "Neighbour":
         """The equilibria of some of the points."""
-        return Neighbour(self.unknowns[which], self.inverse[which])
+        return Neighbour(self.unknowns[point_index], self.inverse_jacobian[point_index])
 
 
 @dataclass(frozen=True)
-class Softened:
+class SoftenedLaw:
     """A traction law that rises from slip 0 less steeply: mu(S_e) S/S_e, S_e^2 = S^2 + slip^2.
 
     Attributes:
         law: The law without softening.
-        slip: Slide-roll ratio up to which the law is softened.
+        softening_slip: Slide-roll ratio up to which the law is softened.
     """
 
     law: TractionLaw
-    slip: float
+    softening_slip: float
 
-    def at_points(self, which: IndexArray) -> "Softened":
+    def at_points(self, point_index: IndexArray) -> "SoftenedLaw":
         """See `TractionLaw`."""
-        return Softened(law_at_points(self.law, which), self.slip)
+        return SoftenedLaw(law_at_points(self.law, point_index), self.softening_slip)
 
     def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
-        softened_slip = np.hypot(slide_roll_ratio, self.slip)
+        softened_slip = np.hypot(slide_roll_ratio, self.softening_slip)
         return self.law(conditions, softened_slip) * (slide_roll_ratio / softened_slip)
 
 
@@ -163,13 +164,17 @@ def friction_equilibrium(
     problem = replace(problem, bands=NO_BANDS)
     if neighbour is None:
         return _equilibria(problem, all_motions=False).fastest
-    solution = solve_near(problem.residuals, neighbour.unknowns, problem.scale(), neighbour.inverse)
+    solution = solve_near(
+        problem.residuals, neighbour.unknowns, problem.scale(), neighbour.inverse_jacobian
+    )
     bands = np.zeros((len(solution.unknowns), len(NO_BANDS[0])))
-    unsolved = np.flatnonzero(~solution.converged)
-    if len(unsolved):
-        searched_equilibrium = _equilibria(problem.at_points(unsolved), all_motions=False).fastest
-        solution.replace_points(unsolved, searched_equilibrium.solution)
-        bands[unsolved] = searched_equilibrium.problem.bands
+    unsolved_index = np.flatnonzero(~solution.converged)
+    if len(unsolved_index):
+        searched_equilibrium = _equilibria(
+            problem.at_points(unsolved_index), all_motions=False
+        ).fastest
+        solution.replace_points(unsolved_index, searched_equilibrium.solution)
+        bands[unsolved_index] = searched_equilibrium.problem.bands
     return _equilibrium_of_motion(problem, solution.unknowns, bands)
 
 
@@ -187,28 +192,30 @@ class _Motions:
     """Motions of points, any number per point.
 
     Attributes:
-        point: Number of each motion's point, shape (motions,).
+        point_index: Index of each motion's point, shape (motions,).
         unknowns: Unknowns of each motion, shape (motions, 7).
         bands: Widths of the bands with which the forces balance, shape (motions, 3).
     """
 
-    point: IndexArray
+    point_index: IndexArray
     unknowns: FloatArray
     bands: FloatArray
 
     @classmethod
-    def with_full_bands(cls, point: IndexArray, unknowns: FloatArray) -> "_Motions":
+    def with_full_bands(cls, point_index: IndexArray, unknowns: FloatArray) -> "_Motions":
         """Motions with the full bands, of which the unknowns are known approximately."""
-        return cls(point, unknowns, np.repeat(FULL_BANDS, len(point), axis=0))
+        return cls(point_index, unknowns, np.repeat(FULL_BANDS, len(point_index), axis=0))
 
-    def select(self, which: IndexArray | BoolArray) -> "_Motions":
+    def select(self, index_or_mask: IndexArray | BoolArray) -> "_Motions":
         """Some of the motions."""
-        return _Motions(self.point[which], self.unknowns[which], self.bands[which])
+        return _Motions(
+            self.point_index[index_or_mask], self.unknowns[index_or_mask], self.bands[index_or_mask]
+        )
 
     def joined(self, other: "_Motions") -> "_Motions":
         """These motions and others."""
         return _Motions(
-            point=np.concatenate([self.point, other.point]),
+            point_index=np.concatenate([self.point_index, other.point_index]),
             unknowns=np.concatenate([self.unknowns, other.unknowns]),
             bands=np.concatenate([self.bands, other.bands]),
         )
@@ -217,18 +224,20 @@ class _Motions:
 def _equilibria(problem: FrictionProblem, all_motions: bool) -> Equilibria:
     """All steady motions, or without `all_motions` only the fastest cage where it is certified."""
     # a problem with other nodes than the usual ones keeps them: its law may be made for these nodes
-    rule = gauss_rule(*COARSE_QUADRATURE) if problem.rule.counts == QUADRATURE else problem.rule
-    motions, stalled = _searched_motions(problem, rule, all_motions)
+    rule = (
+        gauss_rule(*COARSE_QUADRATURE) if problem.rule.node_counts == QUADRATURE else problem.rule
+    )
+    motions, has_stalled = _searched_motions(problem, rule, all_motions)
     # a crossing with the coarse nodes may have no counterpart with all nodes
-    points_without_motion = np.setdiff1d(np.arange(len(stalled)), motions.point)
+    points_without_motion = np.setdiff1d(np.arange(len(has_stalled)), motions.point_index)
     if len(points_without_motion) and problem.rule is not rule:
-        added_motions, stalled[points_without_motion] = _searched_motions(
+        added_motions, has_stalled[points_without_motion] = _searched_motions(
             problem.at_points(points_without_motion), problem.rule, all_motions
         )
         motions = motions.joined(
-            replace(added_motions, point=points_without_motion[added_motions.point])
+            replace(added_motions, point_index=points_without_motion[added_motions.point_index])
         )
-    return _fastest_and_slowest(problem, motions, ~stalled)
+    return _fastest_and_slowest(problem, motions, ~has_stalled)
 
 
 def _searched_motions(
@@ -238,19 +247,21 @@ def _searched_motions(
     coarse_problem = replace(problem, rule=rule, bands=FULL_BANDS)
     start, resistance_share = _starts_of_curves(coarse_problem)
     is_rolling = resistance_share == 1
-    followed_points = np.flatnonzero(np.isfinite(resistance_share) & (all_motions | ~is_rolling))
+    followed_index = np.flatnonzero(np.isfinite(resistance_share) & (all_motions | ~is_rolling))
     last_parameter = _LAST_PARAMETER if all_motions else _LAST_PARAMETER_FOR_FASTEST
-    followed_motions, ended = _followed_curves(
-        coarse_problem.at_points(followed_points),
-        start[followed_points],
-        resistance_share[followed_points],
+    followed_motions, has_ended = _followed_curves(
+        coarse_problem.at_points(followed_index),
+        start[followed_index],
+        resistance_share[followed_index],
         last_parameter,
     )
-    stalled = np.isnan(resistance_share)
-    stalled[followed_points[~ended]] = True
+    has_stalled = np.isnan(resistance_share)
+    has_stalled[followed_index[~has_ended]] = True
     rolling_motions = _Motions.with_full_bands(np.flatnonzero(is_rolling), start[is_rolling])
-    followed_motions = replace(followed_motions, point=followed_points[followed_motions.point])
-    return _with_narrow_bands(problem, rolling_motions.joined(followed_motions)), stalled
+    followed_motions = replace(
+        followed_motions, point_index=followed_index[followed_motions.point_index]
+    )
+    return _with_narrow_bands(problem, rolling_motions.joined(followed_motions)), has_stalled
 
 
 def _starts_of_curves(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
@@ -260,55 +271,59 @@ def _starts_of_curves(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]
         Unknowns, and the share of the resistances there. The share is 1 where the bearing itself is
         certified to roll, and NaN where no start was found.
     """
-    rolling_unknowns = problem.start()
+    rolling_unknowns = problem.start_unknowns()
     scale = problem.scale()
     unknowns = rolling_unknowns.copy()
     resistance_share = np.full(len(rolling_unknowns), np.nan)
-    for tried_share in (*_START_SHARES, 0.0):
-        unstarted = np.flatnonzero(np.isnan(resistance_share))
-        if len(unstarted) == 0:
+    for tried_resistance_share in (*_START_SHARES, 0.0):
+        unstarted_index = np.flatnonzero(np.isnan(resistance_share))
+        if len(unstarted_index) == 0:
             break
-        remaining_problem = problem.at_points(unstarted)
-        max_iterations = _NEWTON_ITERATIONS if tried_share else _MAX_ITERATIONS
+        remaining_problem = problem.at_points(unstarted_index)
+        max_iterations = _NEWTON_ITERATIONS if tried_resistance_share else _MAX_ITERATIONS
         solution = solve(
-            _equations_with_share(remaining_problem, tried_share),
-            rolling_unknowns[unstarted],
-            scale[unstarted],
+            _equations_with_share(remaining_problem, tried_resistance_share),
+            rolling_unknowns[unstarted_index],
+            scale[unstarted_index],
             max_iterations,
         )
         has_start = solution.converged.copy()
-        if tried_share and has_start.any():
+        if tried_resistance_share and has_start.any():
             converged_problem = remaining_problem.at_points(np.flatnonzero(has_start))
             has_start[has_start] = _is_certified(converged_problem, solution.unknowns[has_start])
-        unknowns[unstarted[has_start]] = solution.unknowns[has_start]
-        resistance_share[unstarted[has_start]] = tried_share
-    still_unstarted = np.flatnonzero(np.isnan(resistance_share))
-    if len(still_unstarted):
-        solution = _hardened(
-            problem.at_points(still_unstarted), rolling_unknowns[still_unstarted], _SOFTENING_SLIPS
+        unknowns[unstarted_index[has_start]] = solution.unknowns[has_start]
+        resistance_share[unstarted_index[has_start]] = tried_resistance_share
+    unstarted_index = np.flatnonzero(np.isnan(resistance_share))
+    if len(unstarted_index):
+        solution = _motions_of_hardened_law(
+            problem.at_points(unstarted_index), rolling_unknowns[unstarted_index], _SOFTENING_SLIPS
         )
         is_solved = solution.converged
-        unknowns[still_unstarted[is_solved]] = solution.unknowns[is_solved]
-        resistance_share[still_unstarted[is_solved]] = 0.0
+        unknowns[unstarted_index[is_solved]] = solution.unknowns[is_solved]
+        resistance_share[unstarted_index[is_solved]] = 0.0
     return unknowns, resistance_share
 
 
 def _equations_with_share(problem: FrictionProblem, resistance_share: float) -> Equations:
     """The equations with a share of the resistances."""
-    return lambda unknowns, which: problem.residuals(unknowns, which, resistance_share)
+    return lambda unknowns, point_index: problem.residuals(unknowns, point_index, resistance_share)
 
 
-def _hardened(
+def _motions_of_hardened_law(
     problem: FrictionProblem,
     start: FloatArray,
-    slips: tuple[float, ...],
+    softening_slips: tuple[float, ...],
     resistance_share: float = 0.0,
 ) -> Solution:
     """Motions with softened laws, one slip after the other; each starts from the motion before."""
     scale = problem.scale()
     unknowns = start
-    for slip in slips:
-        softened_problem = replace(problem, law=Softened(problem.law, slip)) if slip else problem
+    for softening_slip in softening_slips:
+        softened_problem = (
+            replace(problem, law=SoftenedLaw(problem.law, softening_slip))
+            if softening_slip
+            else problem
+        )
         equations = _equations_with_share(softened_problem, resistance_share)
         solution = solve(equations, unknowns, scale, _MAX_ITERATIONS)
         unknowns = np.where(solution.converged[:, np.newaxis], solution.unknowns, unknowns)
@@ -319,17 +334,17 @@ def _is_certified(problem: FrictionProblem, unknowns: FloatArray) -> BoolArray:
     """Whether the inner contact of each motion slips less than at the law's peak."""
     balance = problem.balance(unknowns)
     # a law of certain nodes is evaluated at all of them, any other at one
-    law_needs_its_nodes = problem.rule.counts not in (COARSE_QUADRATURE, QUADRATURE)
-    weight = problem.rule.share if law_needs_its_nodes else np.ones(1)
-    contacts = balance.conditions.load_n.shape[:-1]
-    shape = (len(_PEAK_SLIPS), *contacts, len(weight))
-    slips = np.broadcast_to(_PEAK_SLIPS[:, np.newaxis, np.newaxis, np.newaxis], shape)
+    law_needs_its_nodes = problem.rule.node_counts not in (COARSE_QUADRATURE, QUADRATURE)
+    weight = problem.rule.load_share if law_needs_its_nodes else np.ones(1)
+    shape_of_contacts = balance.conditions.load_n.shape[:-1]
+    shape_of_slips = (len(_PEAK_SLIPS), *shape_of_contacts, len(weight))
+    slips = np.broadcast_to(_PEAK_SLIPS[:, np.newaxis, np.newaxis, np.newaxis], shape_of_slips)
     mu_at_nodes = problem.law(balance.conditions, slips)[:, :, 0]
     mu = (mu_at_nodes @ weight / weight.sum()).T
     is_flat = mu[:, 1:] <= mu[:, :-1] * (1 + _FLAT_RISE)
     peak_slip = np.where(is_flat.any(axis=1), _PEAK_SLIPS[is_flat.argmax(axis=1)], np.inf)
-    slip = np.abs(balance.sliding.middle_slide_roll_ratio[:, 0])
-    return np.asarray(slip < _SHARE_OF_PEAK * peak_slip)
+    inner_slip = np.abs(balance.sliding.middle_slide_roll_ratio[:, 0])
+    return np.asarray(inner_slip < _SHARE_OF_PEAK * peak_slip)
 
 
 def _followed_curves(
@@ -343,54 +358,68 @@ def _followed_curves(
         resistance_share: Share of the resistances there, shape (points,).
         last_parameter: Parameter at which curves end.
     """
-    ended = np.zeros(len(resistance_share), dtype=bool)
+    has_ended = np.zeros(len(resistance_share), dtype=bool)
     motions = _Motions.with_full_bands(np.arange(0), start[:0])
-    for softening, kink in _ATTEMPTS:
-        points = np.flatnonzero(~ended)
-        if len(points) == 0:
+    for softening_slip, kink_length in _ATTEMPTS:
+        remaining_index = np.flatnonzero(~has_ended)
+        if len(remaining_index) == 0:
             break
-        remaining_problem = problem.at_points(points)
-        if softening:
+        remaining_problem = problem.at_points(remaining_index)
+        if softening_slip:
             crossings, motions_at_crossings = _followed_softened(
-                remaining_problem, start[points], last_parameter, softening, kink
+                remaining_problem,
+                start[remaining_index],
+                last_parameter,
+                softening_slip,
+                kink_length,
             )
         else:
             crossings = _traced_crossings(
-                remaining_problem, start[points], resistance_share[points], last_parameter, kink
+                remaining_problem,
+                start[remaining_index],
+                resistance_share[remaining_index],
+                last_parameter,
+                kink_length,
             )
-            motions_at_crossings = _Motions.with_full_bands(crossings.point, crossings.unknowns)
-        ended[points] = crossings.reached_last
+            motions_at_crossings = _Motions.with_full_bands(
+                crossings.point_index, crossings.unknowns
+            )
+        has_ended[remaining_index] = crossings.reached_last
         motions_at_crossings = replace(
-            motions_at_crossings, point=points[motions_at_crossings.point]
+            motions_at_crossings, point_index=remaining_index[motions_at_crossings.point_index]
         )
         # motions of an earlier, stalled attempt remain only at points without motions now
-        is_kept = ~np.isin(motions.point, motions_at_crossings.point)
+        is_kept = ~np.isin(motions.point_index, motions_at_crossings.point_index)
         motions = motions.select(is_kept).joined(motions_at_crossings)
-    return motions, ended
+    return motions, has_ended
 
 
 def _followed_softened(
     problem: FrictionProblem,
     start: FloatArray,
     last_parameter: float,
-    softening: float,
-    kink: float,
+    softening_slip: float,
+    kink_length: float,
 ) -> tuple[Crossings, _Motions]:
     """Curves of a softened law, and the motions of the law itself at their crossings.
 
     The curve of a law with abrupt slopes is followed with a softened law. At each crossing the law
     is hardened again.
     """
-    softer_slips = tuple(slip for slip in _SOFTENING_SLIPS if slip > softening)
-    harder_slips = tuple(slip for slip in _SOFTENING_SLIPS if slip < softening)
-    softened_start = _hardened(problem, start, (*softer_slips, softening)).unknowns
-    softened_problem = replace(problem, law=Softened(problem.law, softening))
+    softer_slips = tuple(slip for slip in _SOFTENING_SLIPS if slip > softening_slip)
+    harder_slips = tuple(slip for slip in _SOFTENING_SLIPS if slip < softening_slip)
+    softened_start = _motions_of_hardened_law(
+        problem, start, (*softer_slips, softening_slip)
+    ).unknowns
+    softened_problem = replace(problem, law=SoftenedLaw(problem.law, softening_slip))
     crossings = _traced_crossings(
-        softened_problem, softened_start, np.zeros(len(start)), last_parameter, kink
+        softened_problem, softened_start, np.zeros(len(start)), last_parameter, kink_length
     )
-    crossing_problem = problem.at_points(crossings.point)
-    solution = _hardened(crossing_problem, crossings.unknowns, harder_slips, resistance_share=1.0)
-    motions = _Motions.with_full_bands(crossings.point, solution.unknowns)
+    crossing_problem = problem.at_points(crossings.point_index)
+    solution = _motions_of_hardened_law(
+        crossing_problem, crossings.unknowns, harder_slips, resistance_share=1.0
+    )
+    motions = _Motions.with_full_bands(crossings.point_index, solution.unknowns)
     return crossings, motions.select(solution.converged)
 
 
@@ -399,14 +428,16 @@ def _traced_crossings(
     start: FloatArray,
     resistance_share: FloatArray,
     last_parameter: float,
-    kink: float,
+    kink_length: float,
 ) -> Crossings:
     """Crossings of the bearing's share, s = 1, by the curves of equilibria."""
 
-    def residuals(unknowns: FloatArray, parameter: FloatArray, which: IndexArray) -> FloatArray:
+    def residuals(
+        unknowns: FloatArray, parameter: FloatArray, point_index: IndexArray
+    ) -> FloatArray:
         """Balance residuals, with the traced parameter s / (1 + s) as `parameter`."""
         limited_parameter = np.minimum(parameter, _HIGHEST_PARAMETER)
-        return problem.residuals(unknowns, which, limited_parameter / (1 - limited_parameter))
+        return problem.residuals(unknowns, point_index, limited_parameter / (1 - limited_parameter))
 
     start_parameter = resistance_share / (1 + resistance_share)
     return trace(
@@ -414,10 +445,10 @@ def _traced_crossings(
         start,
         problem.scale(),
         start_parameter,
-        wanted=_BEARING_PARAMETER,
-        first=_FIRST_PARAMETER,
-        last=last_parameter,
-        kink=kink,
+        wanted_value=_BEARING_PARAMETER,
+        first_value=_FIRST_PARAMETER,
+        last_value=last_parameter,
+        kink_length=kink_length,
     )
 
 
@@ -431,38 +462,45 @@ def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """
     banded_motions, is_solved = _solved_near(problem, motions)
     banded_motions = banded_motions.select(is_solved)
-    motion_indices = np.arange(len(banded_motions.point))
-    residuals = problem.at_points(banded_motions.point).residuals(
-        banded_motions.unknowns, motion_indices
+    motion_index = np.arange(len(banded_motions.point_index))
+    residuals = problem.at_points(banded_motions.point_index).residuals(
+        banded_motions.unknowns, motion_index
     )
     is_exact = np.abs(residuals).max(axis=1) <= TOLERANCE
     banded_motions.bands[is_exact] = NO_BANDS
     within_bands = banded_motions.select(~is_exact)
-    if len(within_bands.point) == 0:
+    if len(within_bands.point_index) == 0:
         return banded_motions
     narrowed_motions = _narrowed(problem, within_bands)
     # each point keeps at least one motion
-    kept_points = np.concatenate([banded_motions.point[is_exact], narrowed_motions.point])
-    last_of_point = ~np.isin(within_bands.point, kept_points)
+    kept_points = np.concatenate(
+        [banded_motions.point_index[is_exact], narrowed_motions.point_index]
+    )
+    is_last_of_point = ~np.isin(within_bands.point_index, kept_points)
     return (
         banded_motions.select(is_exact)
         .joined(narrowed_motions)
-        .joined(within_bands.select(last_of_point))
+        .joined(within_bands.select(is_last_of_point))
     )
 
 
 def _solved_near(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
     """Motions near others, with the bands of these, and whether each one was found."""
-    banded_problem = replace(problem.at_points(motions.point), bands=motions.bands)
+    banded_problem = replace(problem.at_points(motions.point_index), bands=motions.bands)
     scale = banded_problem.scale()
     neighbour = Neighbour.from_unknowns(banded_problem, motions.unknowns)
-    solution = solve_near(banded_problem.residuals, motions.unknowns, scale, neighbour.inverse)
-    unsolved = np.flatnonzero(~solution.converged)
-    unsolved_equations = banded_problem.at_points(unsolved).residuals
-    newton_solution = solve(
-        unsolved_equations, motions.unknowns[unsolved], scale[unsolved], _NEWTON_ITERATIONS
+    solution = solve_near(
+        banded_problem.residuals, motions.unknowns, scale, neighbour.inverse_jacobian
     )
-    solution.replace_points(unsolved, newton_solution)
+    unsolved_index = np.flatnonzero(~solution.converged)
+    unsolved_equations = banded_problem.at_points(unsolved_index).residuals
+    newton_solution = solve(
+        unsolved_equations,
+        motions.unknowns[unsolved_index],
+        scale[unsolved_index],
+        _NEWTON_ITERATIONS,
+    )
+    solution.replace_points(unsolved_index, newton_solution)
     return replace(motions, unknowns=solution.unknowns), solution.converged
 
 
@@ -478,38 +516,38 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
         _band_shares_less_spin,
         _band_shares_less_rolling,
     ):
-        shrinking_problem = problem.at_points(motions.point)
+        shrinking_problem = problem.at_points(motions.point_index)
 
         def residuals(
             unknowns: FloatArray,
             parameter: FloatArray,
-            which: IndexArray,
+            point_index: IndexArray,
             shrinking_problem: FrictionProblem = shrinking_problem,
             band_shares: Callable[[FloatArray], FloatArray] = band_shares,
         ) -> FloatArray:
             bands = FULL_BANDS * band_shares(parameter)
-            banded_problem = replace(shrinking_problem.at_points(which), bands=bands)
-            return banded_problem.residuals(unknowns, np.arange(len(which)))
+            banded_problem = replace(shrinking_problem.at_points(point_index), bands=bands)
+            return banded_problem.residuals(unknowns, np.arange(len(point_index)))
 
         crossings = trace(
             residuals,
             motions.unknowns,
             shrinking_problem.scale(),
-            parameter=np.zeros(len(motions.point)),
-            wanted=1.0,
-            first=0.0,
-            last=1.0,
-            kink=_KINK,
+            start_parameter=np.zeros(len(motions.point_index)),
+            wanted_value=1.0,
+            first_value=0.0,
+            last_value=1.0,
+            kink_length=_KINK_LENGTH,
             tolerance=_BAND_TOLERANCE,
         )
-        has_stalled = ~crossings.reached_last & ~crossings.returned
+        has_stalled = ~crossings.reached_last & ~crossings.turned_back
         bands = FULL_BANDS * band_shares(crossings.end_parameter)
-        narrower_motions = _Motions(motions.point, crossings.end, bands)
+        narrower_motions = _Motions(motions.point_index, crossings.end_unknowns, bands)
         # at the edge of a narrow band the slopes may not lead to the solution
         solved_motions, is_solved = _solved_near(problem, narrower_motions)
         is_narrower = is_solved[:, np.newaxis]
         narrowest_motions = _Motions(
-            point=motions.point,
+            point_index=motions.point_index,
             unknowns=np.where(is_narrower, solved_motions.unknowns, motions.unknowns),
             bands=np.where(is_narrower, bands, motions.bands),
         )
@@ -519,8 +557,10 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
     motions = motions.joined(stalled_motions)
     unbanded_motions = replace(motions, bands=np.zeros_like(motions.bands))
     solved_motions, is_solved = _solved_near(problem, unbanded_motions)
-    change = np.abs(solved_motions.unknowns - motions.unknowns)[:, _CAGE_INDEX]
-    is_released = is_solved & (change < _SAME_MOTION * problem.scale()[motions.point, _CAGE_INDEX])
+    cage_speed_change = np.abs(solved_motions.unknowns - motions.unknowns)[:, _CAGE_INDEX]
+    is_released = is_solved & (
+        cage_speed_change < _SAME_MOTION * problem.scale()[motions.point_index, _CAGE_INDEX]
+    )
     held_motions = motions.select(~is_released)
     return held_motions.joined(solved_motions.select(is_released))
 
@@ -545,41 +585,42 @@ def _band_shares_less_rolling(parameter: FloatArray) -> FloatArray:
 
 
 def _fastest_and_slowest(
-    problem: FrictionProblem, motions: _Motions, complete: BoolArray
+    problem: FrictionProblem, motions: _Motions, is_complete: BoolArray
 ) -> Equilibria:
     """Equilibria of each point, with the fastest and the slowest cage."""
     scale = problem.scale()
     relative_cage_speed = (
-        np.abs(motions.unknowns[:, _CAGE_INDEX]) / scale[motions.point, _CAGE_INDEX]
+        np.abs(motions.unknowns[:, _CAGE_INDEX]) / scale[motions.point_index, _CAGE_INDEX]
     )
-    ranked_motions = motions.select(np.lexsort((-relative_cage_speed, motions.point)))
+    ranked_motions = motions.select(np.lexsort((-relative_cage_speed, motions.point_index)))
     ranked_cage_speed = (
-        np.abs(ranked_motions.unknowns[:, _CAGE_INDEX]) / scale[ranked_motions.point, _CAGE_INDEX]
+        np.abs(ranked_motions.unknowns[:, _CAGE_INDEX])
+        / scale[ranked_motions.point_index, _CAGE_INDEX]
     )
-    is_repeated = np.zeros(len(ranked_motions.point), dtype=bool)
-    has_same_point = np.diff(ranked_motions.point) == 0
+    is_repeated = np.zeros(len(ranked_motions.point_index), dtype=bool)
+    has_same_point = np.diff(ranked_motions.point_index) == 0
     is_repeated[1:] = has_same_point & (-np.diff(ranked_cage_speed) < _DISTINCT_SPEEDS)
     distinct_motions = ranked_motions.select(~is_repeated)
-    count = np.bincount(distinct_motions.point, minlength=len(scale))
-    last_row = np.cumsum(count) - 1
-    first_row = last_row - count + 1
-    solved_points = np.flatnonzero(count > 0)
-    unsolved_points = np.flatnonzero(count == 0)
+    motion_count = np.bincount(distinct_motions.point_index, minlength=len(scale))
+    slowest_index = np.cumsum(motion_count) - 1
+    fastest_index = slowest_index - motion_count + 1
+    solved_index = np.flatnonzero(motion_count > 0)
+    unsolved_index = np.flatnonzero(motion_count == 0)
 
-    def equilibrium_of_rows(row: IndexArray) -> FrictionEquilibrium:
+    def equilibrium_of_motions(motion_index: IndexArray) -> FrictionEquilibrium:
         """The motion in a row of `distinct_motions` of each solved point; the start for others."""
         unknowns = np.empty_like(scale)
         bands = np.zeros((len(scale), len(NO_BANDS[0])))
-        unknowns[solved_points] = distinct_motions.unknowns[row[solved_points]]
-        bands[solved_points] = distinct_motions.bands[row[solved_points]]
-        unknowns[unsolved_points] = problem.at_points(unsolved_points).start()
+        unknowns[solved_index] = distinct_motions.unknowns[motion_index[solved_index]]
+        bands[solved_index] = distinct_motions.bands[motion_index[solved_index]]
+        unknowns[unsolved_index] = problem.at_points(unsolved_index).start_unknowns()
         return _equilibrium_of_motion(problem, unknowns, bands)
 
-    fastest = equilibrium_of_rows(first_row)
-    slowest = equilibrium_of_rows(last_row) if (count > 1).any() else fastest
+    fastest = equilibrium_of_motions(fastest_index)
+    slowest = equilibrium_of_motions(slowest_index) if (motion_count > 1).any() else fastest
     # Outside the law a curve may pass balls at rest, with motions so close to each other that
     # rounding decides how many of them are found.
-    return Equilibria(fastest, slowest, count, complete & ~fastest.outside_law())
+    return Equilibria(fastest, slowest, motion_count, is_complete & ~fastest.outside_law())
 
 
 def _equilibrium_of_motion(

@@ -79,9 +79,9 @@ def smooth_sign(value: FloatArray, band: FloatArray) -> FloatArray:
 
     The smoothed sign and its slope are continuous at the ends of the band.
     """
-    inside = np.abs(value) < band
-    t = np.divide(value, band, out=np.zeros_like(value), where=inside)
-    return np.where(inside, t * (3 - t**2) / 2, np.sign(value))
+    is_inside = np.abs(value) < band
+    relative_value = np.divide(value, band, out=np.zeros_like(value), where=is_inside)
+    return np.where(is_inside, relative_value * (3 - relative_value**2) / 2, np.sign(value))
 
 
 @dataclass(frozen=True)
@@ -144,24 +144,24 @@ class FrictionProblem:
     rule: QuadratureRule = field(default_factory=lambda: gauss_rule(*QUADRATURE))
     bands: FloatArray = field(default_factory=lambda: NO_BANDS)
 
-    def at_points(self, which: IndexArray) -> "FrictionProblem":
+    def at_points(self, point_index: IndexArray) -> "FrictionProblem":
         """The problem of some of the points."""
         return FrictionProblem(
             bearing=self.bearing,
-            points=self.points.at_points(which),
-            lubrication=self.lubrication.at_points(which),
-            law=law_at_points(self.law, which),
+            points=self.points.at_points(point_index),
+            lubrication=self.lubrication.at_points(point_index),
+            law=law_at_points(self.law, point_index),
             rule=self.rule,
-            bands=self.bands if len(self.bands) == 1 else self.bands[..., which, :],
+            bands=self.bands if len(self.bands) == 1 else self.bands[..., point_index, :],
         )
 
-    def balance(self, unknowns: FloatArray, share: Floats = 1.0) -> Balance:
+    def balance(self, unknowns: FloatArray, resistance_share: Floats = 1.0) -> Balance:
         """All forces and moments on the balls, shapes (..., points, ...).
 
         Args:
             unknowns: Shape (..., points, 7).
-            share: Share of all resistances and of the gyroscopic moment; traction always counts in
-                full. One number, or shape (..., points).
+            resistance_share: Factor on all resistances and on the gyroscopic moment; 1 is the
+                bearing. Traction always counts in full. One number, or shape (..., points).
         """
         bearing, lubrication = self.bearing, self.lubrication
         contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 6], self.points.growth)
@@ -178,17 +178,19 @@ class FrictionProblem:
         orbit_radius_m = contacts.orbit_radius_m
         n_r = contacts.normal[..., 1, :]
         race_radius_m = orbit_radius_m[..., np.newaxis] + n_r * (bearing.ball_diameter_m / 2)
-        rolling_resistance = self._rolling_resistance(contacts, sliding_state, race_radius_m, share)
+        rolling_resistance = self._rolling_resistance(
+            contacts, sliding_state, race_radius_m, resistance_share
+        )
         orbit_speed_m_s = orbit_radius_m * motion.orbit_speed_rad_s
-        drag_n = self._drag_n(orbit_speed_m_s, share)
+        drag_n = self._drag_n(orbit_speed_m_s, resistance_share)
         # The rolling force shears the surface of the ball. Its pressure pushes the ball's centre.
         push_n = rolling_resistance.force_n * (
             2 * race_radius_m / orbit_radius_m[..., np.newaxis] - 1
         )
         pocket_force_n = drag_n - _sum_of_contacts(film_traction.along_n + push_n)
-        pocket_friction = self._pocket_friction(pocket_force_n, motion, share)
+        pocket_friction = self._pocket_friction(pocket_force_n, motion, resistance_share)
         cage_lag_rad_s = ring_speed_rad_s[:, self._guiding_ring()] - motion.orbit_speed_rad_s
-        land_moment_n_m = self._land_moment_n_m(cage_lag_rad_s, share)
+        land_moment_n_m = self._land_moment_n_m(cage_lag_rad_s, resistance_share)
         imbalance_n = self._imbalance_n(
             contacts,
             motion,
@@ -196,7 +198,7 @@ class FrictionProblem:
             rolling_resistance,
             pocket_friction,
             land_moment_n_m,
-            share,
+            resistance_share,
         )
         ring_moment_n_m = (
             film_traction.race_moment_n_m
@@ -204,7 +206,7 @@ class FrictionProblem:
             - rolling_resistance.force_n * race_radius_m
         )
         ring_moment_n_m[..., self._guiding_ring()] -= land_moment_n_m
-        feed_torque_n_m = self.momentum_n_m() / bearing.ball_count
+        feed_torque_n_m = self.feed_torque_n_m() / bearing.ball_count
         ring_moment_n_m[..., 0] -= feed_torque_n_m
         feed_heat_w = np.broadcast_to(
             feed_torque_n_m * ring_speed_rad_s[:, 0], orbit_speed_m_s.shape
@@ -250,22 +252,22 @@ class FrictionProblem:
             lubrication=self.lubrication.with_inputs(inputs),
         )
 
-    def momentum_n_m(self) -> FloatArray:
+    def feed_torque_n_m(self) -> FloatArray:
         """Torque of the oil that the inner ring accelerates, shape (points,).
 
         It is 0 where the flow is not known.
         """
-        feed_kg_s = np.nan_to_num(self.lubrication.feed_kg_s)
+        carried_flow_kg_s = np.nan_to_num(self.lubrication.carried_flow_kg_s)
         groove_bottom_radius_m = self.bearing.groove_bottom_m[0]
         return momentum_torque_n_m(
-            feed_kg_s, self.points.ring_speed_rad_s[:, 0], groove_bottom_radius_m
+            carried_flow_kg_s, self.points.ring_speed_rad_s[:, 0], groove_bottom_radius_m
         )
 
     def replenishment(self) -> FloatArray:
         """Starvation of rolling resistance and film, shape (points,)."""
         return self.lubrication.replenishment(self.bearing, self._ring_difference_rad_s())
 
-    def _drag_n(self, orbit_speed_m_s: FloatArray, share: Floats) -> FloatArray:
+    def _drag_n(self, orbit_speed_m_s: FloatArray, resistance_share: Floats) -> FloatArray:
         """Drag of the oil on a ball against its orbit, shape (..., points)."""
         drag_n = drag_force_n(
             self.bearing.ball_diameter_m,
@@ -273,31 +275,33 @@ class FrictionProblem:
             self.lubrication.drag_coefficient,
             orbit_speed_m_s,
         )
-        return drag_n * share * self.lubrication.factor("drag")
+        return drag_n * resistance_share * self.lubrication.factor("drag")
 
     def _pocket_friction(
-        self, force_n: FloatArray, motion: Motion, share: Floats
+        self, pocket_force_n: FloatArray, motion: Motion, resistance_share: Floats
     ) -> "_PocketFriction":
         """Coulomb friction between pocket and ball, which acts against the spin.
 
         Args:
-            force_n: Force of the pocket on the ball along t, shape (..., points).
+            pocket_force_n: Force of the pocket on the ball along t, shape (..., points).
             motion: Motion of the ball.
-            share: Share of `balance`.
+            resistance_share: Share of `balance`.
         """
         ball_radius_m = self.bearing.ball_diameter_m / 2
-        friction_factor = share * self.lubrication.factor("pocket")
-        friction_n = friction_factor * self.bearing.cage.pocket_friction_coefficient * force_n
+        friction_factor = resistance_share * self.lubrication.factor("pocket")
+        friction_n = (
+            friction_factor * self.bearing.cage.pocket_friction_coefficient * pocket_force_n
+        )
         spin_x = motion.spin_rad_s[..., 0]
         spin_r = motion.spin_rad_s[..., 1]
         spin_rad_s = np.sqrt(spin_x**2 + spin_r**2)
         spin_sign = smooth_sign(spin_rad_s, self.bands[..., 1] * self.rolling_spin_rad_s())
-        sign_over_spin = spin_sign / np.maximum(spin_rad_s, np.finfo(float).tiny)
-        axis_x = spin_x * sign_over_spin
-        axis_r = spin_r * sign_over_spin
+        axis_over_spin = spin_sign / np.maximum(spin_rad_s, np.finfo(float).tiny)
+        axis_x = spin_x * axis_over_spin
+        axis_r = spin_r * axis_over_spin
         moment_n_m = np.abs(friction_n) * ball_radius_m
         return _PocketFriction(
-            pocket_force_n=force_n,
+            pocket_force_n=pocket_force_n,
             # the friction force is normal to the axis of the spin
             force_x_n=friction_n * axis_r,
             force_r_n=-friction_n * axis_x,
@@ -310,14 +314,14 @@ class FrictionProblem:
         """Axis index of the ring that guides the cage: 0 for the inner ring, 1 for the outer."""
         return 1 if self.bearing.cage.guided_by_outer else 0
 
-    def _land_moment_n_m(self, cage_lag_rad_s: FloatArray, share: Floats) -> FloatArray:
+    def _land_moment_n_m(self, cage_lag_rad_s: FloatArray, resistance_share: Floats) -> FloatArray:
         """Moment of the guiding ring on a ball's share of the cage, shape (..., points).
 
         Args:
             cage_lag_rad_s: Speed of the guiding ring less that of the cage.
-            share: Share of `balance`.
+            resistance_share: Share of `balance`.
         """
-        factor = share * self.lubrication.factor("land") / self.bearing.ball_count
+        factor = resistance_share * self.lubrication.factor("land") / self.bearing.ball_count
         return factor * land_damping_n_m_s(self.bearing, self.lubrication) * cage_lag_rad_s
 
     def _imbalance_n(
@@ -325,10 +329,10 @@ class FrictionProblem:
         contacts: Contacts,
         motion: Motion,
         film_traction: Traction,
-        rolling: "_RollingResistance",
-        pocket: "_PocketFriction",
+        rolling_resistance: "_RollingResistance",
+        pocket_friction: "_PocketFriction",
         land_moment_n_m: FloatArray,
-        share: Floats,
+        resistance_share: Floats,
     ) -> FloatArray:
         """Sums of forces and moments that vanish in equilibrium, as `Balance.imbalance_n`."""
         bearing = self.bearing
@@ -338,28 +342,32 @@ class FrictionProblem:
         contact_force_r_n = film_traction.across_n * n_x - contacts.load_n * n_r
         about_normal_n_m = film_traction.about_normal_n_m
         about_across_n_m = (
-            film_traction.about_across_n_m + ball_radius_m * rolling.force_n + rolling.moment_n_m
+            film_traction.about_across_n_m
+            + ball_radius_m * rolling_resistance.force_n
+            + rolling_resistance.moment_n_m
         )
         contact_moment_x_n_m = about_normal_n_m * n_x - about_across_n_m * n_r
         contact_moment_r_n_m = about_normal_n_m * n_r + about_across_n_m * n_x
         # gyroscopic moment over the spin
-        gyroscopic_n_m_s = share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
+        gyroscopic_n_m_s = resistance_share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
         gyroscopic_moment_r_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 2]
         gyroscopic_moment_t_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 1]
 
-        force_x_n = _sum_of_contacts(contact_force_x_n) + pocket.force_x_n
-        outward_force_n = pocket.force_r_n + centrifugal_force_n(bearing, contacts, motion)
+        force_x_n = _sum_of_contacts(contact_force_x_n) + pocket_friction.force_x_n
+        outward_force_n = pocket_friction.force_r_n + centrifugal_force_n(bearing, contacts, motion)
         force_r_n = _sum_of_contacts(contact_force_r_n) + outward_force_n
-        moment_x_n_m = _sum_of_contacts(contact_moment_x_n_m) - pocket.moment_x_n_m
+        moment_x_n_m = _sum_of_contacts(contact_moment_x_n_m) - pocket_friction.moment_x_n_m
         moment_r_n_m = (
-            _sum_of_contacts(contact_moment_r_n_m) - pocket.moment_r_n_m + gyroscopic_moment_r_n_m
+            _sum_of_contacts(contact_moment_r_n_m)
+            - pocket_friction.moment_r_n_m
+            + gyroscopic_moment_r_n_m
         )
         moment_t_n_m = _sum_of_contacts(film_traction.about_tangent_n_m) - gyroscopic_moment_t_n_m
-        pocket_force_n = pocket.pocket_force_n
+        pocket_force_n = pocket_friction.pocket_force_n
         cage_moment_n_m = (
             land_moment_n_m
             - pocket_force_n * contacts.orbit_radius_m
-            - np.sign(pocket_force_n) * ball_radius_m * pocket.force_r_n
+            - np.sign(pocket_force_n) * ball_radius_m * pocket_friction.force_r_n
         )
         ring_force_x_n = self.points.axial_load_n / bearing.ball_count - contact_force_x_n[..., 0]
         imbalance_n = (
@@ -374,7 +382,11 @@ class FrictionProblem:
         return np.stack(imbalance_n, axis=-1)
 
     def _rolling_resistance(
-        self, contacts: Contacts, sliding_state: Sliding, race_radius_m: FloatArray, share: Floats
+        self,
+        contacts: Contacts,
+        sliding_state: Sliding,
+        race_radius_m: FloatArray,
+        resistance_share: Floats,
     ) -> "_RollingResistance":
         """Rolling resistance in each contact by the oil and by hysteresis.
 
@@ -385,61 +397,68 @@ class FrictionProblem:
         """
         bearing, oil = self.bearing, self.lubrication.oil_in_contacts
         load_n = contacts.load_n
-        speed_sum_m_s = sliding_state.race_rad_s * race_radius_m
-        speed_sum_m_s -= sliding_state.axis_rad_s * (bearing.ball_diameter_m / 2)
+        speed_sum_m_s = sliding_state.race_speed_rad_s * race_radius_m
+        speed_sum_m_s -= sliding_state.axis_spin_rad_s * (bearing.ball_diameter_m / 2)
         mean_speed_m_s = np.abs(speed_sum_m_s / 2)
         radius_x_m = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
         radius_y_m = bearing.radius_y_m
         reduced_modulus_pa = bearing.reduced_modulus_pa
         relative_pressure = contacts.max_hertz_pressure_pa / reduced_modulus_pa
-        reduction = rolling_force_reduction(relative_pressure, oil.thermal_loading(mean_speed_m_s))
+        thermal_reduction = rolling_force_reduction(
+            relative_pressure, oil.thermal_loading(mean_speed_m_s)
+        )
         viscosity_pa_s = oil.dynamic_viscosity_pa_s
         force_n = rolling_force_n(
             load_n, mean_speed_m_s, viscosity_pa_s, radius_x_m, radius_y_m, reduced_modulus_pa
         )
         moment_n_m = hysteresis_moment_n_m(load_n, bearing.ball_diameter_m, radius_x_m, radius_y_m)
         band_m_s = self.bands[..., 0] * self.rolling_speed_m_s()
-        sign = smooth_sign(speed_sum_m_s, band_m_s[..., np.newaxis])
-        signed_share = np.asarray(share)[..., np.newaxis] * sign
+        sign_of_rolling = smooth_sign(speed_sum_m_s, band_m_s[..., np.newaxis])
+        signed_share = np.asarray(resistance_share)[..., np.newaxis] * sign_of_rolling
         force_factor = self.lubrication.factor("rolling") * self.replenishment()
         moment_factor = self.lubrication.factor("hysteresis")[:, np.newaxis]
-        force_n = signed_share * reduction * force_n * force_factor[:, np.newaxis]
+        force_n = signed_share * thermal_reduction * force_n * force_factor[:, np.newaxis]
         moment_n_m = signed_share * moment_n_m * moment_factor
         return _RollingResistance(
             force_n=force_n,
             moment_n_m=moment_n_m,
             force_heat_w=_sum_of_contacts(force_n * speed_sum_m_s),
-            moment_heat_w=-_sum_of_contacts(moment_n_m * sliding_state.roll_rad_s),
+            moment_heat_w=-_sum_of_contacts(moment_n_m * sliding_state.relative_roll_rad_s),
         )
 
-    def residuals(self, unknowns: FloatArray, which: IndexArray, share: Floats = 1.0) -> FloatArray:
+    def residuals(
+        self, unknowns: FloatArray, point_index: IndexArray, resistance_share: Floats = 1.0
+    ) -> FloatArray:
         """Imbalance at some of the points, over the load of a ball; shape (..., points, 7).
 
         Args:
             unknowns: Shape (..., points, 7).
-            which: Numbers of these points.
-            share: Share of `balance`, for these points.
+            point_index: Indices of these points.
+            resistance_share: Share of `balance`, for these points.
         """
-        if len(which) == 0:
+        if len(point_index) == 0:
             return unknowns
-        node_count = unknowns[..., 0].size * len(self.rule.share)
-        if node_count > _NODES_IN_CACHE and len(which) > 1:
+        node_count = unknowns[..., 0].size * len(self.rule.load_share)
+        if node_count > _NODES_IN_CACHE and len(point_index) > 1:
             # halves, until the arrays fit the cache of a processor
-            half_count = len(which) // 2
-            shares = np.broadcast_to(share, unknowns.shape[:-1])
-            first_half = self.residuals(
-                unknowns[..., :half_count, :], which[:half_count], shares[..., :half_count]
+            half_count = len(point_index) // 2
+            shares = np.broadcast_to(resistance_share, unknowns.shape[:-1])
+            residuals_of_first_half = self.residuals(
+                unknowns[..., :half_count, :], point_index[:half_count], shares[..., :half_count]
             )
-            second_half = self.residuals(
-                unknowns[..., half_count:, :], which[half_count:], shares[..., half_count:]
+            residuals_of_second_half = self.residuals(
+                unknowns[..., half_count:, :], point_index[half_count:], shares[..., half_count:]
             )
-            return np.concatenate([first_half, second_half], axis=-2)
-        problem = self.at_points(which)
-        imbalance = problem.balance(unknowns, share).imbalance_n
+            return np.concatenate([residuals_of_first_half, residuals_of_second_half], axis=-2)
+        problem = self.at_points(point_index)
+        imbalance = problem.balance(unknowns, resistance_share).imbalance_n
         return imbalance / ball_force_scale_n(self.bearing, problem.points)[:, np.newaxis]
 
-    def start(self) -> FloatArray:
-        """Unknowns of raceway control without gyroscopic moment, shape (points, 7)."""
+    def start_unknowns(self) -> FloatArray:
+        """Unknowns of balls that roll (raceway control, no gyroscopic moment), shape (points, 7).
+
+        A search for the equilibrium starts there.
+        """
         rolling_equilibrium = raceway_control(self.bearing, self.points, gyroscopic_sign=0.0)
         ball_position_m = rolling_equilibrium.solution.unknowns[:, :2]
         ring_displacement_m = rolling_equilibrium.solution.unknowns[:, 2]
@@ -468,11 +487,21 @@ class FrictionProblem:
     def scale(self) -> FloatArray:
         """Scale of each unknown, shape (points, 7)."""
         ring_speed_rad_s = self.points.ring_speed_rad_s
-        spin_rad_s = self.rolling_spin_rad_s()
-        orbit_rad_s = np.maximum(np.abs(ring_speed_rad_s).max(axis=1) / 2, _SMALLEST_SCALE_RAD_S)
-        length_m = np.full(len(ring_speed_rad_s), self.bearing.groove_offset_m.min())
+        spin_scale_rad_s = self.rolling_spin_rad_s()
+        orbit_scale_rad_s = np.maximum(
+            np.abs(ring_speed_rad_s).max(axis=1) / 2, _SMALLEST_SCALE_RAD_S
+        )
+        length_scale_m = np.full(len(ring_speed_rad_s), self.bearing.groove_offset_m.min())
         return np.column_stack(
-            [length_m, length_m, spin_rad_s, spin_rad_s, spin_rad_s, orbit_rad_s, length_m]
+            [
+                length_scale_m,
+                length_scale_m,
+                spin_scale_rad_s,
+                spin_scale_rad_s,
+                spin_scale_rad_s,
+                orbit_scale_rad_s,
+                length_scale_m,
+            ]
         )
 
 
@@ -503,11 +532,11 @@ class FrictionEquilibrium:
         contacts, motion = self.balance.contacts, self.balance.motion
         ring_speed_rad_s = self.problem.points.ring_speed_rad_s
         ball_radius_m = self.problem.bearing.ball_diameter_m / 2
-        axis_rad_s = np.abs(self.balance.sliding.axis_rad_s)
-        relative_axis = axis_rad_s / np.maximum(axis_rad_s.max(axis=-1, keepdims=True), 1e-300)
+        axis_rad_s = np.abs(self.balance.sliding.axis_spin_rad_s)
+        relative_axis_spin = axis_rad_s / np.maximum(axis_rad_s.max(axis=-1, keepdims=True), 1e-300)
         orbit_radius_m = contacts.orbit_radius_m[..., np.newaxis]
         race_radius_m = orbit_radius_m + contacts.normal[..., 1, :] * ball_radius_m
-        weight = race_radius_m / np.maximum(relative_axis, 1e-3)
+        weight = race_radius_m / np.maximum(relative_axis_spin, 1e-3)
         rolling_rad_s = (ring_speed_rad_s * weight).sum(axis=-1) / weight.sum(axis=-1)
         lag_rad_s = rolling_rad_s - motion.orbit_speed_rad_s
         return np.divide(
@@ -520,8 +549,8 @@ class FrictionEquilibrium:
         The outer contact does not roll there. Its rolling resistance then has a value between the
         two sides of the jump (a solution in the sense of Filippov).
         """
-        held = (self.problem.bands > 0).any(axis=-1)
-        return np.broadcast_to(held, self.solution.converged.shape)
+        has_band = (self.problem.bands > 0).any(axis=-1)
+        return np.broadcast_to(has_band, self.solution.converged.shape)
 
     def outside_law(self) -> BoolArray:
         """Whether the cage slips so much that the outer contact hardly rolls, shape (points,).
@@ -574,6 +603,6 @@ class _PocketFriction:
     heat_w: FloatArray
 
 
-def _sum_of_contacts(values: FloatArray) -> FloatArray:
+def _sum_of_contacts(values_of_contacts: FloatArray) -> FloatArray:
     """Sum over both contacts."""
-    return np.asarray(values[..., 0] + values[..., 1])
+    return np.asarray(values_of_contacts[..., 0] + values_of_contacts[..., 1])

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from oilfilm.base.units import FloatArray
-from oilfilm.bearing.inputs import Uncertain
+from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.physics.contact import elliptical_contact
 
 # Degree of the polynomials in the cosine of the contact angle that interpolate Hertz's solution.
@@ -108,7 +108,7 @@ class Bearing:
     roughness_rq_m: float
     cage: Cage
     rings: Rings
-    uncertain: Mapping[str, Uncertain] = field(hash=False)
+    uncertain: Mapping[str, UncertainInput] = field(hash=False)
 
     @cached_property
     def ball_mass_kg(self) -> float:
@@ -164,14 +164,14 @@ class Bearing:
         curvature = np.array(self.groove_curvature)
         return 2 * curvature * self.ball_diameter_m / (2 * curvature + 1)
 
-    def radius_x_m(self, cosine: FloatArray) -> FloatArray:
+    def radius_x_m(self, contact_angle_cosine: FloatArray) -> FloatArray:
         """Reduced radius along the rolling direction, D/2 (1 -+ cos(alpha) D/dm): (..., 2).
 
         Args:
-            cosine: |cos(alpha)| of each contact, shape (..., 2).
+            contact_angle_cosine: |cos(alpha)| of each contact, shape (..., 2).
         """
         ratio = self.ball_diameter_m / self.pitch_diameter_m
-        return self.ball_diameter_m / 2 * (1 + np.array([-1.0, 1.0]) * ratio * cosine)
+        return self.ball_diameter_m / 2 * (1 + np.array([-1.0, 1.0]) * ratio * contact_angle_cosine)
 
     @cached_property
     def radius_y_m(self) -> FloatArray:
@@ -179,27 +179,29 @@ class Bearing:
         curvature = np.array(self.groove_curvature)
         return self.ball_diameter_m * curvature / (2 * curvature - 1)
 
-    def under_unit_load(self, cosine: FloatArray) -> FloatArray:
+    def under_unit_load(self, contact_angle_cosine: FloatArray) -> FloatArray:
         """Stiffness and semi-axes of the contacts under 1 N by Hertz's theory, exact to rounding.
 
         Args:
-            cosine: |cos(alpha)| of each contact, shape (..., 2).
+            contact_angle_cosine: |cos(alpha)| of each contact, shape (..., 2).
 
         Returns:
             Shape (3, ..., 2): stiffness K in N/m^1.5 of Q = K delta^1.5, semi-axis along and
             semi-axis across the rolling direction in m. The semi-axes are those under 1 N and grow
             with the cube root of the load.
         """
-        polynomial_argument = 2 * cosine - 1
-        polynomials = self._hertz_polynomials
+        polynomial_argument = 2 * contact_angle_cosine - 1
+        coefficients_of_powers = self._hertz_polynomials
         # one axis for each leading axis of the argument
         leading_axes = (1,) * (polynomial_argument.ndim - 1)
-        coefficients = polynomials.reshape(*polynomials.shape[:2], *leading_axes, 2)
+        coefficients = coefficients_of_powers.reshape(
+            *coefficients_of_powers.shape[:2], *leading_axes, 2
+        )
         # Horner's rule, from the highest power
-        values = coefficients[-1]
+        quantities = coefficients[-1]
         for coefficient in coefficients[-2::-1]:
-            values = values * polynomial_argument + coefficient
-        return values
+            quantities = quantities * polynomial_argument + coefficient
+        return quantities
 
     @cached_property
     def _hertz_polynomials(self) -> FloatArray:
@@ -207,14 +209,16 @@ class Bearing:
 
         The axes are the powers, the three quantities of `under_unit_load`, and inner and outer.
         """
-        nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
-        cosine = np.repeat((nodes[:, np.newaxis] + 1) / 2, 2, axis=1)
+        chebyshev_nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
+        contact_angle_cosine = np.repeat((chebyshev_nodes[:, np.newaxis] + 1) / 2, 2, axis=1)
         contact = elliptical_contact(
-            1.0, self.radius_x_m(cosine), self.radius_y_m, self.reduced_modulus_pa
+            1.0, self.radius_x_m(contact_angle_cosine), self.radius_y_m, self.reduced_modulus_pa
         )
-        values = np.stack(
+        quantities_at_nodes = np.stack(
             [contact.approach_m**-1.5, contact.semi_axis_x_m, contact.semi_axis_y_m], axis=1
         )
-        powers_of_nodes = np.vander(nodes, increasing=True)
-        coefficients = np.linalg.solve(powers_of_nodes, values.reshape(len(nodes), -1))
-        return coefficients.reshape(values.shape)
+        powers_of_nodes = np.vander(chebyshev_nodes, increasing=True)
+        coefficients = np.linalg.solve(
+            powers_of_nodes, quantities_at_nodes.reshape(len(chebyshev_nodes), -1)
+        )
+        return coefficients.reshape(quantities_at_nodes.shape)

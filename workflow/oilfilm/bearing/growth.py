@@ -25,16 +25,17 @@ class Growth:
     """Changes of a bearing's dimensions from its drawing, shapes (points, 2) of inner and outer.
 
     Attributes:
-        centre_m: Radial displacement of each groove's centre, outward.
-        offset_m: Growth of the distance from groove centre to ball centre of an unloaded contact.
+        centre_displacement_m: Radial displacement of each groove's centre, outward.
+        offset_growth_m: Growth of the distance from groove centre to ball centre in an unloaded
+            contact.
     """
 
-    centre_m: FloatArray
-    offset_m: FloatArray
+    centre_displacement_m: FloatArray
+    offset_growth_m: FloatArray
 
-    def at_points(self, which: IndexArray) -> "Growth":
+    def at_points(self, point_index: IndexArray) -> "Growth":
         """The growth at some of the points."""
-        return Growth(self.centre_m[which], self.offset_m[which])
+        return Growth(self.centre_displacement_m[point_index], self.offset_growth_m[point_index])
 
 
 def centrifugal_growth_m(
@@ -73,7 +74,7 @@ def centrifugal_growth_m(
 def fit_share(
     groove_radius_m: Floats, fit_radius_m: Floats, free_surface_radius_m: Floats
 ) -> FloatArray:
-    """Radial displacement of a groove over the radial interference of its ring's fit.
+    """Share of the radial interference of a ring's fit by which its groove moves along the radius.
 
         share = 2 a b/|b^2 - a^2| / [(b^2 + a^2)/|b^2 - a^2| + (a^2 + c^2)/|a^2 - c^2|]
 
@@ -91,15 +92,15 @@ def fit_share(
         >>> print(f"{fit_share(1.0, 0.8, 0.0):.3f}")
         0.800
     """
-    groove_squared, fit_squared, free_squared = (
+    groove_radius_squared, fit_radius_squared, free_radius_squared = (
         np.square(groove_radius_m),
         np.square(fit_radius_m),
         np.square(free_surface_radius_m),
     )
-    ring_difference = np.abs(groove_squared - fit_squared)
-    compliance = (groove_squared + fit_squared) / ring_difference + (
-        fit_squared + free_squared
-    ) / np.abs(fit_squared - free_squared)
+    ring_difference = np.abs(groove_radius_squared - fit_radius_squared)
+    compliance = (groove_radius_squared + fit_radius_squared) / ring_difference + (
+        fit_radius_squared + free_radius_squared
+    ) / np.abs(fit_radius_squared - free_radius_squared)
     return np.asarray(2 * np.multiply(groove_radius_m, fit_radius_m) / ring_difference / compliance)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from oilfilm.base.units import FloatArray, IndexArray
 
 
-class Uncertain(NamedTuple):
+class UncertainInput(NamedTuple):
     """A quantity with its range; NaN throughout where nothing is known.
 
     Attributes:
@@ -29,9 +29,9 @@ class Uncertain(NamedTuple):
     low: float
     high: float
 
-    def scaled(self, factor: float) -> "Uncertain":
+    def scaled(self, factor: float) -> "UncertainInput":
         """The quantity times a factor."""
-        return Uncertain(factor * self.value, factor * self.low, factor * self.high)
+        return UncertainInput(factor * self.value, factor * self.low, factor * self.high)
 
     def quantiles(self, probability: FloatArray) -> FloatArray:
         """Values of the quantity with a cumulative probability of 0 to 1.
@@ -41,9 +41,9 @@ class Uncertain(NamedTuple):
 
         Examples:
             >>> quarters = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-            >>> Uncertain(value=1.0, low=0.0, high=5.0).quantiles(quarters)
+            >>> UncertainInput(value=1.0, low=0.0, high=5.0).quantiles(quarters)
             array([0. , 0.5, 1. , 3. , 5. ])
-            >>> Uncertain(value=5.0, low=1.0, high=5.0).quantiles(np.array([0.0, 0.5]))
+            >>> UncertainInput(value=5.0, low=1.0, high=5.0).quantiles(np.array([0.0, 0.5]))
             array([1., 3.])
         """
         if self.low < self.value < self.high:
@@ -80,38 +80,52 @@ class Inputs:
     ball_temperature_difference_k: FloatArray
 
     @classmethod
-    def without_draws(cls, uncertain: Mapping[str, Uncertain], points: int) -> "Inputs":
+    def without_draws(
+        cls, uncertain_inputs: Mapping[str, UncertainInput], point_count: int
+    ) -> "Inputs":
         """The value of each quantity, the same at all points.
 
         Args:
-            uncertain: Every quantity by its name.
-            points: Number of operating points.
+            uncertain_inputs: Every quantity of `INPUT_NAMES`, by its name.
+            point_count: Number of operating points.
         """
-        return cls(**{name: np.full(points, uncertain[name].value) for name in INPUTS})
+        return cls(
+            **{name: np.full(point_count, uncertain_inputs[name].value) for name in INPUT_NAMES}
+        )
 
     @classmethod
     def drawn(
-        cls, uncertain: Mapping[str, Uncertain], probability: Mapping[str, FloatArray]
+        cls,
+        uncertain_inputs: Mapping[str, UncertainInput],
+        probability_by_name: Mapping[str, FloatArray],
     ) -> "Inputs":
         """Values with given cumulative probabilities.
 
         Args:
-            uncertain: Every quantity by its name.
-            probability: Probabilities of 0 to 1 of every quantity, shapes (points,).
+            uncertain_inputs: Every quantity of `INPUT_NAMES`, by its name.
+            probability_by_name: Probabilities of 0 to 1 of every quantity, shapes (points,).
         """
-        return cls(**{name: uncertain[name].quantiles(probability[name]) for name in INPUTS})
+        return cls(
+            **{
+                name: uncertain_inputs[name].quantiles(probability_by_name[name])
+                for name in INPUT_NAMES
+            }
+        )
 
     @classmethod
     def joined(cls, groups: Sequence["Inputs"]) -> "Inputs":
         """The points of several groups, one group after the other."""
         return cls(
-            **{name: np.concatenate([getattr(group, name) for group in groups]) for name in INPUTS}
+            **{
+                name: np.concatenate([getattr(group, name) for group in groups])
+                for name in INPUT_NAMES
+            }
         )
 
-    def at_points(self, which: IndexArray) -> "Inputs":
+    def at_points(self, point_index: IndexArray) -> "Inputs":
         """The inputs of some of the points."""
-        return Inputs(**{name: getattr(self, name)[which] for name in INPUTS})
+        return Inputs(**{name: getattr(self, name)[point_index] for name in INPUT_NAMES})
 
 
 # Names of the uncertain inputs.
-INPUTS = tuple(field.name for field in fields(Inputs))
+INPUT_NAMES = tuple(field.name for field in fields(Inputs))

@@ -61,16 +61,18 @@ class OperatingPoints:
         outer_speed_rad_s: FloatArray | float = 0.0,
     ) -> "OperatingPoints":
         """Points from loads and speeds, which broadcast. By default the outer ring is at rest."""
-        load, inner_speed, outer_speed = np.broadcast_arrays(
+        load_n, inner_rad_s, outer_rad_s = np.broadcast_arrays(
             np.atleast_1d(axial_load_n), inner_speed_rad_s, outer_speed_rad_s
         )
-        ring_speed = np.stack([inner_speed, outer_speed], axis=-1)
-        return cls(load.astype(float), ring_speed.astype(float))
+        ring_rad_s = np.stack([inner_rad_s, outer_rad_s], axis=-1)
+        return cls(load_n.astype(float), ring_rad_s.astype(float))
 
-    def at_points(self, which: IndexArray) -> "OperatingPoints":
+    def at_points(self, point_index: IndexArray) -> "OperatingPoints":
         """Load, speeds and growth of some of the points."""
-        growth = None if self.growth is None else self.growth.at_points(which)
-        return OperatingPoints(self.axial_load_n[which], self.ring_speed_rad_s[which], growth)
+        growth = None if self.growth is None else self.growth.at_points(point_index)
+        return OperatingPoints(
+            self.axial_load_n[point_index], self.ring_speed_rad_s[point_index], growth
+        )
 
 
 @dataclass(frozen=True)
@@ -119,7 +121,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Equilibrium:
+class QuasiStaticEquilibrium:
     """Steady state of a bearing's inner ring and balls.
 
     Attributes:
@@ -197,10 +199,13 @@ def _grooves(bearing: Bearing, growth: Growth | None) -> _Grooves:
     radial_distance_m = bearing.groove_centre_distance_m * np.cos(bearing.contact_angle_rad)
     if growth is None:
         return _Grooves(radial_distance_m, bearing.groove_offset_m, bearing.outer_groove_radius_m)
-    inner_growth_m, outer_growth_m = growth.centre_m[:, 0], growth.centre_m[:, 1]
+    inner_growth_m, outer_growth_m = (
+        growth.centre_displacement_m[:, 0],
+        growth.centre_displacement_m[:, 1],
+    )
     return _Grooves(
         centre_distance_m=radial_distance_m + inner_growth_m - outer_growth_m,
-        offset_m=bearing.groove_offset_m + growth.offset_m,
+        offset_m=bearing.groove_offset_m + growth.offset_growth_m,
         outer_radius_m=bearing.outer_groove_radius_m + outer_growth_m,
     )
 
@@ -266,7 +271,7 @@ def ball_force_scale_n(bearing: Bearing, points: OperatingPoints) -> FloatArray:
 
 def raceway_control(
     bearing: Bearing, points: OperatingPoints, gyroscopic_sign: float = 1.0
-) -> Equilibrium:
+) -> QuasiStaticEquilibrium:
     """Equilibrium of balls and inner ring, with the motion of `rolling_motion`.
 
     The outer race alone supplies the gyroscopic moment, by friction across the rolling direction.
@@ -284,15 +289,15 @@ def raceway_control(
     """
     force_scale_n = ball_force_scale_n(bearing, points)
 
-    def ball_state(unknowns: FloatArray, which: IndexArray) -> tuple[Contacts, Motion]:
-        """Contacts and motion of the balls of the points `which`."""
-        some_points = points.at_points(which)
-        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2], some_points.growth)
-        return contacts, rolling_motion(bearing, contacts, some_points.ring_speed_rad_s)
+    def ball_state(unknowns: FloatArray, point_index: IndexArray) -> tuple[Contacts, Motion]:
+        """Contacts and motion of the balls of the points `point_index`."""
+        selected_points = points.at_points(point_index)
+        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2], selected_points.growth)
+        return contacts, rolling_motion(bearing, contacts, selected_points.ring_speed_rad_s)
 
-    def residuals(unknowns: FloatArray, which: IndexArray) -> FloatArray:
+    def residuals(unknowns: FloatArray, point_index: IndexArray) -> FloatArray:
         """Residuals of the forces on ball and ring, relative to the ball's load."""
-        contacts, motion = ball_state(unknowns, which)
+        contacts, motion = ball_state(unknowns, point_index)
         normal = contacts.normal
         # tangential force of the outer race, which supplies the moment about t
         moment_t_n_m = gyroscopic_moment_n_m(bearing, motion)[..., 2]
@@ -304,18 +309,18 @@ def raceway_control(
         axial_sum_n = force_of_races_n[..., 0]
         radial_sum_n = force_of_races_n[..., 1] + centrifugal_force_n(bearing, contacts, motion)
         axial_sum_on_ring_n = (
-            points.axial_load_n[which] / bearing.ball_count - force_on_ball_n[..., 0, 0]
+            points.axial_load_n[point_index] / bearing.ball_count - force_on_ball_n[..., 0, 0]
         )
         return (
             np.stack([axial_sum_n, radial_sum_n, axial_sum_on_ring_n], axis=-1)
-            / force_scale_n[which, np.newaxis]
+            / force_scale_n[point_index, np.newaxis]
         )
 
     start = _frictionless_state(bearing, points)
     scale = np.full(start.shape, bearing.groove_offset_m.min())
     solution = solve(residuals, start, scale, _MAX_ITERATIONS)
     contacts, motion = ball_state(solution.unknowns, np.arange(len(start)))
-    return Equilibrium(contacts, motion, solution)
+    return QuasiStaticEquilibrium(contacts, motion, solution)
 
 
 def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray:

@@ -17,11 +17,12 @@ from oilfilm.physics.contact import Floats
 from oilfilm.physics.film import InletOil, thermal_reduction_factor
 from oilfilm.physics.oils import Oil
 
-# Resistances beside traction.
-TERMS = ("rolling", "hysteresis", "drag", "pocket", "land")
-# What has a factor, in the order of the columns of `Lubrication.factors`.
-FACTORS = ("traction", *TERMS)
-# All heat that the rings' power becomes: friction, and the oil that the inner ring accelerates.
+# Names of the resistances beside traction.
+_RESISTANCES = ("rolling", "hysteresis", "drag", "pocket", "land")
+# Names of what has a factor, in the order of the columns of `Lubrication.factors`.
+FACTORS = ("traction", *_RESISTANCES)
+# Names of the heats that the power of the rings becomes: friction, and the oil that the inner ring
+# accelerates.
 HEATS = (*FACTORS, "momentum")
 # K_Z of `replenishment_factor` for single-row angular-contact ball bearings.
 _GEOMETRY_CONSTANT = 4.4
@@ -30,16 +31,16 @@ _CST_PER_M2_S = 1e6
 
 @dataclass(frozen=True)
 class Lubrication:
-    """The oil at its inlet temperature and its resistance to the balls; one value per point.
+    """The oil of a bearing at its inlet, and factors on the forces; one value per point.
 
     Attributes:
         inlet_temperature_c: Inlet temperature, in degC.
-        oil: Properties that determine the film.
+        inlet_oil: Properties of the oil at the inlet, which determine the film.
         oil_density_kg_m3: Density of the oil, in kg/m3.
         oil_volume_fraction: Share of oil in the volume through which the balls travel.
         drag_coefficient: c_D of a ball in the row, for its frontal area.
-        feed_flow_m3_s: Flow of oil that leaves the inner ring with the ring's speed, in m3/s; NaN
-            where the flow is not known.
+        carried_flow_m3_s: Flow of oil that leaves the inner ring with the ring's speed, in m3/s;
+            NaN where the flow is not known.
         replenishment_constant: K_rs of `replenishment_factor`; 0 floods the contacts.
         ellipse_factor: Traction in the bearing's ellipse over that of the law.
         factors: Factor on each of `FACTORS`, shape (points, factors), by which an uncertain
@@ -47,11 +48,11 @@ class Lubrication:
     """
 
     inlet_temperature_c: FloatArray
-    oil: InletOil
+    inlet_oil: InletOil
     oil_density_kg_m3: FloatArray
     oil_volume_fraction: FloatArray
     drag_coefficient: FloatArray
-    feed_flow_m3_s: FloatArray
+    carried_flow_m3_s: FloatArray
     replenishment_constant: FloatArray
     ellipse_factor: FloatArray
     factors: FloatArray
@@ -75,11 +76,11 @@ class Lubrication:
         point_count = len(inlet_temperature_c)
         return cls(
             inlet_temperature_c=inlet_temperature_c,
-            oil=InletOil.from_oil(oil, inlet_temperature_c),
+            inlet_oil=InletOil.from_oil(oil, inlet_temperature_c),
             oil_density_kg_m3=oil.density_kg_m3(inlet_temperature_c),
             oil_volume_fraction=np.full(point_count, oil_volume_fraction),
             drag_coefficient=np.full(point_count, drag_coefficient),
-            feed_flow_m3_s=np.zeros(point_count),
+            carried_flow_m3_s=np.zeros(point_count),
             replenishment_constant=np.zeros(point_count),
             ellipse_factor=np.ones(point_count),
             factors=np.ones((point_count, len(FACTORS))),
@@ -90,7 +91,7 @@ class Lubrication:
         return replace(
             self,
             oil_volume_fraction=inputs.oil_volume_fraction,
-            feed_flow_m3_s=inputs.feed_flow_m3_s * inputs.momentum_share,
+            carried_flow_m3_s=inputs.feed_flow_m3_s * inputs.momentum_share,
             replenishment_constant=inputs.replenishment_constant,
             ellipse_factor=inputs.ellipse_factor,
         )
@@ -99,34 +100,35 @@ class Lubrication:
     def joined(cls, groups: Sequence["Lubrication"]) -> "Lubrication":
         """The points of several groups, one group after the other."""
         arrays = {
-            name: np.concatenate([getattr(group, name) for group in groups]) for name in _ARRAYS
+            name: np.concatenate([getattr(group, name) for group in groups])
+            for name in _ARRAY_NAMES
         }
-        return cls(oil=InletOil.joined([group.oil for group in groups]), **arrays)
+        return cls(inlet_oil=InletOil.joined([group.inlet_oil for group in groups]), **arrays)
 
-    def at_points(self, which: IndexArray) -> "Lubrication":
+    def at_points(self, point_index: IndexArray) -> "Lubrication":
         """The lubrication of some of the points, by their indices."""
-        arrays = {name: getattr(self, name)[which] for name in _ARRAYS}
-        return Lubrication(oil=self.oil[which], **arrays)
+        arrays = {name: getattr(self, name)[point_index] for name in _ARRAY_NAMES}
+        return Lubrication(inlet_oil=self.inlet_oil[point_index], **arrays)
 
-    def factor(self, heat: str) -> FloatArray:
+    def factor(self, name: str) -> FloatArray:
         """The factor on one of `FACTORS`, shape (points,)."""
-        return self.factors[:, FACTORS.index(heat)]
+        return self.factors[:, FACTORS.index(name)]
 
     @property
     def traction_factor(self) -> FloatArray:
         """The factor on the law's traction, shape (points,)."""
         return self.factor("traction") * self.ellipse_factor
 
-    def with_traction_factor(self, factor: FloatArray) -> "Lubrication":
+    def with_traction_factor(self, traction_factor: FloatArray) -> "Lubrication":
         """The lubrication with a factor on all traction, shape (points,)."""
         factors = self.factors.copy()
-        factors[:, FACTORS.index("traction")] = factor
+        factors[:, FACTORS.index("traction")] = traction_factor
         return replace(self, factors=factors)
 
     @property
     def oil_in_contacts(self) -> InletOil:
         """The oil of each point, shape (points, 1): it broadcasts over both contacts of a ball."""
-        return self.oil[:, np.newaxis]
+        return self.inlet_oil[:, np.newaxis]
 
     @property
     def mist_density_kg_m3(self) -> FloatArray:
@@ -134,9 +136,9 @@ class Lubrication:
         return self.oil_volume_fraction * self.oil_density_kg_m3
 
     @property
-    def feed_kg_s(self) -> FloatArray:
+    def carried_flow_kg_s(self) -> FloatArray:
         """Mass flow of the oil that leaves the inner ring with the ring's speed, (points,)."""
-        return self.feed_flow_m3_s * self.oil_density_kg_m3
+        return self.carried_flow_m3_s * self.oil_density_kg_m3
 
     def replenishment(self, bearing: Bearing, speed_rad_s: FloatArray) -> FloatArray:
         """`replenishment_factor` at each point, shape (points,).
@@ -146,7 +148,7 @@ class Lubrication:
             speed_rad_s: Speed of one ring relative to the other.
         """
         bore_m, outside_diameter_m = bearing.bore_and_outside_m
-        kinematic_viscosity_m2_s = self.oil.dynamic_viscosity_pa_s / self.oil_density_kg_m3
+        kinematic_viscosity_m2_s = self.inlet_oil.dynamic_viscosity_pa_s / self.oil_density_kg_m3
         return replenishment_factor(
             self.replenishment_constant,
             kinematic_viscosity_m2_s,
@@ -157,7 +159,7 @@ class Lubrication:
 
 
 # The attributes that are arrays of points.
-_ARRAYS = tuple(field.name for field in fields(Lubrication) if field.name != "oil")
+_ARRAY_NAMES = tuple(field.name for field in fields(Lubrication) if field.name != "inlet_oil")
 
 
 def rolling_force_n(
@@ -398,4 +400,4 @@ def land_damping_n_m_s(bearing: Bearing, lubrication: Lubrication) -> FloatArray
     """
     cage = bearing.cage
     geometry_m3 = cage.land_width_m * (cage.land_diameter_m / 2) ** 3 / cage.land_clearance_m
-    return np.asarray(2 * np.pi * lubrication.oil.dynamic_viscosity_pa_s * geometry_m3)
+    return np.asarray(2 * np.pi * lubrication.inlet_oil.dynamic_viscosity_pa_s * geometry_m3)

@@ -40,7 +40,7 @@ _BROYDEN_TOLERANCE = 1e-12
 _SMALLEST_DIAGONAL = 1e-12
 
 
-# Residuals of many bearings. Arguments: unknowns, shape (..., points, unknowns), and the numbers of
+# Residuals of many bearings. Arguments: unknowns, shape (..., points, unknowns), and the indices of
 # the points. The result has the shape of the unknowns.
 Equations = Callable[[FloatArray, IndexArray], FloatArray]
 
@@ -59,11 +59,11 @@ class Solution:
     residual: FloatArray
     converged: BoolArray
 
-    def replace_points(self, which: IndexArray, replacement: "Solution") -> None:
+    def replace_points(self, point_index: IndexArray, replacement: "Solution") -> None:
         """Write the solution of some points into this one, in place."""
-        self.unknowns[which] = replacement.unknowns
-        self.residual[which] = replacement.residual
-        self.converged[which] = replacement.converged
+        self.unknowns[point_index] = replacement.unknowns
+        self.residual[point_index] = replacement.residual
+        self.converged[point_index] = replacement.converged
 
 
 @dataclass
@@ -105,15 +105,15 @@ def solve(
     """
     point_count = len(start)
     iterates = _Iterates(start.copy(), np.full(point_count, np.inf), np.zeros(point_count))
-    unsolved = np.arange(point_count)
+    unsolved_index = np.arange(point_count)
     for iteration in range(max_iterations):
         if iteration == _NEWTON_ITERATIONS:
-            iterates.damping[unsolved] = _FIRST_DAMPING
-            iterates.unknowns[unsolved] = start[unsolved]
-        damped = iteration >= _NEWTON_ITERATIONS
-        _chord_steps(equations, iterates, scale, unsolved, damped)
-        unsolved = unsolved[iterates.largest_residual[unsolved] > TOLERANCE]
-        if len(unsolved) == 0:
+            iterates.damping[unsolved_index] = _FIRST_DAMPING
+            iterates.unknowns[unsolved_index] = start[unsolved_index]
+        is_damped = iteration >= _NEWTON_ITERATIONS
+        _chord_steps(equations, iterates, scale, unsolved_index, is_damped)
+        unsolved_index = unsolved_index[iterates.largest_residual[unsolved_index] > TOLERANCE]
+        if len(unsolved_index) == 0:
             break
     return Solution(
         iterates.unknowns, iterates.largest_residual, iterates.largest_residual <= TOLERANCE
@@ -124,43 +124,47 @@ def _chord_steps(
     equations: Equations,
     iterates: _Iterates,
     scale: FloatArray,
-    unsolved_points: IndexArray,
-    damped: bool,
+    unsolved_index: IndexArray,
+    is_damped: bool,
 ) -> None:
     """Steps of the unsolved points with one Jacobian, in place, for as long as they help."""
-    remaining = unsolved_points
-    unknowns = iterates.unknowns[remaining]
-    residual, jacobian = _linearised(equations, unknowns, scale[remaining], remaining)
-    iterates.largest_residual[remaining] = _largest_residual(residual)
-    diagonal = (iterates.damping[remaining] + _SMALLEST_DIAGONAL)[:, np.newaxis, np.newaxis]
-    inverse = np.linalg.inv(diagonal * np.eye(unknowns.shape[1]) - jacobian)
+    remaining_index = unsolved_index
+    unknowns = iterates.unknowns[remaining_index]
+    residual, jacobian = _linearised(equations, unknowns, scale[remaining_index], remaining_index)
+    iterates.largest_residual[remaining_index] = _largest_residual(residual)
+    diagonal = (iterates.damping[remaining_index] + _SMALLEST_DIAGONAL)[:, np.newaxis, np.newaxis]
+    inverse_matrix = np.linalg.inv(diagonal * np.eye(unknowns.shape[1]) - jacobian)
     for chord_step in range(_CHORD_STEPS):
-        step = np.einsum("pij,pj->pi", inverse, residual)
+        step = np.einsum("pij,pj->pi", inverse_matrix, residual)
         length = np.abs(step).max(axis=1)
-        trial_unknowns = unknowns + _shortening(length)[:, np.newaxis] * step * scale[remaining]
-        residual = equations(trial_unknowns, remaining)
+        trial_unknowns = (
+            unknowns + _shortening(length)[:, np.newaxis] * step * scale[remaining_index]
+        )
+        residual = equations(trial_unknowns, remaining_index)
         largest_residual = _largest_residual(residual)
         if chord_step > 0:
             largest_allowed_ratio = _CHORD_GAIN
         else:
-            largest_allowed_ratio = np.inf if damped else _LARGEST_GROWTH
-        accepted = largest_residual < iterates.largest_residual[remaining] * largest_allowed_ratio
-        if chord_step == 0 and damped:
-            damping = iterates.damping[remaining]
-            iterates.damping[remaining] = _next_damping(damping, accepted, length)
-        iterates.unknowns[remaining[accepted]] = trial_unknowns[accepted]
-        iterates.largest_residual[remaining[accepted]] = largest_residual[accepted]
-        is_unsolved = accepted & (largest_residual > TOLERANCE)
+            largest_allowed_ratio = np.inf if is_damped else _LARGEST_GROWTH
+        is_accepted = (
+            largest_residual < iterates.largest_residual[remaining_index] * largest_allowed_ratio
+        )
+        if chord_step == 0 and is_damped:
+            damping = iterates.damping[remaining_index]
+            iterates.damping[remaining_index] = _next_damping(damping, is_accepted, length)
+        iterates.unknowns[remaining_index[is_accepted]] = trial_unknowns[is_accepted]
+        iterates.largest_residual[remaining_index[is_accepted]] = largest_residual[is_accepted]
+        is_unsolved = is_accepted & (largest_residual > TOLERANCE)
         if not is_unsolved.any():
             break
-        remaining = remaining[is_unsolved]
+        remaining_index = remaining_index[is_unsolved]
         unknowns = trial_unknowns[is_unsolved]
         residual = residual[is_unsolved]
-        inverse = inverse[is_unsolved]
+        inverse_matrix = inverse_matrix[is_unsolved]
 
 
 def solve_near(
-    equations: Equations, start: FloatArray, scale: FloatArray, inverse: FloatArray
+    equations: Equations, start: FloatArray, scale: FloatArray, inverse_jacobian: FloatArray
 ) -> Solution:
     """Roots close to the roots of similar equations, by Broyden's method.
 
@@ -170,38 +174,39 @@ def solve_near(
         equations: As for `solve`.
         start: Roots of similar equations, shape (points, unknowns).
         scale: As for `solve`.
-        inverse: Inverse Jacobian at `start` (`inverse_jacobian`), (points, unknowns, unknowns).
+        inverse_jacobian: Inverse Jacobian at `start`, by the function of that name, shape
+            (points, unknowns, unknowns).
 
     Reference: C. G. Broyden, A class of methods for solving nonlinear simultaneous equations,
         Math. Comput. 19 (1965) 577.
     """
     unknowns = start.copy()
     largest_residual = np.full(len(start), np.inf)
-    remaining = np.arange(len(start))
+    remaining_index = np.arange(len(start))
     current_unknowns = start
-    residual = equations(current_unknowns, remaining)
+    residual = equations(current_unknowns, remaining_index)
     for _ in range(_BROYDEN_STEPS):
-        largest_residual[remaining] = _largest_residual(residual)
-        step = np.einsum("pij,pj->pi", inverse, residual)
+        largest_residual[remaining_index] = _largest_residual(residual)
+        step = np.einsum("pij,pj->pi", inverse_jacobian, residual)
         step *= _shortening(np.abs(step).max(axis=1))[:, np.newaxis]
-        current_unknowns = current_unknowns + step * scale[remaining]
+        current_unknowns = current_unknowns + step * scale[remaining_index]
         # The step from a root is not checked: its residuals would be rounding, and an updated
         # inverse would turn rounding into a direction.
-        unknowns[remaining] = current_unknowns
-        is_unsolved = (largest_residual[remaining] > _BROYDEN_TOLERANCE) & np.isfinite(
-            largest_residual[remaining]
+        unknowns[remaining_index] = current_unknowns
+        is_unsolved = (largest_residual[remaining_index] > _BROYDEN_TOLERANCE) & np.isfinite(
+            largest_residual[remaining_index]
         )
-        remaining = remaining[is_unsolved]
+        remaining_index = remaining_index[is_unsolved]
         current_unknowns = current_unknowns[is_unsolved]
-        if len(remaining) == 0:
+        if len(remaining_index) == 0:
             break
-        new_residual = equations(current_unknowns, remaining)
+        new_residual = equations(current_unknowns, remaining_index)
         change = residual[is_unsolved] - new_residual
-        inverse = broyden_update(inverse[is_unsolved], step[is_unsolved], change)
+        inverse_jacobian = broyden_update(inverse_jacobian[is_unsolved], step[is_unsolved], change)
         residual = new_residual
     # a point that is not at a root after all steps is judged where its last step ended
-    if len(remaining):
-        largest_residual[remaining] = _largest_residual(residual)
+    if len(remaining_index):
+        largest_residual[remaining_index] = _largest_residual(residual)
     return Solution(unknowns, largest_residual, largest_residual <= TOLERANCE)
 
 
@@ -234,15 +239,15 @@ def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArr
 
 
 def _linearised(
-    equations: Equations, unknowns: FloatArray, scale: FloatArray, which: IndexArray
+    equations: Equations, unknowns: FloatArray, scale: FloatArray, point_index: IndexArray
 ) -> tuple[FloatArray, FloatArray]:
     """Residuals, and their derivatives by the scaled unknowns, from one call of the equations."""
     unknown_count = unknowns.shape[1]
     # the first row moves no unknown, each other row moves one of them
     moves = np.eye(unknown_count + 1, unknown_count, k=-1)[:, np.newaxis] * _DIFFERENCE * scale
-    residuals = equations(unknowns + moves, which)
-    slopes = (residuals[1:] - residuals[0]) / _DIFFERENCE
-    return residuals[0], np.moveaxis(slopes, 0, -1)
+    residuals = equations(unknowns + moves, point_index)
+    derivatives = (residuals[1:] - residuals[0]) / _DIFFERENCE
+    return residuals[0], np.moveaxis(derivatives, 0, -1)
 
 
 def _largest_residual(residuals: FloatArray) -> FloatArray:
@@ -256,9 +261,9 @@ def _shortening(length: FloatArray) -> FloatArray:
     return _LONGEST_STEP / np.maximum(length, _LONGEST_STEP)
 
 
-def _next_damping(damping: FloatArray, accepted: BoolArray, length: FloatArray) -> FloatArray:
+def _next_damping(damping: FloatArray, is_accepted: BoolArray, length: FloatArray) -> FloatArray:
     """Damping of the next step: smaller after a short step, larger after a long or refused one."""
-    is_too_long = ~accepted | ~(length < _LONGEST_STEP)
+    is_too_long = ~is_accepted | ~(length < _LONGEST_STEP)
     damping_after_success = np.where(length < _SHORT_STEP, damping / _DAMPING_FACTOR, damping)
     next_damping = np.where(is_too_long, damping * _DAMPING_FACTOR, damping_after_success)
     return np.where(next_damping < _SMALLEST_DAMPING, 0.0, next_damping)

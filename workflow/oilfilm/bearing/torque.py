@@ -19,7 +19,7 @@ from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 
 def torque_terms(
     equilibrium: FrictionEquilibrium,
-    tested: Mapping[str, FloatArray | tuple[float, float]],
+    tested_ranges: Mapping[str, FloatArray | tuple[float, float]],
     limiting_stress_ratio: FloatArray | float = LIMITING_STRESS_RATIO,
 ) -> dict[str, FloatArray]:
     """Torque on the inner ring with its terms, motion and residuals, one array per column.
@@ -34,8 +34,8 @@ def torque_terms(
 
     Args:
         equilibrium: The equilibrium; the outer ring is at rest.
-        tested: Lowest and highest tested level of pressure, speed and slip, for all points or for
-            each point; NaN where unknown.
+        tested_ranges: Lowest and highest tested level of pressure, speed and slip, by the name of
+            the quantity; for all points or for each point; NaN where unknown.
         limiting_stress_ratio: Limiting stress ratio of the oil, for all points or for each point.
 
     Returns:
@@ -54,13 +54,13 @@ def torque_terms(
     conditions = _conditions_of_contacts(equilibrium)
     pressure_gpa = conditions.max_hertz_pressure_gpa
     lambda_ratio, film_in_range = film_ratio(equilibrium)
-    terms = {
+    torque_of_term = {
         f"{name}_torque_n_m": ball_count * heat_w_of_ball / divisor_rad_s
         for name, heat_w_of_ball in heat_w_of_term.items()
     }
-    feed_kg_s = equilibrium.problem.lubrication.feed_kg_s
-    terms["momentum_torque_n_m"] = np.where(
-        np.isnan(feed_kg_s), np.nan, terms["momentum_torque_n_m"]
+    carried_flow_kg_s = equilibrium.problem.lubrication.carried_flow_kg_s
+    torque_of_term["momentum_torque_n_m"] = np.where(
+        np.isnan(carried_flow_kg_s), np.nan, torque_of_term["momentum_torque_n_m"]
     )
     equilibrium_columns = {
         "torque_n_m": torque_n_m,
@@ -81,19 +81,19 @@ def torque_terms(
         "lambda_ratio": lambda_ratio,
         "film_in_range": film_in_range,
     }
-    film_columns = _film_columns(equilibrium, tested, limiting_stress_ratio)
-    return terms | equilibrium_columns | film_columns
+    film_columns = _film_columns(equilibrium, tested_ranges, limiting_stress_ratio)
+    return torque_of_term | equilibrium_columns | film_columns
 
 
 def _film_columns(
     equilibrium: FrictionEquilibrium,
-    tested: Mapping[str, FloatArray | tuple[float, float]],
+    tested_ranges: Mapping[str, FloatArray | tuple[float, float]],
     limiting_stress_ratio: FloatArray | float,
 ) -> dict[str, FloatArray]:
     """Columns of `torque_terms` that describe the films, and how far they are beyond the tests."""
     balance = equilibrium.balance
     film_traction = balance.traction
-    load_share = equilibrium.problem.rule.share
+    load_share = equilibrium.problem.rule.load_share
     load_n = balance.contacts.load_n
     conditions = _conditions_of_contacts(equilibrium)
     pressure_gpa = conditions.max_hertz_pressure_gpa
@@ -101,10 +101,10 @@ def _film_columns(
     node_heat_w = film_traction.coefficient * film_traction.slide_roll_ratio * load_share
     node_heat_w = node_heat_w * (load_n * speed_m_s)[..., np.newaxis]
     # every law is 0 at S = 0, so that slips below the lowest tested one are interpolated
-    tested_slip = (0.0, tested["slide_roll_ratio"][1])
-    beyond_slip = _is_beyond(film_traction.slide_roll_ratio, tested_slip)
-    beyond_pressure = _is_beyond(pressure_gpa, tested["max_hertz_pressure_gpa"])
-    beyond_speed = _is_beyond(speed_m_s, tested["entrainment_speed_m_s"])
+    tested_slip = (0.0, tested_ranges["slide_roll_ratio"][1])
+    is_beyond_slip = _is_beyond(film_traction.slide_roll_ratio, tested_slip)
+    is_beyond_pressure = _is_beyond(pressure_gpa, tested_ranges["max_hertz_pressure_gpa"])
+    is_beyond_speed = _is_beyond(speed_m_s, tested_ranges["entrainment_speed_m_s"])
     # mu is the mean shear stress of a contact over its mean pressure
     is_over_limit = film_traction.coefficient @ load_share > np.reshape(
         limiting_stress_ratio, (-1, 1)
@@ -117,9 +117,9 @@ def _film_columns(
         "contacts_over_stress_limit": (
             equilibrium.problem.bearing.ball_count * is_over_limit.sum(axis=1)
         ),
-        "share_beyond_slip": _weighted_mean(beyond_slip, node_heat_w),
-        "share_beyond_pressure": _weighted_mean(beyond_pressure, film_traction.heat_w),
-        "share_beyond_speed": _weighted_mean(beyond_speed, film_traction.heat_w),
+        "share_beyond_slip": _weighted_mean(is_beyond_slip, node_heat_w),
+        "share_beyond_pressure": _weighted_mean(is_beyond_pressure, film_traction.heat_w),
+        "share_beyond_speed": _weighted_mean(is_beyond_speed, film_traction.heat_w),
     }
 
 
@@ -167,11 +167,11 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     # the formula needs a load above 0
     load_n = np.maximum(conditions.load_n, np.finfo(float).tiny)
     conditions = replace(conditions, load_n=load_n)
-    mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.share
+    mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.load_share
     film_m = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
     thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
-    contact_in_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
-    film_in_range = np.asarray(contact_in_range.all(axis=1))
+    is_contact_in_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
+    film_in_range = np.asarray(is_contact_in_range.all(axis=1))
     thinnest_film_m = film_m.min(axis=1) * problem.replenishment()
     lambda_ratio = thinnest_film_m / problem.bearing.roughness_rq_m
     return np.where(film_in_range, lambda_ratio, np.nan), film_in_range
@@ -190,44 +190,53 @@ def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     """
     balance = equilibrium.balance
     forces, sliding_state = balance.traction, balance.sliding
-    orbital_speed_m_s = sliding_state.race_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
-    roll_heat_in_middle_w = sliding_state.roll_rad_s * sliding_state.middle_m * forces.along_n
+    orbital_speed_m_s = (
+        sliding_state.race_speed_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
+    )
+    roll_heat_in_middle_w = (
+        sliding_state.relative_roll_rad_s * sliding_state.middle_height_m * forces.along_n
+    )
     # spin of the ball about t; the slice keeps the axis of the contacts
     tangent_spin_rad_s = balance.motion.spin_rad_s[:, 2:]
     heats_w = {
         "gross": forces.along_n * orbital_speed_m_s + roll_heat_in_middle_w,
-        "spin": -sliding_state.spin_rad_s * forces.about_normal_n_m,
-        "differential": -sliding_state.roll_rad_s * forces.about_across_n_m - roll_heat_in_middle_w,
+        "spin": -sliding_state.relative_spin_rad_s * forces.about_normal_n_m,
+        "differential": -sliding_state.relative_roll_rad_s * forces.about_across_n_m
+        - roll_heat_in_middle_w,
         "gyroscopic": -tangent_spin_rad_s * forces.about_tangent_n_m,
     }
     return {name: heat_w.sum(axis=1) for name, heat_w in heats_w.items()}
 
 
-def _is_beyond(values: FloatArray, tested: FloatArray | tuple[float, float]) -> FloatArray:
+def _is_beyond(values: FloatArray, tested_range: FloatArray | tuple[float, float]) -> FloatArray:
     """1 outside the tested range, 0 inside, NaN where the range is unknown.
 
     The range is widened by 0.1 %, the accuracy with which a rig holds a level.
     """
     one_per_point = (-1,) + (1,) * (values.ndim - 1)
-    lowest = np.reshape(tested[0], one_per_point)
-    highest = np.reshape(tested[1], one_per_point)
-    beyond = ((values < lowest * 0.999) | (values > highest * 1.001)).astype(float)
-    return np.where(np.isfinite(lowest + highest), beyond, np.nan)
+    lowest = np.reshape(tested_range[0], one_per_point)
+    highest = np.reshape(tested_range[1], one_per_point)
+    is_beyond_range = ((values < lowest * 0.999) | (values > highest * 1.001)).astype(float)
+    return np.where(np.isfinite(lowest + highest), is_beyond_range, np.nan)
 
 
 def _weighted_mean(values: FloatArray, weights: FloatArray) -> FloatArray:
     """Weighted mean of each point, shape (points,); 0 where all weights are 0."""
     axes = tuple(range(1, values.ndim))
-    total = np.broadcast_to(weights, values.shape).sum(axis=axes)
+    sum_of_weights = np.broadcast_to(weights, values.shape).sum(axis=axes)
     weighted_sum = (values * weights).sum(axis=axes)
-    mean = np.divide(weighted_sum, total, out=np.zeros(len(values)), where=total > 0)
+    mean = np.divide(
+        weighted_sum, sum_of_weights, out=np.zeros(len(values)), where=sum_of_weights > 0
+    )
     # rounding must not move a mean outside its values
     return np.clip(mean, values.min(axis=axes), values.max(axis=axes))
 
 
-def _relative_difference(first: FloatArray, second: FloatArray) -> FloatArray:
-    """(first - second)/first; 0 where `first` is 0."""
-    return np.divide(first - second, first, out=np.zeros_like(first), where=first != 0)
+def _relative_difference(reference: FloatArray, other: FloatArray) -> FloatArray:
+    """(reference - other)/reference; 0 where `reference` is 0."""
+    return np.divide(
+        reference - other, reference, out=np.zeros_like(reference), where=reference != 0
+    )
 
 
 _CST_PER_M2_S = 1e6

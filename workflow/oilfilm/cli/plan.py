@@ -126,7 +126,8 @@ def _plans_of_tests(
     for oil_name in _chosen_oils(options, fitted_oil_names, f"{results_folder}: no fit of oil"):
         try:
             for next_tests in plan_oil(results, settings, oil_name, request):
-                texts.append("\n".join(_lines_of_tests(next_tests, request.count, settings)))
+                lines = _lines_of_tests(next_tests, request.test_count, settings)
+                texts.append("\n".join(lines))
         except OilfilmError as reason:
             reasons.append(str(reason))
     if texts:
@@ -188,7 +189,7 @@ def _requested_plan(
     if options.count is not None:
         if not 1 <= options.count <= 50:
             raise OilfilmError(f"--count: found {options.count}; expected 1 to 50, as --count 5.")
-        request = replace(request, count=options.count)
+        request = replace(request, test_count=options.count)
     target = (options.target or request.targets[0]).replace("-", "_")
     if request.bearing is None and (target in BEARING_TARGETS or options.duty):
         option = "--duty" if options.duty else f"--for {options.target}"
@@ -220,7 +221,10 @@ def _table_text(table: pd.DataFrame) -> str:
 def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
     """The runs that a campaign lacks, as a table, with their reasons in sentences."""
     if plan.runs:
-        yield f"{plan.oil}: {len(plan.runs)} runs to make next on {plan.rig}, in this order."
+        yield (
+            f"{plan.oil_name}: {len(plan.runs)} runs to make next on {plan.rig_name}, "
+            "in this order."
+        )
         table = plan.table()
         reasons = []
         for reason, new_levels in zip(table["run_reason"], table["new_levels"], strict=True):
@@ -231,8 +235,8 @@ def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
             if reason in set(table["run_reason"]):
                 yield f"{reason}: {sentence}."
     else:
-        yield f"{plan.oil}: the campaign lacks no run that {plan.rig} can make."
-    not_planned = limits_with_counts(plan.left_out)
+        yield f"{plan.oil_name}: the campaign lacks no run that {plan.rig_name} can make."
+    not_planned = limits_with_counts(plan.left_out_count_by_limit)
     if not_planned:
         yield f"Lacking runs that are not planned, because they are beyond {not_planned}."
     if not plan.film_is_judged:
@@ -268,10 +272,10 @@ def _lines_of_budget(
     )
     if budget.is_by_traction:
         return
-    cause = CAUSES[budget.cause]
+    cause = CAUSES[budget.largest_cause]
     yield (
-        f"The largest share is {budget.share:.0%}: {cause.meaning}. Measure {cause.measure} "
-        "instead."
+        f"The largest share is {budget.largest_share:.0%}: {cause.meaning}. "
+        f"Measure {cause.quantity_to_measure} instead."
     )
     if target == "torque":
         yield (
@@ -289,16 +293,18 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         settings: The settings.
     """
     target = plan.wanted.target
-    if plan.budget is not None and plan.budget.cause:
-        yield from _lines_of_budget(plan.oil, target, plan.budget, plan.irreducible)
+    if plan.budget is not None and plan.budget.largest_cause:
+        yield from _lines_of_budget(
+            plan.oil_name, target, plan.budget, plan.irreducible_uncertainty
+        )
         if target == "torque" and not plan.budget.is_by_traction:
             return
     target_in_words, _, _ = _PRINTED_TARGETS[target]
     information = plan.information
-    in_bearing = f" in {plan.bearing}" if plan.bearing else ""
+    in_bearing = f" in {plan.bearing_name}" if plan.bearing_name else ""
     yield (
-        f"{plan.oil}{in_bearing}: standard uncertainty of the {target_in_words} from the law, root "
-        f"mean square over {len(plan.wanted.labels)} operating points: "
+        f"{plan.oil_name}{in_bearing}: standard uncertainty of the {target_in_words} from the "
+        f"law, root mean square over {len(plan.wanted.labels)} operating points: "
         f"{_uncertainty_text(target, plan.design.before)}; largest "
         f"{_largest_with_point(plan, information.precision)}."
     )
@@ -311,9 +317,9 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         yield f"With exact sensors it would be {with_exact_sensors}: {what_is_left}."
     else:
         yield "The calibration of the rig's sensors is not stated, so it is not included."
-    for reason in plan.wanted.left_out:
+    for reason in plan.wanted.left_out_reasons:
         yield f"left out: {reason}"
-    limits_in_words = limits_with_counts(plan.candidates.left_out)
+    limits_in_words = limits_with_counts(plan.candidates.left_out_count_by_limit)
     note_on_beyond = f"; the others are beyond {limits_in_words}" if limits_in_words else ""
     yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{note_on_beyond}."
     tests = plan.table().query("test_order > 0").sort_values("test_order")
@@ -323,7 +329,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
                 _uncertainty_text(target, law_uncertainty) for law_uncertainty in plan.design.after
             ]
         }
-        if plan.irreducible:
+        if plan.irreducible_uncertainty:
             new_columns["uncertainty_then"] = [
                 _uncertainty_text(target, whole_uncertainty)
                 for whole_uncertainty in tests["uncertainty_with_plan"]

@@ -12,7 +12,7 @@ import pandas as pd
 from oilfilm.base.units import FloatArray
 from oilfilm.curation.gate import fault
 from oilfilm.physics.contact import Contact, contact_radius
-from oilfilm.physics.rig_spin import LEAST_SLIP_OVER_EDGE, edge_slip, spin_correction
+from oilfilm.physics.rig_spin import SMALLEST_SLIP_OVER_EDGE_SLIP, edge_slip, spin_correction
 from oilfilm.settings.resolved import Settings
 
 # Below this slip the rig rolls: the error of the slip decides the traction.
@@ -50,7 +50,7 @@ def spin_warnings(
             for _, curve in points_of_rig.groupby("run_id", sort=True)
         ]
         spin = pd.DataFrame(spins)
-        is_near_edge = spin["lowest_slip"] < LEAST_SLIP_OVER_EDGE * spin["slip_at_edge"]
+        is_near_edge = spin["lowest_slip"] < SMALLEST_SLIP_OVER_EDGE_SLIP * spin["slip_at_edge"]
         is_affected = is_near_edge | (spin["correction"] > _LARGEST_CORRECTION)
         if is_affected.any():
             worst = spin[is_affected].nlargest(1, "lacking_share").iloc[0]

@@ -24,7 +24,7 @@ _LIQUID_RANGE_C = (-100.0, 500.0)
 # Smallest numerator of phi_T within the range of its fit (assumed).
 _SMALLEST_NUMERATOR = 0.1
 
-Thickness = Literal["minimum", "central"]
+FilmKind = Literal["minimum", "central"]
 
 
 # a, b, c, d, e, f of h/Rx = a U^b G^c W^-d (1 - e exp(-f k))
@@ -35,7 +35,7 @@ _HAMROCK_DOWSON = {
 
 
 def isothermal_film_thickness(
-    oil: "InletOil", conditions: Conditions, thickness: Thickness
+    inlet_oil: "InletOil", conditions: Conditions, film_kind: FilmKind
 ) -> FloatArray:
     """Central or minimum film thickness in a fully flooded, isothermal point contact.
 
@@ -45,11 +45,11 @@ def isothermal_film_thickness(
         U = eta0 u/(E' Rx),   G = alpha E',   W = w/(E' Rx^2)
 
     Args:
-        oil: The oil at the inlet temperature.
+        inlet_oil: The oil at the inlet temperature.
         conditions: Load (above 0), speed, radius, modulus and ellipticity. The exact ellipticity
             (`contact.ellipticity`) is 1 for a ball on a flat. The authors' fit
             1.0339 (Ry/Rx)^0.636 would thicken the film there by 1 to 2 %.
-        thickness: `central` (h_c), or `minimum` (h_min, at the sides).
+        film_kind: `central` (h_c), or `minimum` (h_min, at the sides).
 
     Returns:
         h, in m.
@@ -71,14 +71,14 @@ def isothermal_film_thickness(
         >>> print(f"{h * 1e6:.3f} um")
         0.211 um
     """
-    a, b, c, d, e, f = _HAMROCK_DOWSON[thickness]
+    a, b, c, d, e, f = _HAMROCK_DOWSON[film_kind]
     reduced_modulus_pa, radius_x_m = conditions.reduced_modulus_pa, conditions.radius_x_m
     dimensionless_speed = (
-        oil.dynamic_viscosity_pa_s
+        inlet_oil.dynamic_viscosity_pa_s
         * conditions.entrainment_speed_m_s
         / (reduced_modulus_pa * radius_x_m)
     )
-    material_parameter = oil.pressure_viscosity_coefficient_1_pa * reduced_modulus_pa
+    material_parameter = inlet_oil.pressure_viscosity_coefficient_1_pa * reduced_modulus_pa
     dimensionless_load = conditions.load_n / (reduced_modulus_pa * radius_x_m**2)
     side_leakage_factor = 1 - e * np.exp(-f * conditions.ellipticity)
     relative_thickness = (
@@ -214,16 +214,16 @@ class InletOil:
 
 
 def film_thickness(
-    oil: InletOil, conditions: Conditions, slide_roll_ratio: Floats, thickness: Thickness
+    inlet_oil: InletOil, conditions: Conditions, slide_roll_ratio: Floats, film_kind: FilmKind
 ) -> FloatArray:
     """Film thickness of an oil in a contact: h = phi_T h_isothermal.
 
     Args:
-        oil: The oil at the inlet temperature.
+        inlet_oil: The oil at the inlet temperature.
         conditions: Conditions of the contact. A pressure of 0 leaves out the pressure term of
             phi_T.
         slide_roll_ratio: Slide-roll ratio S.
-        thickness: `minimum` or `central`, as in `isothermal_film_thickness`.
+        film_kind: `minimum` or `central`, as in `isothermal_film_thickness`.
 
     Returns:
         h, in m; zero or negative outside the range of phi_T.
@@ -236,8 +236,8 @@ def film_thickness(
         >>> print(f"{film_thickness(oil, contact, 0.3, 'minimum') * 1e6:.3f} um")
         0.161 um
     """
-    isothermal_m = isothermal_film_thickness(oil, conditions, thickness)
-    thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
+    isothermal_m = isothermal_film_thickness(inlet_oil, conditions, film_kind)
+    thermal_loading = inlet_oil.thermal_loading(conditions.entrainment_speed_m_s)
     relative_pressure = conditions.relative_pressure
     return isothermal_m * thermal_reduction_factor(
         relative_pressure, slide_roll_ratio, thermal_loading
@@ -247,7 +247,7 @@ def film_thickness(
 def contact_film(
     oil: Oil,
     contact: Contact,
-    thickness: Thickness,
+    film_kind: FilmKind,
     *,
     load_n: FloatArray,
     entrainment_speed_m_s: FloatArray,
@@ -259,7 +259,7 @@ def contact_film(
     Args:
         oil: The oil.
         contact: The contact.
-        thickness: As in `film_thickness`.
+        film_kind: As in `film_thickness`.
         load_n: Normal load, in N; from p0 by `contact.load_for_max_hertz_pressure`.
         entrainment_speed_m_s: Mean of the two surface speeds, in m/s.
         inlet_temperature_c: Oil temperature at the inlet, in degC.
@@ -285,7 +285,7 @@ def contact_film(
         radius_x_m=radius_m,
         reduced_modulus_pa=reduced_modulus_pa,
     )
-    thickness_m = film_thickness(inlet_oil, conditions, slide_roll_ratio, thickness)
+    thickness_m = film_thickness(inlet_oil, conditions, slide_roll_ratio, film_kind)
     thermal_loading = inlet_oil.thermal_loading(speed_m_s)
     is_within_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
     thickness_m = np.where(np.isfinite(thickness_m) & is_within_range, thickness_m, np.nan)
@@ -306,10 +306,12 @@ def film_viscosity_ratio(
         rise_k: dT, shape (points,).
     """
     mean_pressure_pa = 2 / 3 * PA_PER_GPA * max_hertz_pressure_gpa
-    cold = InletOil.from_oil(oil, inlet_c)
-    warm = InletOil.from_oil(oil, inlet_c + rise_k)
+    inlet_oil = InletOil.from_oil(oil, inlet_c)
+    warm_oil = InletOil.from_oil(oil, inlet_c + rise_k)
     alpha_difference_1_pa = np.subtract(
-        cold.pressure_viscosity_coefficient_1_pa, warm.pressure_viscosity_coefficient_1_pa
+        inlet_oil.pressure_viscosity_coefficient_1_pa, warm_oil.pressure_viscosity_coefficient_1_pa
     )
-    ratio_at_no_pressure = np.divide(cold.dynamic_viscosity_pa_s, warm.dynamic_viscosity_pa_s)
+    ratio_at_no_pressure = np.divide(
+        inlet_oil.dynamic_viscosity_pa_s, warm_oil.dynamic_viscosity_pa_s
+    )
     return ratio_at_no_pressure * np.exp(alpha_difference_1_pa * mean_pressure_pa)

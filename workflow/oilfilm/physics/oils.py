@@ -35,19 +35,19 @@ class PiecewiseLinear:
 
     Attributes:
         temperature_k: Two or more rising temperatures, in K.
-        value: The property at each temperature.
+        values: The property at each temperature.
     """
 
     temperature_k: tuple[float, ...]
-    value: tuple[float, ...]
+    values: tuple[float, ...]
 
     def value_at(self, temperature_k: AnyArray) -> AnyArray:
         """The property at `temperature_k`, of the same shape."""
         # number of the line between two rows of the table, for each temperature
         line_index = np.searchsorted(self.temperature_k[1:-1], np.real(temperature_k))
-        slope = (np.diff(self.value) / np.diff(self.temperature_k))[line_index]
+        slope = (np.diff(self.values) / np.diff(self.temperature_k))[line_index]
         start_k = np.asarray(self.temperature_k)[line_index]
-        start_value = np.asarray(self.value)[line_index]
+        start_value = np.asarray(self.values)[line_index]
         return start_value + slope * (temperature_k - start_k)
 
 
@@ -217,10 +217,12 @@ def walther_coefficients(temperature_k: FloatArray, viscosity_cst: FloatArray) -
         >>> print(f"{line['viscosity_intercept']:.3f} {line['viscosity_slope']:.3f}")
         8.718 3.410
     """
-    loglog = np.log10(np.log10(viscosity_cst + 0.7))
-    log_t = np.log10(temperature_k)
-    slope = float((loglog[0] - loglog[1]) / (log_t[1] - log_t[0]))
-    intercept = float(loglog[0] + slope * log_t[0])
+    log_log_viscosity = np.log10(np.log10(viscosity_cst + 0.7))
+    log_temperature = np.log10(temperature_k)
+    slope = float(
+        (log_log_viscosity[0] - log_log_viscosity[1]) / (log_temperature[1] - log_temperature[0])
+    )
+    intercept = float(log_log_viscosity[0] + slope * log_temperature[0])
     return {"viscosity_intercept": intercept, "viscosity_slope": slope}
 
 
@@ -283,10 +285,12 @@ def roelands_coefficients(
         >>> print(f"{eta:.1f} mPa s")
         8.2 mPa s
     """
-    loglog = np.log10(np.log10(1e3 * viscosity_pa_s) + 4.2)
-    log_t = np.log10(1 + (temperature_k + ABSOLUTE_ZERO_C) / 135)
-    slope = float((loglog[0] - loglog[1]) / (log_t[1] - log_t[0]))
-    g0 = float(10 ** (loglog[0] + slope * log_t[0]))
+    log_log_viscosity = np.log10(np.log10(1e3 * viscosity_pa_s) + 4.2)
+    log_temperature = np.log10(1 + (temperature_k + ABSOLUTE_ZERO_C) / 135)
+    slope = float(
+        (log_log_viscosity[0] - log_log_viscosity[1]) / (log_temperature[1] - log_temperature[0])
+    )
+    g0 = float(10 ** (log_log_viscosity[0] + slope * log_temperature[0]))
     return {"roelands_g0": g0, "roelands_s0": slope}
 
 
@@ -310,7 +314,9 @@ def _roelands_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     )
 
 
-def so_klaus_1_pa(viscosity_cst: Floats, slope: Floats, density_kg_m3: Floats) -> FloatArray:
+def so_klaus_1_pa(
+    viscosity_cst: Floats, walther_slope: Floats, density_kg_m3: Floats
+) -> FloatArray:
     """Pressure-viscosity coefficient of an oil from its viscosity, Walther slope and density.
 
         alpha 1e8 Pa = 1.216 + 4.143 L^3.0627 + 2.848e-4 b^5.1903 L^1.5976
@@ -320,7 +326,7 @@ def so_klaus_1_pa(viscosity_cst: Floats, slope: Floats, density_kg_m3: Floats) -
 
     Args:
         viscosity_cst: Kinematic viscosity nu at the temperature.
-        slope: Slope b.
+        walther_slope: Slope b.
         density_kg_m3: Density rho at the temperature.
 
     Returns:
@@ -339,7 +345,7 @@ def so_klaus_1_pa(viscosity_cst: Floats, slope: Floats, density_kg_m3: Floats) -
     """
     log_nu = np.log10(viscosity_cst)
     density_g_cm3 = np.asarray(density_kg_m3) / 1000
-    slope_term = 2.848e-4 * slope**5.1903 * log_nu**1.5976
+    slope_term = 2.848e-4 * walther_slope**5.1903 * log_nu**1.5976
     density_term = 3.999 * log_nu**3.0975 * density_g_cm3**0.1162
     alpha = 1.216 + 4.143 * log_nu**3.0627 + slope_term - density_term
     return np.asarray(1e-8 * alpha)
@@ -376,11 +382,15 @@ def _given_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
 def _so_klaus_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """alpha by `so_klaus_1_pa`, with the Walther slope between 40 and 100 degC."""
     viscosity = FORMULAS[oil.model].viscosity
-    ends_k = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
-    ends_cst = viscosity(oil, ends_k) / oil.density.value_at(ends_k) * 1e6
-    slope = walther_coefficients(ends_k, ends_cst)["viscosity_slope"]
+    end_temperatures_k = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
+    end_viscosities_cst = (
+        viscosity(oil, end_temperatures_k) / oil.density.value_at(end_temperatures_k) * 1e6
+    )
+    walther_slope = walther_coefficients(end_temperatures_k, end_viscosities_cst)["viscosity_slope"]
     density_kg_m3 = oil.density.value_at(temperature_k)
-    return so_klaus_1_pa(viscosity(oil, temperature_k) / density_kg_m3 * 1e6, slope, density_kg_m3)
+    return so_klaus_1_pa(
+        viscosity(oil, temperature_k) / density_kg_m3 * 1e6, walther_slope, density_kg_m3
+    )
 
 
 def _roelands_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:

@@ -101,7 +101,7 @@ def _pole_faults(oil: Oil, low_c: float) -> Iterator[OilFault]:
         )
 
 
-def _first_index(is_wrong: BoolArray) -> int | None:
+def _first_wrong_index(is_wrong: BoolArray) -> int | None:
     """The index of the first wrong value; None where there is none."""
     indices = np.flatnonzero(is_wrong)
     return int(indices[0]) if len(indices) else None
@@ -110,7 +110,7 @@ def _first_index(is_wrong: BoolArray) -> int | None:
 def _density_faults(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[OilFault]:
     """Density outside its usual range, or with an unusual expansion."""
     lowest_density, highest_density = _DENSITY_KG_M3
-    wrong_index = _first_index(
+    wrong_index = _first_wrong_index(
         ~((density_kg_m3 >= lowest_density) & (density_kg_m3 <= highest_density))
     )
     if wrong_index is not None:
@@ -124,7 +124,7 @@ def _density_faults(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Ite
     lowest_expansion, highest_expansion = _EXPANSION_1_K
     expansion_1_k = -np.diff(density_kg_m3) / np.diff(temperature_c) / density_kg_m3[1:]
     rounding = 1e-12
-    wrong_index = _first_index(
+    wrong_index = _first_wrong_index(
         ~((expansion_1_k >= lowest_expansion - rounding) & (expansion_1_k <= highest_expansion))
     )
     if wrong_index is not None:
@@ -141,7 +141,7 @@ def _viscosity_faults(
     temperature_c: FloatArray, viscosity_pa_s: FloatArray, fall_1_k: FloatArray
 ) -> Iterator[OilFault]:
     """A viscosity that is missing, rises with temperature or falls unusually."""
-    wrong_index = _first_index(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
+    wrong_index = _first_wrong_index(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
     if wrong_index is not None:
         yield OilFault(
             "viscosity",
@@ -153,7 +153,7 @@ def _viscosity_faults(
     is_falling = fall_1_k > 0
     # neighbours too: between them there may be a pole
     is_falling[1:] &= np.diff(viscosity_pa_s) < 0
-    wrong_index = _first_index(~is_falling)
+    wrong_index = _first_wrong_index(~is_falling)
     if wrong_index is not None:
         yield OilFault(
             "viscosity",
@@ -163,7 +163,7 @@ def _viscosity_faults(
             "a viscosity that falls strictly, as oils have it",
         )
         return
-    wrong_index = _first_index(~((fall_1_k >= smallest_fall) & (fall_1_k <= largest_fall)))
+    wrong_index = _first_wrong_index(~((fall_1_k >= smallest_fall) & (fall_1_k <= largest_fall)))
     if wrong_index is not None:
         yield OilFault(
             "viscosity",
@@ -178,7 +178,9 @@ def _pressure_viscosity_faults(
 ) -> Iterator[OilFault]:
     """A pressure-viscosity coefficient outside its usual range."""
     lowest_alpha, highest_alpha = _PRESSURE_VISCOSITY_1_GPA
-    wrong_index = _first_index(~((alpha_1_gpa >= lowest_alpha) & (alpha_1_gpa <= highest_alpha)))
+    wrong_index = _first_wrong_index(
+        ~((alpha_1_gpa >= lowest_alpha) & (alpha_1_gpa <= highest_alpha))
+    )
     if wrong_index is None:
         return
     alpha_of_first = alpha_1_gpa[wrong_index]
@@ -198,7 +200,7 @@ def _film_faults(
     log_film = _FILM_VISCOSITY_EXPONENT * np.log(viscosity_pa_s)
     log_film = log_film + _FILM_PRESSURE_EXPONENT * np.log(alpha_1_gpa)
     log_change_1_k = np.abs(np.diff(log_film) / np.diff(temperature_c))
-    wrong_index = _first_index(log_change_1_k > _FILM_CHANGE_1_K)
+    wrong_index = _first_wrong_index(log_change_1_k > _FILM_CHANGE_1_K)
     if wrong_index is not None:
         yield OilFault(
             "pressure_viscosity",

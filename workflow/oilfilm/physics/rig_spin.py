@@ -13,7 +13,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.physics.contact import Floats
 
 # The correction holds where the slip is above this multiple of the slip at the edge.
-LEAST_SLIP_OVER_EDGE = 2.0
+SMALLEST_SLIP_OVER_EDGE_SLIP = 2.0
 
 
 def edge_slip(contact_radius_m: Floats, disc_track_radius_m: Floats) -> FloatArray:
@@ -27,9 +27,13 @@ def edge_slip(contact_radius_m: Floats, disc_track_radius_m: Floats) -> FloatArr
 
 
 def spin_correction(
-    slide_roll_ratio: Floats, mu: Floats, slope: Floats, curvature: Floats, edge: Floats
+    slide_roll_ratio: Floats,
+    mu: Floats,
+    mu_slope: Floats,
+    mu_curvature: Floats,
+    slip_at_edge: Floats,
 ) -> FloatArray:
-    """What the spin of the rig takes from mu, over mu.
+    """Share of mu by which the spin of the rig lowers it.
 
         mu = mu_m - (e^2/10) (mu_m'' + mu_m'/S - mu_m/S^2)
 
@@ -40,9 +44,9 @@ def spin_correction(
     Args:
         slide_roll_ratio: S, above 0.
         mu: Measured mu_m at S.
-        slope: Its derivative by S.
-        curvature: Its second derivative.
-        edge: e, of `edge_slip`.
+        mu_slope: Derivative of mu_m by S.
+        mu_curvature: Second derivative of mu_m by S.
+        slip_at_edge: e, of `edge_slip`.
 
     Returns:
         mu/mu_m - 1 where S is above 2 e, else NaN.
@@ -56,6 +60,8 @@ def spin_correction(
         0.00625
     """
     slip = np.asarray(slide_roll_ratio, dtype=float)
-    second_order_term = curvature + slope / slip - mu / slip**2
-    correction = -(np.square(edge) / 10) * second_order_term / mu
-    return np.where(slip > LEAST_SLIP_OVER_EDGE * np.asarray(edge), correction, np.nan)
+    second_order_term = mu_curvature + mu_slope / slip - mu / slip**2
+    correction = -(np.square(slip_at_edge) / 10) * second_order_term / mu
+    return np.where(
+        slip > SMALLEST_SLIP_OVER_EDGE_SLIP * np.asarray(slip_at_edge), correction, np.nan
+    )

@@ -136,7 +136,7 @@ def eyring_stress(
 
 
 def limiting_stress(
-    pressure_pa: Floats, temperature_c: Floats, constants: ThermalEhl
+    pressure_pa: Floats, temperature_c: Floats, ehl_constants: ThermalEhl
 ) -> FloatArray:
     """Limiting shear stress of a film.
 
@@ -148,7 +148,7 @@ def limiting_stress(
     Args:
         pressure_pa: Pressure p, in Pa.
         temperature_c: Temperature T of the film, in degC.
-        constants: Lambda at the reference temperature T_r, and its decay b.
+        ehl_constants: Lambda at the reference temperature T_r, and its decay b.
 
     Returns:
         tau_L, in Pa.
@@ -156,9 +156,9 @@ def limiting_stress(
     Reference: S. Bair and W. O. Winer, J. Lubr. Technol. 101 (1979) 251, for the proportionality to
         pressure.
     """
-    below_reference_k = constants.limiting_stress_reference_c - np.asarray(temperature_c)
-    temperature_factor = np.exp(constants.limiting_stress_decay_1_k * below_reference_k)
-    return np.asarray(constants.limiting_stress_ratio * pressure_pa * temperature_factor)
+    below_reference_k = ehl_constants.limiting_stress_reference_c - np.asarray(temperature_c)
+    temperature_factor = np.exp(ehl_constants.limiting_stress_decay_1_k * below_reference_k)
+    return np.asarray(ehl_constants.limiting_stress_ratio * pressure_pa * temperature_factor)
 
 
 def limited_stress(stress_pa: Floats, limiting_stress_pa: Floats) -> FloatArray:
@@ -264,7 +264,7 @@ def film_temperature_rise(
 
 
 def mean_film_rise(
-    oil: InletOil,
+    inlet_oil: InletOil,
     conditions: Conditions,
     traction_coefficient: Floats,
     slide_roll_ratio: Floats,
@@ -277,7 +277,7 @@ def mean_film_rise(
         dT = flash(q/2), mean of both surfaces, + q h_c/(12 k_oil)
 
     Args:
-        oil: The oil at the inlet temperature.
+        inlet_oil: The oil at the inlet temperature.
         conditions: Conditions of the contact.
         traction_coefficient: Measured mu.
         slide_roll_ratio: Slide-roll ratio S.
@@ -322,14 +322,16 @@ def mean_film_rise(
 
     slower_rise_k = surface_rise(speed_m_s * (1 - slide_roll_ratio / 2))
     faster_rise_k = surface_rise(speed_m_s * (1 + slide_roll_ratio / 2))
-    thickness_m = film_thickness(oil, conditions, slide_roll_ratio, "central")
-    film_rise_k = film_temperature_rise(heat_flux_w_m2, thickness_m, oil.thermal_conductivity_w_mk)
+    thickness_m = film_thickness(inlet_oil, conditions, slide_roll_ratio, "central")
+    film_rise_k = film_temperature_rise(
+        heat_flux_w_m2, thickness_m, inlet_oil.thermal_conductivity_w_mk
+    )
     return (slower_rise_k + faster_rise_k) / 2 + film_rise_k
 
 
 def film_stress(
     oil: Oil,
-    constants: ThermalEhl,
+    ehl_constants: ThermalEhl,
     pressure_pa: FloatArray,
     film_temperature_c: FloatArray,
     shear_rate_1_s: FloatArray,
@@ -340,7 +342,7 @@ def film_stress(
 
     Args:
         oil: The oil. Its viscosity and pressure-viscosity coefficient are taken at T.
-        constants: Eyring stress and limiting stress.
+        ehl_constants: Eyring stress and limiting stress.
         pressure_pa: Pressure p, in Pa.
         film_temperature_c: Temperature T of the film, in degC.
         shear_rate_1_s: Shear rate gamma, in 1/s.
@@ -353,14 +355,16 @@ def film_stress(
         oil.pressure_viscosity_coefficient_1_pa(film_temperature_c),
         pressure_pa,
     )
-    limit_pa = limiting_stress(pressure_pa, film_temperature_c, constants)
-    thinned_stress_pa = eyring_stress(viscosity_pa_s, shear_rate_1_s, constants.eyring_stress_pa)
+    limit_pa = limiting_stress(pressure_pa, film_temperature_c, ehl_constants)
+    thinned_stress_pa = eyring_stress(
+        viscosity_pa_s, shear_rate_1_s, ehl_constants.eyring_stress_pa
+    )
     return limited_stress(thinned_stress_pa, limit_pa)
 
 
 def sliding_film(
     oil: Oil,
-    constants: ThermalEhl,
+    ehl_constants: ThermalEhl,
     conditions: Conditions,
     pressure_pa: Floats,
     slide_roll_ratio: Floats,
@@ -381,7 +385,7 @@ def sliding_film(
     Args:
         oil: The oil. Viscosity and pressure-viscosity coefficient are taken at the temperature of
             the film, the conductivity at that of the inlet.
-        constants: Stresses, and thermal properties of the bodies.
+        ehl_constants: Stresses, and thermal properties of the bodies.
         conditions: Conditions of the contact, with speed and pressure above 0. The bodies far from
             the contact have the inlet temperature.
         pressure_pa: Pressure p at the point, in Pa.
@@ -405,8 +409,10 @@ def sliding_film(
     inlet_c = conditions.inlet_temperature_c
     speed_m_s = conditions.entrainment_speed_m_s
     # without the pressure term, see Validity
-    without_pressure = replace(conditions, max_hertz_pressure_gpa=np.zeros(()))
-    film_thickness_m = film_thickness(inlet_oil, without_pressure, slide_roll_ratio, "central")
+    conditions_without_pressure = replace(conditions, max_hertz_pressure_gpa=np.zeros(()))
+    film_thickness_m = film_thickness(
+        inlet_oil, conditions_without_pressure, slide_roll_ratio, "central"
+    )
     sliding_m_s = np.asarray(slide_roll_ratio) * speed_m_s
     # Both rises are in kelvin per pascal of shear stress, as they are proportional to the heat. The
     # chords of an ellipse are those of a circle with the semi-axis along the rolling direction.
@@ -414,8 +420,8 @@ def sliding_film(
         sliding_m_s / 2,
         semi_axis_x_m,
         speed_m_s,
-        constants.solid_conductivity_w_mk,
-        constants.solid_volumetric_heat_j_m3k,
+        ehl_constants.solid_conductivity_w_mk,
+        ehl_constants.solid_volumetric_heat_j_m3k,
     )
     oil_conductivity_w_mk = inlet_oil.thermal_conductivity_w_mk
     film_k_pa = film_temperature_rise(sliding_m_s, film_thickness_m, oil_conductivity_w_mk)
@@ -424,10 +430,10 @@ def sliding_film(
     creep_slope_of_bodies = creep_slope(conditions.relative_pressure, conditions.ellipticity)
     creep_stress_pa = creep_slope_of_bodies * pressure_pa * slide_roll_ratio
     # all of one shape, as the search needs them
-    state_without_creep = np.broadcast_arrays(
+    film_without_creep = np.broadcast_arrays(
         pressure_pa, inlet_c, flash_k_pa + film_k_pa, shear_rate_1_s, creep_stress_pa
     )
-    stress_pa = _stress_with_heat(oil, constants, *state_without_creep)
+    stress_pa = _stress_with_heat(oil, ehl_constants, *film_without_creep)
     film_share = _film_share_of_slip(stress_pa, creep_stress_pa)
     return SlidingFilm(
         shear_stress_pa=stress_pa,
@@ -440,7 +446,7 @@ def sliding_film(
 
 def thermal_ehl_traction(
     oil: Oil,
-    constants: ThermalEhl,
+    ehl_constants: ThermalEhl,
     max_hertz_pressure_pa: Floats,
     entrainment_speed_m_s: Floats,
     inlet_temperature_c: Floats,
@@ -454,7 +460,7 @@ def thermal_ehl_traction(
 
     Args:
         oil: The oil, as for `sliding_film`.
-        constants: Stresses and thermal properties, as for `sliding_film`.
+        ehl_constants: Stresses and thermal properties, as for `sliding_film`.
         max_hertz_pressure_pa: Maximum pressure p0, in Pa.
         entrainment_speed_m_s: Entrainment speed U, above 0, in m/s.
         inlet_temperature_c: Temperature of the oil, and of both bodies far from the contact, in
@@ -488,13 +494,13 @@ def thermal_ehl_traction(
         reduced_modulus_pa=reduced_modulus_pa,
     )
     contact_radius_m = contact_radius(load_n, radius_m, reduced_modulus_pa)
-    film = sliding_film(oil, constants, conditions, pressure_pa, slip, contact_radius_m)
+    film = sliding_film(oil, ehl_constants, conditions, pressure_pa, slip, contact_radius_m)
     return np.asarray((film.shear_stress_pa / pressure_pa) @ (weight / weight.sum()))
 
 
 def _stress_with_heat(
     oil: Oil,
-    constants: ThermalEhl,
+    ehl_constants: ThermalEhl,
     pressure_pa: FloatArray,
     inlet_c: FloatArray,
     rise_k_pa: FloatArray,
@@ -505,7 +511,7 @@ def _stress_with_heat(
 
     Args:
         oil: The oil.
-        constants: Stresses.
+        ehl_constants: Stresses.
         pressure_pa: Pressure.
         inlet_c: Inlet temperature.
         rise_k_pa: Temperature rise of the film per pascal of stress, without creep.
@@ -524,10 +530,12 @@ def _stress_with_heat(
         """The assumed stress less that of the film which it heats; 0 at the solution."""
         film_share = _film_share_of_slip(stress, creep_stress)
         temperature = inlet + rise * film_share * stress
-        return stress - film_stress(oil, constants, pressure, temperature, shear_rate * film_share)
+        return stress - film_stress(
+            oil, ehl_constants, pressure, temperature, shear_rate * film_share
+        )
 
     # the stress is largest in a film at the inlet temperature; the factor allows for rounding
-    cold_film_stress_pa = film_stress(oil, constants, pressure_pa, inlet_c, shear_rate_1_s)
+    cold_film_stress_pa = film_stress(oil, ehl_constants, pressure_pa, inlet_c, shear_rate_1_s)
     with np.errstate(divide="ignore"):
         hottest_film_stress_pa = (_HOTTEST_C - inlet_c) / rise_k_pa
     highest_stress_pa = np.minimum(cold_film_stress_pa * (1 + 1e-9), hottest_film_stress_pa)
@@ -545,5 +553,5 @@ def _stress_with_heat(
 
 def _film_share_of_slip(stress_pa: FloatArray, creep_stress_pa: FloatArray) -> FloatArray:
     """Share of the film in the slip; the rest is creep of the bodies."""
-    divisor = np.where(creep_stress_pa > 0, creep_stress_pa, 1.0)
-    return np.asarray(1 - stress_pa / divisor)
+    positive_creep_stress_pa = np.where(creep_stress_pa > 0, creep_stress_pa, 1.0)
+    return np.asarray(1 - stress_pa / positive_creep_stress_pa)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from oilfilm.bearing.inputs import Uncertain
+from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, OneOf, contradiction, key
 from oilfilm.settings.ranges import check_ranges, with_range
@@ -430,7 +430,7 @@ class BearingSettings(Group):
         check_ranges(self)
         return self
 
-    def uncertain(self) -> dict[str, Uncertain]:
+    def uncertain(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs that are settings of all bearings."""
         key_names = ("oil_volume_fraction", "replenishment_constant", "ellipse_factor")
         return {key_name: with_range(self, key_name) for key_name in key_names}

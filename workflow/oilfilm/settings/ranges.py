@@ -3,13 +3,13 @@
 Decides: how settings state the range of an uncertain value.
 """
 
-from oilfilm.bearing.inputs import Uncertain
+from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.settings.base import Group, contradiction
 
 _RANGE_SUFFIX = "_range"
 
 
-def with_range(group: Group, key_name: str, factor: float = 1.0) -> Uncertain:
+def with_range(group: Group, key_name: str, factor: float = 1.0) -> UncertainInput:
     """The value of a key and its range.
 
     Args:
@@ -18,7 +18,7 @@ def with_range(group: Group, key_name: str, factor: float = 1.0) -> Uncertain:
         factor: Factor that converts the unit of both.
     """
     low, high = getattr(group, key_name + _RANGE_SUFFIX)
-    return Uncertain(getattr(group, key_name), low, high).scaled(factor)
+    return UncertainInput(getattr(group, key_name), low, high).scaled(factor)
 
 
 def check_ranges(group: Group, *key_path: str) -> None:

@@ -16,7 +16,7 @@ from pydantic import AfterValidator, Field, Strict, model_validator
 
 from oilfilm.base.units import ABSOLUTE_ZERO_C, M_PER_UM, PA_PER_GPA
 from oilfilm.bearing.geometry import Bearing, Cage, OilSupply, Rings
-from oilfilm.bearing.inputs import Uncertain
+from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.physics import oils, plausible_oil
 from oilfilm.physics.contact import Contact, combined_roughness, reduced_modulus, rq_from_ra
 from oilfilm.physics.plausible_oil import STANDARD_RANGE_C
@@ -190,7 +190,7 @@ _M3_S_PER_L_MIN = 1e-3 / 60
 
 
 # Inputs of a bearing whose flow of oil is not known.
-_UNKNOWN_INPUT = Uncertain(math.nan, math.nan, math.nan)
+_UNKNOWN_INPUT = UncertainInput(math.nan, math.nan, math.nan)
 _UNKNOWN_FEED_INPUTS = {"feed_flow_m3_s": _UNKNOWN_INPUT, "momentum_share": _UNKNOWN_INPUT}
 
 # ---------------------------------------------------------------- bearings
@@ -260,7 +260,7 @@ class MountingKeys(Group):
         check_ranges(self)
         return self
 
-    def uncertain(self) -> dict[str, Uncertain]:
+    def uncertain(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs, with interferences on the radius in m."""
         on_radius = M_PER_UM / 2
         return {
@@ -299,7 +299,7 @@ class OilSupplyKeys(Group):
         check_ranges(self)
         return self
 
-    def uncertain(self) -> dict[str, Uncertain]:
+    def uncertain(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs."""
         return {
             "feed_flow_m3_s": with_range(self, "flow_l_min", _M3_S_PER_L_MIN),

@@ -1,7 +1,7 @@
 """An engineer's answers at operating points: torque, power loss, cage slip, best oil.
 
-Each answer has its interval, and the share of its variance by each cause with the range that was
-drawn. The ranges decide the shares, so that both are shown together.
+Each answer has its interval. The share of each cause in its variance is shown with the range from
+which the cause was drawn, because that range decides the share.
 
 Decides: what to measure next, so that torque or cage slip of a bearing become more certain.
 """
@@ -15,16 +15,17 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.inputs import INPUTS
+from oilfilm.bearing.inputs import INPUT_NAMES
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
-from oilfilm.torque.best_oil import best_oils, best_shares
+from oilfilm.torque.best_oil import best_oil_table, best_shares
 from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, UNCERTAIN
 
-# Columns of an operating point of a bearing for which an answer is wanted (duty point).
-DUTY = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
-# Most operating points of a campaign with shares of variance, which take as long as ten intervals.
-_MOST_SHARED_POINTS = 8
+# Columns of a duty point: an operating point of a bearing for which an answer is wanted.
+DUTY_COLUMNS = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
+# Most operating points of a campaign that have shares of variance. The shares of a point take as
+# long to calculate as ten intervals.
+_MOST_POINTS_WITH_SHARES = 8
 # Causes that tests of traction make smaller.
 _BY_TRACTION_TESTS = ("law", "runs", "rig")
 # Everything else together: what is left where the law and its rig are exact. The scatter of runs is
@@ -35,8 +36,8 @@ _IRREDUCIBLE_CAUSES = {
     )
 }
 _UM_PER_M = 1e6
-# Numbers from which on three digits leave none behind the decimal point.
-_LARGE = 100
+# Numbers from this one on are shown without decimals.
+_NO_DECIMALS_FROM = 100
 _L_MIN_PER_M3_S = 6e4
 
 
@@ -45,15 +46,15 @@ class Cause(NamedTuple):
 
     Attributes:
         meaning: What it is.
-        unit: Unit of its range as it is shown.
-        scale: The shown number over that of the calculation.
-        measure: What would make it known.
+        unit: Unit in which its range is shown.
+        shown_per_calculated: Factor from the unit of the calculation to the shown unit.
+        quantity_to_measure: What to measure, so that the cause becomes known.
     """
 
     meaning: str
     unit: str
-    scale: float
-    measure: str
+    shown_per_calculated: float
+    quantity_to_measure: str
 
 
 CAUSES = {
@@ -102,30 +103,32 @@ class Answers(NamedTuple):
 
 
 def duty_points(settings: Settings, bearing: Bearing) -> FloatArray:
-    """Operating points that a campaign names: rows of load, speed and temperature.
+    """Operating points that a campaign names, with the columns `DUTY_COLUMNS`: shape (points, 3).
 
     They are those of the plan, else of the torque tests, else of the cage-slip map.
     """
     duty_of_plan = settings.plan.duty_points
     if duty_of_plan:
-        return np.array([[getattr(point, name) for name in DUTY] for point in duty_of_plan])
+        return np.array([[getattr(point, name) for name in DUTY_COLUMNS] for point in duty_of_plan])
     torque = settings.campaign.torque
     if torque is not None and torque.matrix is not None:
-        loads, speeds, temperatures = (getattr(torque.matrix, name) for name in DUTY)
+        loads_n, speeds_rpm, temperatures_c = (
+            getattr(torque.matrix, name) for name in DUTY_COLUMNS
+        )
     else:
         cage_slip = settings.bearing.cage_slip
-        loads = cage_slip.axial_load_n
+        loads_n = cage_slip.axial_load_n
         pitch_mm = bearing.pitch_diameter_m * MM_PER_M
-        speeds = np.array(cage_slip.pitch_speed_mm_rpm) / pitch_mm
-        temperatures = [cage_slip.inlet_temperature_c]
-    mesh = np.meshgrid(loads, speeds, temperatures, indexing="ij")
-    return np.stack(mesh, axis=-1).reshape(-1, len(DUTY))
+        speeds_rpm = np.array(cage_slip.pitch_speed_mm_rpm) / pitch_mm
+        temperatures_c = [cage_slip.inlet_temperature_c]
+    mesh = np.meshgrid(loads_n, speeds_rpm, temperatures_c, indexing="ij")
+    return np.stack(mesh, axis=-1).reshape(-1, len(DUTY_COLUMNS))
 
 
-def operating_points(
+def operating_point_table(
     bearing: Bearing, load_n: FloatArray, speed_rpm: FloatArray, temperature_c: FloatArray
 ) -> pd.DataFrame:
-    """Operating points as `answers` takes them; the arguments broadcast.
+    """Operating points as `answers` takes them, one row per point; the arguments broadcast.
 
     Args:
         bearing: The bearing.
@@ -149,46 +152,48 @@ def answers(
     bearing: Bearing,
     points: pd.DataFrame,
     settings: Settings,
-    shares_at: Callable[[pd.DataFrame], BoolArray],
+    needs_shares: Callable[[pd.DataFrame], BoolArray],
 ) -> Answers:
     """Torque, power loss, cage slip and best oil of each oil at each point, with their shares.
 
     Args:
         oils: The oils among which the best one is chosen.
         bearing: The bearing.
-        points: Operating points of `operating_points`, each once.
+        points: Operating points of `operating_point_table`, each once.
         settings: `bearing`, `gates` and `seed`.
-        shares_at: Which rows of `Answers.points` shall have shares of variance.
+        needs_shares: Returns which rows of `Answers.points` shall have shares of variance.
     """
     cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
-    results, draws, drawing = cases.assessed(settings.seed)
+    calculated, draws, random_draws = cases.calculate_with_uncertainty(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
     lambda_limit = settings.gates.lambda_limit
-    results = results.assign(**best_shares(draws, len(oils), slip_limit, lambda_limit))
-    best_oil_of_points = best_oils(results, slip_limit, lambda_limit)
+    calculated = calculated.assign(**best_shares(draws, len(oils), slip_limit, lambda_limit))
+    best_oil_of_point = best_oil_table(calculated, slip_limit, lambda_limit)
     point_columns = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
-    results = results.merge(
-        best_oil_of_points[[*point_columns, "best_oil"]], on=point_columns, how="left"
+    calculated = calculated.merge(
+        best_oil_of_point[[*point_columns, "best_oil"]], on=point_columns, how="left"
     )
-    shares = drawing.shares(np.flatnonzero(shares_at(results)))
-    key_columns = results[["oil", "bearing", *point_columns]]
+    shares = random_draws.calculate_shares(np.flatnonzero(needs_shares(calculated)))
+    key_columns = calculated[["oil", "bearing", *point_columns]]
     shares = shares.join(key_columns, on="point")
-    law_errors = pd.Series(drawing.law_errors, drawing.drawn_points)
-    return Answers(results, _with_ranges(shares, law_errors, oils, bearing))
+    law_errors = pd.Series(random_draws.law_error_of_drawn_point, random_draws.drawn_point_index)
+    return Answers(calculated, _with_ranges(shares, law_errors, oils, bearing))
 
 
-def named_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[str, pd.DataFrame]:
-    """The tables `bearing_answers` and `variance_shares` of a campaign.
+def campaign_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[str, pd.DataFrame]:
+    """The tables `bearing_answers` and `variance_shares` of a campaign, by their names.
+
+    They are calculated for the campaign's bearing at its `duty_points`.
 
     Args:
         oils: Oils with their laws.
-        settings: The settings; the campaign's bearing and the points that it names.
+        settings: The settings.
     """
     if not oils:
-        names = ("bearing_answers", "variance_shares")
-        return {name: tables.empty(name) for name in names}
+        table_names = ("bearing_answers", "variance_shares")
+        return {table_name: tables.empty(table_name) for table_name in table_names}
     bearing = settings.tested_bearing()
-    points = operating_points(bearing, *duty_points(settings, bearing).T).drop_duplicates()
+    points = operating_point_table(bearing, *duty_points(settings, bearing).T).drop_duplicates()
     has_shares = _has_shares(len(points))
     answered = answers(
         oils,
@@ -196,7 +201,7 @@ def named_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[str,
         points,
         settings,
         # the points of one oil after those of the other
-        lambda terms: np.tile(has_shares, len(oils)),
+        lambda results: np.tile(has_shares, len(oils)),
     )
     return {
         "bearing_answers": joined([answered.points], "bearing_answers"),
@@ -211,23 +216,23 @@ class Budget(NamedTuple):
 
     Attributes:
         uncertainty: Root mean square of the standard uncertainty; NaN where it is not known.
-        irreducible: Standard uncertainty that is left at each operating point where the law and
-            its rig are exact, shape (points,); NaN where it is not known.
-        cause: The cause with the largest median share; empty where it is not known.
-        share: Its share.
-        law_share: Share of the law, its rig and its runs.
+        irreducible_uncertainty_of_point: Standard uncertainty that is left at each operating point
+            if the law and its rig are exact, shape (points,); NaN where it is not known.
+        largest_cause: The cause with the largest median share; empty where it is not known.
+        largest_share: Median share of that cause; NaN where it is not known.
+        law_share: Sum of the median shares of the law, its rig and its runs.
     """
 
     uncertainty: float
-    irreducible: FloatArray
-    cause: str
-    share: float
+    irreducible_uncertainty_of_point: FloatArray
+    largest_cause: str
+    largest_share: float
     law_share: float
 
     @property
     def is_by_traction(self) -> bool:
-        """Whether tests of traction reduce the largest share, or nothing larger is known."""
-        return self.cause in ("", *_BY_TRACTION_TESTS)
+        """Whether tests of traction can reduce the largest share; true where no share is known."""
+        return self.largest_cause in ("", *_BY_TRACTION_TESTS)
 
 
 def budgets(
@@ -238,44 +243,58 @@ def budgets(
     Args:
         oil: The oil with its refits.
         bearing: The bearing.
-        duty: Operating points, rows of load, speed and temperature.
+        duty: Duty points, with the columns `DUTY_COLUMNS`.
         settings: `bearing` and `seed`.
     """
-    points = operating_points(bearing, *duty.T)
-    results, _, drawing = Cases(bearing, [CaseGroup(oil, "stress", points)]).assessed(settings.seed)
-    uncertainties = {
-        "torque": results["torque_n_m_uncertainty"] / results["torque_n_m"],
-        "cage_slip": results["cage_slip_uncertainty"],
+    points = operating_point_table(bearing, *duty.T)
+    calculated, _, random_draws = Cases(
+        bearing, [CaseGroup(oil, "stress", points)]
+    ).calculate_with_uncertainty(settings.seed)
+    uncertainty_by_target = {
+        "torque": calculated["torque_n_m_uncertainty"] / calculated["torque_n_m"],
+        "cage_slip": calculated["cage_slip_uncertainty"],
     }
-    shares_by_cause = drawing.shares(np.flatnonzero(_has_shares(len(points))))
-    irreducible = drawing.shares(np.arange(len(points)), _IRREDUCIBLE_CAUSES).set_index("point")
-    columns = {"torque": "torque_share", "cage_slip": "slip_share"}
+    shares_by_cause = random_draws.calculate_shares(np.flatnonzero(_has_shares(len(points))))
+    irreducible_shares = random_draws.calculate_shares(
+        np.arange(len(points)), _IRREDUCIBLE_CAUSES
+    ).set_index("point")
+    share_column_by_target = {"torque": "torque_share", "cage_slip": "slip_share"}
     budget_by_target = {}
-    for target, uncertainty in uncertainties.items():
-        rms = float(np.sqrt((uncertainty**2).mean()))
-        share_left = irreducible[columns[target]].reindex(results.index).astype(float)
-        irreducible_uncertainty = (uncertainty * np.sqrt(share_left)).to_numpy(dtype=float)
-        median_share = shares_by_cause.groupby("variance_cause")[columns[target]].median().dropna()
+    for target, uncertainty in uncertainty_by_target.items():
+        share_column = share_column_by_target[target]
+        rms_uncertainty = float(np.sqrt((uncertainty**2).mean()))
+        irreducible_share = irreducible_shares[share_column].reindex(calculated.index).astype(float)
+        irreducible_uncertainty = (uncertainty * np.sqrt(irreducible_share)).to_numpy(dtype=float)
+        median_share = shares_by_cause.groupby("variance_cause")[share_column].median().dropna()
         if median_share.empty:
-            budget_by_target[target] = Budget(rms, irreducible_uncertainty, "", np.nan, np.nan)
+            budget_by_target[target] = Budget(
+                rms_uncertainty, irreducible_uncertainty, "", np.nan, np.nan
+            )
             continue
         cause = str(median_share.idxmax())
-        law_share = float(median_share[list(_BY_TRACTION_TESTS)].sum())
         budget_by_target[target] = Budget(
-            rms, irreducible_uncertainty, cause, float(median_share[cause]), law_share
+            uncertainty=rms_uncertainty,
+            irreducible_uncertainty_of_point=irreducible_uncertainty,
+            largest_cause=cause,
+            largest_share=float(median_share[cause]),
+            law_share=float(median_share[list(_BY_TRACTION_TESTS)].sum()),
         )
     return budget_by_target
 
 
-def _has_shares(count: int) -> BoolArray:
+def _has_shares(point_count: int) -> BoolArray:
     """Which of some points have shares of variance: evenly spaced ones, shape (count,)."""
-    chosen = np.linspace(0, count - 1, min(count, _MOST_SHARED_POINTS)).round().astype(int)
-    return np.isin(np.arange(count), chosen)
+    chosen_index = (
+        np.linspace(0, point_count - 1, min(point_count, _MOST_POINTS_WITH_SHARES))
+        .round()
+        .astype(int)
+    )
+    return np.isin(np.arange(point_count), chosen_index)
 
 
 def _with_ranges(
     shares: pd.DataFrame,
-    law_errors: "pd.Series[float]",
+    law_error_of_point: "pd.Series[float]",
     oils: Sequence[OilInBearing],
     bearing: Bearing,
 ) -> pd.DataFrame:
@@ -283,18 +302,28 @@ def _with_ranges(
 
     Args:
         shares: Shares by oil, point and cause.
-        law_errors: Relative standard error of the law's form, by the number of the point.
+        law_error_of_point: Relative standard error of the law's form, by the index of the point.
         oils: The oils.
         bearing: The bearing.
     """
     settings = oils[0].settings
-    uncertain = {**bearing.uncertain, **settings.uncertain()}
-    lowest_by_cause = {name: CAUSES[name].scale * uncertain[name].low for name in INPUTS}
-    highest_by_cause = {name: CAUSES[name].scale * uncertain[name].high for name in INPUTS}
-    relative_by_cause = {term: getattr(settings.term_uncertainty, term) for term in FACTOR_TERMS}
-    standard_uncertainty = shares["variance_cause"].map(relative_by_cause).astype(float)
+    uncertain_input_by_name = {**bearing.uncertain, **settings.uncertain()}
+    lowest_by_cause = {
+        name: CAUSES[name].shown_per_calculated * uncertain_input_by_name[name].low
+        for name in INPUT_NAMES
+    }
+    highest_by_cause = {
+        name: CAUSES[name].shown_per_calculated * uncertain_input_by_name[name].high
+        for name in INPUT_NAMES
+    }
+    relative_uncertainty_by_cause = {
+        term: getattr(settings.term_uncertainty, term) for term in FACTOR_TERMS
+    }
+    standard_uncertainty = shares["variance_cause"].map(relative_uncertainty_by_cause).astype(float)
     is_law = shares["variance_cause"] == "law"
-    standard_uncertainty = standard_uncertainty.where(~is_law, shares["point"].map(law_errors))
+    standard_uncertainty = standard_uncertainty.where(
+        ~is_law, shares["point"].map(law_error_of_point)
+    )
     for oil in oils:
         is_of_oil = shares["oil"] == oil.name
         run_sd = np.nan_to_num(oil.laws["stress"].fitted.coefficients.run_sd)
@@ -313,8 +342,8 @@ def _with_ranges(
 
 
 def three_digits(value: float) -> str:
-    """A number with three digits at least, and no exponent."""
-    return f"{value:.0f}" if abs(value) >= _LARGE else f"{value:.3g}"
+    """A number with three significant digits or more, as text without an exponent."""
+    return f"{value:.0f}" if abs(value) >= _NO_DECIMALS_FROM else f"{value:.3g}"
 
 
 def with_interval(value: float, lower: float, upper: float) -> str:
@@ -326,28 +355,32 @@ def with_interval(value: float, lower: float, upper: float) -> str:
     return f"{three_digits(value)} ({three_digits(lower)} to {three_digits(upper)})"
 
 
-def range_text(row: "pd.Series[float]") -> str:
+def range_text(share_row: "pd.Series[float]") -> str:
     """The range of a row of `Answers.shares`, as `4 to 16 L/min` or `10 %`."""
-    cause = CAUSES[str(row["variance_cause"])]
-    if np.isfinite(row["range_low"]):
-        return f"{row['range_low']:.3g} to {row['range_high']:.3g} {cause.unit}".rstrip()
-    if np.isfinite(row["standard_uncertainty"]):
-        return f"{100 * row['standard_uncertainty']:.2g} % of it, one standard deviation"
+    cause = CAUSES[str(share_row["variance_cause"])]
+    if np.isfinite(share_row["range_low"]):
+        return (
+            f"{share_row['range_low']:.3g} to {share_row['range_high']:.3g} {cause.unit}".rstrip()
+        )
+    if np.isfinite(share_row["standard_uncertainty"]):
+        return f"{100 * share_row['standard_uncertainty']:.2g} % of it, one standard deviation"
     return "as stated in the rig's file"
 
 
 def what_to_measure(
-    shares: pd.DataFrame, column: str, smallest_share: float = 0.1
+    shares: pd.DataFrame, share_column: str, smallest_share: float = 0.1
 ) -> list[tuple[str, str]]:
-    """The causes of the most variance, the largest first, and what would make each known.
+    """The causes of the most variance, the largest first, each with what to measure.
 
     Args:
         shares: Rows of `Answers.shares`, of one point or of several.
-        column: `torque_share` or `slip_share`; the median over the points counts.
+        share_column: `torque_share` or `slip_share`; the median over the points counts.
         smallest_share: Smallest share that is named.
     """
-    median_share = shares.groupby("variance_cause")[column].median().sort_values(ascending=False)
+    median_share = (
+        shares.groupby("variance_cause")[share_column].median().sort_values(ascending=False)
+    )
     return [
-        (str(cause), CAUSES[str(cause)].measure)
+        (str(cause), CAUSES[str(cause)].quantity_to_measure)
         for cause in median_share.index[median_share >= smallest_share]
     ]

@@ -30,11 +30,11 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import best_shares
-from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, law_of_groups
+from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, join_laws
 from oilfilm.torque.torque_uncertainty import (
     FACTOR_TERMS,
-    Drawing,
     OilAndLaw,
+    RandomDraws,
     has_draws,
     random_factor,
     with_uncertainty,
@@ -48,11 +48,11 @@ _TESTED_QUANTITIES = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_
 _LARGEST_RESIDUAL = 1e9
 # Factors on all traction, between which the inversion interpolates; the middle one is 1.
 _TRACTION_FACTORS = np.geomspace(1 / 8, 8, 25)
-# Standard uncertainties in one side of the 95 % interval of a normal distribution.
-_STANDARD_IN_SIDE = 1.96
-# Slices of equal probability in which the normal distribution is summed.
+# Half-width of the 95 % interval of a normal distribution, in standard uncertainties.
+_STANDARD_UNCERTAINTIES_PER_SIDE = 1.96
+# Number of slices of equal probability into which a distribution is divided.
 _NORMAL_SLICES = 1000
-# Powers of the size with which uncertain inputs of a bearing grow.
+# Powers of the bearing's size with which its uncertain inputs grow.
 _SIZE_POWERS = {"shaft_interference_m": 1, "housing_interference_m": 1, "feed_flow_m3_s": 2}
 # Terms of the torque that are proportional to inputs with a range.
 _RANGES_OF_TERM = {
@@ -71,14 +71,15 @@ class OilInBearing:
         laws: Laws by load variable. The keys `LOAD_VARIABLES` have the campaign's law, evaluated
             with maximum Hertz pressure (`stress`), load or dimensionless load. Further keys are
             names of laws on load.
-        tested: Lowest and highest tested level of pressure, speed and slip; NaN where unknown.
+        tested_ranges: Lowest and highest tested level of pressure, speed and slip, by the name of
+            the quantity; NaN where unknown.
         settings: Section `bearing` of the settings.
     """
 
     name: str
     properties: Oil
     laws: Mapping[str, LawInBearing]
-    tested: Mapping[str, tuple[float, float]]
+    tested_ranges: Mapping[str, tuple[float, float]]
     settings: BearingSettings
 
     def with_constants(self, constants: FloatArray) -> "OilInBearing":
@@ -86,12 +87,12 @@ class OilInBearing:
 
         Args:
             constants: Constants in the law's order, shape (constants,), or one row for each
-                operating point of the next `run`, shape (points, constants).
+                operating point of the next `calculate`, shape (points, constants).
         """
         laws = {name: self.laws[name].with_constants(constants) for name in LOAD_VARIABLES}
         return replace(self, laws=laws)
 
-    def run(
+    def calculate(
         self,
         bearing: Bearing,
         axial_load_n: Floats,
@@ -100,7 +101,7 @@ class OilInBearing:
         load_variable: str = "stress",
         traction_factor: Floats = 1.0,
     ) -> pd.DataFrame:
-        """Friction at operating points, one row per point; see `Cases.run`.
+        """Friction at operating points, one row per point; see `Cases.calculate`.
 
         Args:
             bearing: The bearing.
@@ -121,11 +122,11 @@ class OilInBearing:
                 "traction_factor": traction_factors,
             }
         )
-        return Cases(bearing, [CaseGroup(self, load_variable, points)]).run()
+        return Cases(bearing, [CaseGroup(self, load_variable, points)]).calculate()
 
 
 class CaseGroup(NamedTuple):
-    """Operating points with one oil and one of its laws.
+    """Operating points that have the same oil and the same of its laws.
 
     Attributes:
         oil: The oil.
@@ -143,8 +144,8 @@ class Cases:
     """Operating points of one bearing, each with an oil and a load variable, solved together.
 
     Attributes:
-        oils: Oil of each group of points.
-        laws: Law of each group of points.
+        oil_of_group: The oil of each group of points, in the order of the groups.
+        law_of_group: The law of each group of points, in the same order.
         points: One row per point: `oil`, `bearing`, `load_variable`, and the columns of the groups.
             The column `traction_factor`, if any, is a factor on all traction.
         problem: The friction problem of these points.
@@ -153,15 +154,15 @@ class Cases:
     def __init__(
         self, bearing: Bearing, groups: Sequence[CaseGroup], inputs: Inputs | None = None
     ) -> None:
-        """Cases by groups.
+        """Join the points of all groups.
 
         Args:
             bearing: The bearing.
             groups: Operating points, each group with its oil and law.
             inputs: Uncertain inputs of each point; by default the values of bearing and settings.
         """
-        self.oils = [oil for oil, _, _ in groups]
-        self.laws = [oil.laws[load_variable] for oil, load_variable, _ in groups]
+        self.oil_of_group = [oil for oil, _, _ in groups]
+        self.law_of_group = [oil.laws[load_variable] for oil, load_variable, _ in groups]
         self._point_counts = [len(points) for _, _, points in groups]
         tables_of_groups = []
         lubrications = []
@@ -182,7 +183,7 @@ class Cases:
         if "traction_factor" in self.points:
             traction_factor = self.points["traction_factor"].to_numpy()
             lubrication = lubrication.with_traction_factor(traction_factor)
-        law = law_of_groups(self.laws, self._point_counts)
+        law = join_laws(self.law_of_group, self._point_counts)
         load_n = self.points["axial_load_n"].to_numpy(dtype=float)
         speed_rpm = self.points["inner_speed_rpm"].to_numpy(dtype=float)
         operating_points = OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM)
@@ -198,7 +199,7 @@ class Cases:
         problem = FrictionProblem(bearing, operating_points, lubrication, law)
         self.problem = problem.with_inputs(inputs)
 
-    def run(self, neighbour: Neighbour | None = None) -> pd.DataFrame:
+    def calculate(self, neighbour: Neighbour | None = None) -> pd.DataFrame:
         """Friction at every point, with the columns of `torque_terms`; null without equilibrium.
 
         Args:
@@ -210,10 +211,12 @@ class Cases:
         """Columns of `torque_terms`, the verdict on pressure, and the columns of the points."""
         tested = {}
         for quantity in _TESTED_QUANTITIES:
-            range_of_point = self._for_each_point([oil.tested[quantity] for oil in self.oils])
+            range_of_point = self._for_each_point(
+                [oil.tested_ranges[quantity] for oil in self.oil_of_group]
+            )
             # first row: lowest level of each point; second row: highest
             tested[quantity] = range_of_point.T
-        stress_ratios = [oil.properties.limiting_stress_ratio for oil in self.oils]
+        stress_ratios = [oil.properties.limiting_stress_ratio for oil in self.oil_of_group]
         calculated = _null_without_equilibrium(
             torque_terms(equilibrium, tested, self._for_each_point(stress_ratios))
         )
@@ -234,44 +237,46 @@ class Cases:
     @property
     def _settings(self) -> BearingSettings:
         """Section `bearing` of the settings, which is the same for all oils."""
-        return self.oils[0].settings
+        return self.oil_of_group[0].settings
 
     def _for_each_point(self, values_of_groups: npt.ArrayLike) -> npt.NDArray[Any]:
-        """The value of each group, once for each of its points: shape (points, ...)."""
+        """Repeat the value of each group for each of its points: shape (points, ...)."""
         return np.repeat(values_of_groups, self._point_counts, axis=0)
 
-    def assessed(self, seed: int) -> tuple[pd.DataFrame, FloatArray, Drawing]:
-        """Friction at every point with its uncertainty, and the slowest cage where it has several.
+    def calculate_with_uncertainty(self, seed: int) -> tuple[pd.DataFrame, FloatArray, RandomDraws]:
+        """Friction at every point with its uncertainty.
 
         Args:
             seed: Seed of the configuration.
 
         Returns:
-            The table of `with_uncertainty`, with the number of `equilibria`, the slowest cage's
-            `other_cage_slip` and `other_torque_n_m` where there are several, and `bistable`. Then
-            the draws of torque, cage slip and lambda (`Drawing.results`), shape
-            (3, draws, points), and the drawing, which gives the shares of variance.
+            The table of `with_uncertainty`, with further columns: the number of `equilibria`,
+            whether the point is `bistable`, and `other_cage_slip` and `other_torque_n_m` of the
+            slowest cage where there are several equilibria.
+            The draws of torque, cage slip and lambda (`RandomDraws.calculate_results`), shape
+            (3, draws, points).
+            The draws themselves, which give the shares of variance.
         """
         all_equilibria = equilibria(self.problem)
-        results = self._terms(all_equilibria.fastest)
+        calculated = self._terms(all_equilibria.fastest)
         oils_and_laws = []
-        for oil, law in zip(self.oils, self.laws, strict=True):
+        for oil, law in zip(self.oil_of_group, self.law_of_group, strict=True):
             oils_and_laws.append(OilAndLaw(oil.name, oil.properties, law))
         group_of_point = self._for_each_point(np.arange(len(oils_and_laws)))
         settings = self._settings
-        drawing = Drawing(
-            all_equilibria.fastest, oils_and_laws, group_of_point, results, settings, seed
+        random_draws = RandomDraws(
+            all_equilibria.fastest, oils_and_laws, group_of_point, calculated, settings, seed
         )
-        draws = drawing.results()
+        draws = random_draws.calculate_results()
         inner_speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
-        has_refits = np.array([has_draws(law.fitted) for law in self.laws])
-        was_drawn = has_refits[group_of_point] & results["converged"].to_numpy(dtype=bool)
+        has_refits = np.array([has_draws(law.fitted) for law in self.law_of_group])
+        was_drawn = has_refits[group_of_point] & calculated["converged"].to_numpy(dtype=bool)
         assessed = with_uncertainty(
-            results, draws, was_drawn, inner_speed_rad_s, settings.uncertainty
+            calculated, draws, was_drawn, inner_speed_rad_s, settings.uncertainty
         )
         has_several = all_equilibria.count > 1
         # an incomplete search may find several equilibria, but not that there is only one
-        several_is_known = (all_equilibria.count > 0) & (all_equilibria.complete | has_several)
+        several_is_known = (all_equilibria.count > 0) & (all_equilibria.is_complete | has_several)
         several_or_null = pd.Series(has_several, assessed.index, dtype="boolean").where(
             several_is_known
         )
@@ -284,7 +289,7 @@ class Cases:
         assessed["other_torque_n_m"] = np.where(
             has_several, all_equilibria.slowest.torque_n_m(), np.nan
         )
-        return assessed, draws, drawing
+        return assessed, draws, random_draws
 
 
 def oils_in_bearings(
@@ -293,11 +298,12 @@ def oils_in_bearings(
     settings: Settings,
     refits: pd.DataFrame | None = None,
     surfaces: pd.DataFrame | None = None,
-    surface_of: Callable[[str], OilSurface | None] | None = None,
+    surface_reader: Callable[[str], OilSurface | None] | None = None,
 ) -> list[OilInBearing]:
-    """The oils of the campaign with known properties and a law that follows all conditions.
+    """The oils of the campaign that can be calculated in a bearing, each with its laws.
 
-    The list is empty if the contact of the traction rigs is not known or not the same.
+    An oil needs known properties and a law that follows all conditions. The list is empty if the
+    contact of the traction rigs is not known or not the same.
 
     Args:
         coefficients: Table of coefficients. Beside the configured law, laws on load are evaluated.
@@ -305,49 +311,55 @@ def oils_in_bearings(
         settings: The settings.
         refits: Table of refits. Without it the results have no uncertainty.
         surfaces: Table of surfaces, with the error of a run. Without it runs have none.
-        surface_of: Reads the surface of an oil's measured mu. Without it the law has the error
+        surface_reader: Reads the surface of an oil's measured mu. Without it the law has the error
             that is stated for conditions beyond the tests (`bearing.law_error_beyond`).
     """
     # a law on load holds for the ball of its rig: all rigs must have the same ball
     rig_contact = settings.common_contact()
     if rig_contact is None:
         return []
-    refits_of_law: dict[Any, pd.DataFrame] = {}
+    refits_by_oil_and_law: dict[Any, pd.DataFrame] = {}
     if refits is not None:
         # grouped once, because the table is long
-        refits_of_law = dict(list(refits.groupby(["oil", "law"])))
-    quality_of_oil = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
+        refits_by_oil_and_law = dict(list(refits.groupby(["oil", "law"])))
+    quality_row_of_oil = {row["oil"]: row for row in tables.rows(quality[quality["configured"]])}
     oils = []
     for oil_name in settings.oils:
         oil_properties = settings.properties_of(oil_name)
-        if oil_properties is None or oil_name not in quality_of_oil:
+        if oil_properties is None or oil_name not in quality_row_of_oil:
             continue
-        fit_quality = quality_of_oil[oil_name]
+        quality_row = quality_row_of_oil[oil_name]
         available_laws = laws_of(oil_name, settings)
         fitted_law_names = set(coefficients.loc[coefficients["oil"] == oil_name, "law"])
-        law_names = _law_names(fit_quality["law"], fitted_law_names & set(available_laws))
-        fit_by_law = {}
-        for law_name in set(law_names.values()):
-            fit = FittedLaw.from_tables(
+        law_name_by_variable = _law_name_by_variable(
+            quality_row["law"], fitted_law_names & set(available_laws)
+        )
+        fitted_by_law_name = {}
+        for law_name in set(law_name_by_variable.values()):
+            fitted = FittedLaw.from_tables(
                 coefficients,
                 oil_name,
-                refits_of_law.get((oil_name, law_name)),
+                refits_by_oil_and_law.get((oil_name, law_name)),
                 quality,
                 available_laws[law_name],
                 surfaces=surfaces,
             )
-            if surface_of is not None:
-                fit = replace(fit, read_surface=partial(surface_of, oil_name))
-            fit_by_law[law_name] = fit
-        laws = _laws_in_bearing(fit_by_law, law_names, rig_contact, settings.bearing)
+            if surface_reader is not None:
+                fitted = replace(fitted, read_surface=partial(surface_reader, oil_name))
+            fitted_by_law_name[law_name] = fitted
+        laws = _laws_in_bearing(
+            fitted_by_law_name, law_name_by_variable, rig_contact, settings.bearing
+        )
         # the campaign's law follows all conditions
         if "stress" in laws:
-            tested = {}
+            tested_ranges = {}
             for quantity in _TESTED_QUANTITIES:
-                lowest = float(fit_quality[f"tested_min_{quantity}"])
-                highest = float(fit_quality[f"tested_max_{quantity}"])
-                tested[quantity] = (lowest, highest)
-            oils.append(OilInBearing(oil_name, oil_properties, laws, tested, settings.bearing))
+                lowest = float(quality_row[f"tested_min_{quantity}"])
+                highest = float(quality_row[f"tested_max_{quantity}"])
+                tested_ranges[quantity] = (lowest, highest)
+            oils.append(
+                OilInBearing(oil_name, oil_properties, laws, tested_ranges, settings.bearing)
+            )
     return oils
 
 
@@ -369,44 +381,49 @@ def oils_of_results(results: CampaignTables, settings: Settings) -> list[OilInBe
     )
 
 
-def _law_names(configured_law: str, fitted_law_names: Collection[str]) -> dict[str, str]:
+def _law_name_by_variable(
+    configured_law_name: str, fitted_law_names: Collection[str]
+) -> dict[str, str]:
     """Name of the law for each key of `OilInBearing.laws`.
 
     Args:
-        configured_law: The campaign's law.
+        configured_law_name: The campaign's law.
         fitted_law_names: Names of the laws that have a fit and are available.
     """
-    law_names = dict.fromkeys(LOAD_VARIABLES, configured_law)
+    law_name_by_variable = dict.fromkeys(LOAD_VARIABLES, configured_law_name)
     for law_name in BEARING_LAW_NAMES:
         if law_name in fitted_law_names:
-            law_names[law_name] = law_name
-    return law_names
+            law_name_by_variable[law_name] = law_name
+    return law_name_by_variable
 
 
 def _laws_in_bearing(
-    fit_by_law: Mapping[str, FittedLaw],
-    law_names: Mapping[str, str],
+    fitted_by_law_name: Mapping[str, FittedLaw],
+    law_name_by_variable: Mapping[str, str],
     rig_contact: Contact,
     settings: BearingSettings,
 ) -> dict[str, LawInBearing]:
     """Laws by load variable, without those that do not follow all conditions of a bearing.
 
     Args:
-        fit_by_law: Fitted laws by their names.
-        law_names: Name of the law for each load variable.
+        fitted_by_law_name: Fitted laws by their names.
+        law_name_by_variable: Name of the law for each load variable.
         rig_contact: Contact of the traction rig.
         settings: Section `bearing` of the settings.
     """
     # no law is evaluated below these levels
-    smallest_levels = settings.law_floor.model_dump()
-    laws = {}
-    for load_variable, law_name in law_names.items():
-        coefficients = fit_by_law[law_name].coefficients
+    smallest_level_of_condition = settings.law_floor.model_dump()
+    law_by_variable = {}
+    for load_variable, law_name in law_name_by_variable.items():
+        coefficients = fitted_by_law_name[law_name].coefficients
         if coefficients.followed.all() and not np.isnan(coefficients.constants).any():
-            laws[load_variable] = LawInBearing.from_fit(
-                fit_by_law[law_name], load_variable, rig_contact, smallest_levels
+            law_by_variable[load_variable] = LawInBearing.from_fit(
+                fitted_by_law_name[law_name],
+                load_variable,
+                rig_contact,
+                smallest_level_of_condition,
             )
-    return laws
+    return law_by_variable
 
 
 def _null_without_equilibrium(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
@@ -449,21 +466,21 @@ def torque_table(
         The tables `torque` and `torque_inversion`.
     """
     columns = ["run_id", "first_row", "oil", "axial_load_n", "inner_speed_rpm"]
-    measured = plateaus.loc[plateaus["accepted"], columns].assign(
+    measured_plateaus = plateaus.loc[plateaus["accepted"], columns].assign(
         inlet_temperature_c=plateaus["oil_temperature_c"],
         measured_torque_n_m=plateaus["torque_n_m"],
         measured_torque_n_m_se=plateaus["torque_n_m_se"],
     )
-    measured_names = set(measured["oil"])
-    measured_oils = [oil for oil in oils if oil.name in measured_names]
+    measured_oil_names = set(measured_plateaus["oil"])
+    measured_oils = [oil for oil in oils if oil.name in measured_oil_names]
     if not measured_oils:
         return tables.empty("torque"), tables.empty("torque_inversion")
     groups: list[CaseGroup] = []
     for oil in measured_oils:
-        measured_with_oil = measured[measured["oil"] == oil.name]
-        groups += [CaseGroup(oil, load_variable, measured_with_oil) for load_variable in oil.laws]
+        plateaus_with_oil = measured_plateaus[measured_plateaus["oil"] == oil.name]
+        groups += [CaseGroup(oil, load_variable, plateaus_with_oil) for load_variable in oil.laws]
     bearing = settings.tested_bearing()
-    calculated, _, _ = Cases(bearing, groups).assessed(settings.seed)
+    calculated, _, _ = Cases(bearing, groups).calculate_with_uncertainty(settings.seed)
     compared = _compared_with_measured(bearing, calculated, measured_oils, settings)
     inversion = _inversion_table(bearing, measured_oils, compared, settings)
     return joined([compared], "torque"), joined([inversion], "torque_inversion")
@@ -489,7 +506,7 @@ def _compared_with_measured(
     # a torque beyond an end of its own interval has nothing on that side
     interval_side_n_m = below_n_m.where(difference_n_m > 0, above_n_m).clip(lower=0)
     compatibility = difference_n_m / np.hypot(
-        interval_side_n_m / _STANDARD_IN_SIDE, measured_uncertainty_n_m
+        interval_side_n_m / _STANDARD_UNCERTAINTIES_PER_SIDE, measured_uncertainty_n_m
     )
     is_compatible = np.abs(compatibility) <= settings.bearing.compatible_uncertainties
     verdict = np.select(
@@ -498,9 +515,9 @@ def _compared_with_measured(
     load_n, speed_rpm, temperature_c = calculated[_LOAD_SPEED_TEMPERATURE].to_numpy().T
     kinematic_viscosity_m2_s = np.empty(len(calculated))
     for oil in oils:
-        is_oil = calculated["oil"].to_numpy() == oil.name
-        kinematic_viscosity_m2_s[is_oil] = oil.properties.kinematic_viscosity_m2_s(
-            temperature_c[is_oil]
+        is_of_oil = calculated["oil"].to_numpy() == oil.name
+        kinematic_viscosity_m2_s[is_of_oil] = oil.properties.kinematic_viscosity_m2_s(
+            temperature_c[is_of_oil]
         )
     pitch_diameter_m = bearing.pitch_diameter_m
     palmgren = settings.bearing.palmgren
@@ -541,23 +558,23 @@ def _inversion_table(
     plateaus = compared[compared["load_variable"] == "stress"].reset_index(drop=True)
     plateau_count = len(plateaus)
     # each plateau with every factor; the order of the plateaus stays the same
-    repeated_rows = np.repeat(plateaus.index, len(_TRACTION_FACTORS))
-    plateau_factors = plateaus.loc[repeated_rows, ["oil", *_LOAD_SPEED_TEMPERATURE]].assign(
+    repeated_index = np.repeat(plateaus.index, len(_TRACTION_FACTORS))
+    plateaus_and_factors = plateaus.loc[repeated_index, ["oil", *_LOAD_SPEED_TEMPERATURE]].assign(
         traction_factor=np.tile(_TRACTION_FACTORS, plateau_count)
     )
     groups = [
-        CaseGroup(oil, "stress", plateau_factors[plateau_factors["oil"] == oil.name])
+        CaseGroup(oil, "stress", plateaus_and_factors[plateaus_and_factors["oil"] == oil.name])
         for oil in oils
     ]
-    calculated = Cases(bearing, groups).run()
+    calculated = Cases(bearing, groups).calculate()
 
-    def column_by_factor(column: str) -> FloatArray:
+    def by_factor_and_plateau(column: str) -> FloatArray:
         """A calculated column, shape (factors, plateaus)."""
         values = calculated[column].to_numpy()
         return np.asarray(values.reshape(plateau_count, len(_TRACTION_FACTORS)).T)
 
-    torque_n_m = column_by_factor("torque_n_m")
-    mean_mu = column_by_factor("mean_traction_coefficient")
+    torque_n_m = by_factor_and_plateau("torque_n_m")
+    mean_mu = by_factor_and_plateau("mean_traction_coefficient")
     excess_torque_n_m = torque_n_m - plateaus["measured_torque_n_m"].to_numpy()
     # shape (pairs of neighbouring factors, plateaus)
     encloses = excess_torque_n_m[:-1] * excess_torque_n_m[1:] <= 0
@@ -620,19 +637,26 @@ def _traction_torque_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings)
     probabilities = (np.arange(_NORMAL_SLICES) + 0.5) / _NORMAL_SLICES
     normal_numbers = scipy.special.ndtri(probabilities)
     bearing_settings = settings.bearing
-    relative_by_term = {
+    relative_uncertainty_by_term = {
         term: random_factor(bearing_settings, term, normal_numbers).std() for term in FACTOR_TERMS
     }
-    ranges = {**settings.tested_bearing().uncertain, **bearing_settings.uncertain()}
-    for term, names in _RANGES_OF_TERM.items():
-        relative_spreads = [
-            ranges[name].quantiles(probabilities).std() / ranges[name].value for name in names
+    uncertain_input_by_name = {
+        **settings.tested_bearing().uncertain,
+        **bearing_settings.uncertain(),
+    }
+    for term, input_names in _RANGES_OF_TERM.items():
+        relative_uncertainties = [
+            uncertain_input_by_name[input_name].quantiles(probabilities).std()
+            / uncertain_input_by_name[input_name].value
+            for input_name in input_names
         ]
-        relative_by_term[term] = np.linalg.norm(relative_spreads)
+        relative_uncertainty_by_term[term] = np.linalg.norm(relative_uncertainties)
     uncertainties_n_m = [_calibration_uncertainty_n_m(plateaus, settings)]
-    for term, spread in relative_by_term.items():
+    for term, relative_uncertainty in relative_uncertainty_by_term.items():
         # the momentum is null where the flow is not known, and the torque is one without it
-        uncertainties_n_m.append(np.nan_to_num(spread * plateaus[f"{term}_torque_n_m"].to_numpy()))
+        uncertainties_n_m.append(
+            np.nan_to_num(relative_uncertainty * plateaus[f"{term}_torque_n_m"].to_numpy())
+        )
     return np.asarray(np.linalg.norm(uncertainties_n_m, axis=0))
 
 
@@ -689,7 +713,7 @@ def every_second(levels: Sequence[float]) -> list[float]:
 
 
 def _map_of_cage_slip(
-    table: str,
+    table_name: str,
     oils: Sequence[OilInBearing],
     settings: Settings,
     pitch_speeds_mm_rpm: Sequence[float],
@@ -699,7 +723,7 @@ def _map_of_cage_slip(
     """Cage slip of each oil, with its uncertainty, at all combinations of levels.
 
     Args:
-        table: Name of the table.
+        table_name: Name of the table.
         oils: Oils with their laws.
         settings: The settings.
         pitch_speeds_mm_rpm: Pitch diameter times speed.
@@ -707,7 +731,7 @@ def _map_of_cage_slip(
         temperatures_c: Oil temperatures.
     """
     if not oils or not temperatures_c:
-        return tables.empty(table)
+        return tables.empty(table_name)
     bearing = settings.tested_bearing()
     temperature_c, pitch_speed_mm_rpm, load_n = np.meshgrid(
         temperatures_c, pitch_speeds_mm_rpm, loads_n, indexing="ij"
@@ -721,11 +745,11 @@ def _map_of_cage_slip(
         }
     )
     cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
-    calculated, draws, _ = cases.assessed(settings.seed)
+    calculated, draws, _ = cases.calculate_with_uncertainty(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
     # in how many draws the oil is the best one
     best_oil_columns = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
-    return joined([calculated.assign(**best_oil_columns)], table)
+    return joined([calculated.assign(**best_oil_columns)], table_name)
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
@@ -742,8 +766,8 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
     variants: list[tuple[str, Bearing, float]] = []
     for size_factor in size_settings.ball_size_factors:
         variants.append(("ball size", _scaled_bearing(bearing, size_factor), size_factor))
-    for groove in size_settings.groove_curvatures:
-        variant = replace(bearing, groove_curvature=(groove, groove))
+    for groove_curvature in size_settings.groove_curvatures:
+        variant = replace(bearing, groove_curvature=(groove_curvature, groove_curvature))
         variants.append(("conformity", variant, 1.0))
     terms_of_variants = []
     for varied, variant, size_factor in variants:
@@ -758,7 +782,7 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
         groups = [
             CaseGroup(oil, load_variable, point) for oil in oils for load_variable in oil.laws
         ]
-        calculated = Cases(variant, groups).run()
+        calculated = Cases(variant, groups).calculate()
         torque_by_oil_and_variable = calculated.set_index(["oil", "load_variable"])[
             "traction_torque_n_m"
         ]
@@ -781,31 +805,34 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
     )
 
 
-def _scaled_bearing(bearing: Bearing, factor: float) -> Bearing:
+def _scaled_bearing(bearing: Bearing, size_factor: float) -> Bearing:
     """A bearing with all lengths scaled, except the roughness.
 
     The flow of oil is scaled with the area of its section.
     """
     cage = replace(
         bearing.cage,
-        land_diameter_m=factor * bearing.cage.land_diameter_m,
-        land_width_m=factor * bearing.cage.land_width_m,
-        land_clearance_m=factor * bearing.cage.land_clearance_m,
+        land_diameter_m=size_factor * bearing.cage.land_diameter_m,
+        land_width_m=size_factor * bearing.cage.land_width_m,
+        land_clearance_m=size_factor * bearing.cage.land_clearance_m,
     )
     scaled_inputs = {
-        name: bearing.uncertain[name].scaled(factor**power) for name, power in _SIZE_POWERS.items()
+        name: bearing.uncertain[name].scaled(size_factor**power)
+        for name, power in _SIZE_POWERS.items()
     }
     return replace(
         bearing,
-        ball_diameter_m=factor * bearing.ball_diameter_m,
-        pitch_diameter_m=factor * bearing.pitch_diameter_m,
+        ball_diameter_m=size_factor * bearing.ball_diameter_m,
+        pitch_diameter_m=size_factor * bearing.pitch_diameter_m,
         cage=cage,
         uncertain={**bearing.uncertain, **scaled_inputs},
     )
 
 
-def joined(parts: Iterable[pd.DataFrame], table: str) -> pd.DataFrame:
+def joined(tables_to_join: Iterable[pd.DataFrame], table_name: str) -> pd.DataFrame:
     """A table from its parts, one below the other, with the declared columns only."""
-    frames = list(parts)
-    frame = pd.concat(frames, ignore_index=True) if frames else tables.empty(table)
-    return tables.conform(frame[tables.columns(table)], table, f"table {table}")
+    frames = list(tables_to_join)
+    joined_table = pd.concat(frames, ignore_index=True) if frames else tables.empty(table_name)
+    return tables.conform(
+        joined_table[tables.columns(table_name)], table_name, f"table {table_name}"
+    )

@@ -20,7 +20,7 @@ from oilfilm.base.ties import exceeds, first_smallest, reaches
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
 IntArray = npt.NDArray[np.intp]
-OPERATING_POINT = [
+OPERATING_POINT_COLUMNS = [
     "bearing",
     "inlet_temperature_c",
     "pitch_speed_mm_rpm",
@@ -29,16 +29,28 @@ OPERATING_POINT = [
 ]
 
 
-def operating_points(cage_slip: pd.DataFrame) -> pd.DataFrame:
+def distinct_operating_points(cage_slip_table: pd.DataFrame) -> pd.DataFrame:
     """The operating points of the table of cage slip, without repetition."""
-    return cage_slip[OPERATING_POINT].drop_duplicates().reset_index(drop=True)
+    return cage_slip_table[OPERATING_POINT_COLUMNS].drop_duplicates().reset_index(drop=True)
 
 
-def by_oil(cage_slip: pd.DataFrame, oils: Sequence[str], *columns: str) -> list[FloatArray]:
-    """Columns of the table of cage slip, each of shape (oils, operating points)."""
-    columns_by_oil = cage_slip.pivot(index=OPERATING_POINT, columns="oil", values=list(columns))
-    columns_by_oil = columns_by_oil.loc[pd.MultiIndex.from_frame(operating_points(cage_slip))]
-    return [columns_by_oil[name][list(oils)].to_numpy(dtype=float).T for name in columns]
+def arrays_by_oil(
+    cage_slip_table: pd.DataFrame, oil_names: Sequence[str], *column_names: str
+) -> list[FloatArray]:
+    """Some columns of the table of cage slip, each as an array of shape (oils, points).
+
+    The points are those of `distinct_operating_points`, in the same order.
+    """
+    columns_by_oil = cage_slip_table.pivot(
+        index=OPERATING_POINT_COLUMNS, columns="oil", values=list(column_names)
+    )
+    columns_by_oil = columns_by_oil.loc[
+        pd.MultiIndex.from_frame(distinct_operating_points(cage_slip_table))
+    ]
+    return [
+        columns_by_oil[column_name][list(oil_names)].to_numpy(dtype=float).T
+        for column_name in column_names
+    ]
 
 
 # Entry for an oil's name in tables.
@@ -46,7 +58,9 @@ NOT_KNOWN = "not known"
 
 
 def enough_film(lambda_ratio: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolArray]:
-    """Whether a film is thick enough, and whether it may be: an unknown film may be.
+    """Whether a film is thick enough, and whether it may be thick enough.
+
+    An unknown film may be thick enough.
 
     Args:
         lambda_ratio: Film thickness over roughness; NaN where it is not known.
@@ -71,21 +85,21 @@ def best_index(
     holds_cage = is_candidate & reaches(slip_limit, slip)
     smallest_torque = first_smallest(np.where(holds_cage, torque, np.inf), axis=0)
     smallest_slip = first_smallest(np.where(is_candidate, slip, np.inf), axis=0)
-    best = np.where(holds_cage.any(axis=0), smallest_torque, smallest_slip)
-    return np.where(is_candidate.any(axis=0), best, -1)
+    best_candidate = np.where(holds_cage.any(axis=0), smallest_torque, smallest_slip)
+    return np.where(is_candidate.any(axis=0), best_candidate, -1)
 
 
 @dataclass(frozen=True)
-class Best:
-    """The best oil of operating points; each attribute has the same shape.
+class BestOil:
+    """The best oil of operating points; each attribute has the shape of the points.
 
     Attributes:
-        oil: Index by `best_index`, with the known films alone.
+        oil_index: Index of the best oil by `best_index`, if the unknown films are too thin.
         lacks_equilibrium: True where an oil that may have enough film has no equilibrium.
-        lacks_film: True where another oil is best if the unknown films are thick enough.
+        lacks_film: True where another oil would be best if the unknown films were thick enough.
     """
 
-    oil: IntArray
+    oil_index: IntArray
     lacks_equilibrium: BoolArray
     lacks_film: BoolArray
 
@@ -95,13 +109,13 @@ class Best:
         return ~(self.lacks_equilibrium | self.lacks_film)
 
 
-def best_of(
+def find_best_oil(
     slip: FloatArray,
     torque: FloatArray,
     lambda_ratio: FloatArray,
     slip_limit: float,
     lambda_limit: float,
-) -> Best:
+) -> BestOil:
     """The best oil of each operating point, and whether it is known.
 
     Args:
@@ -112,28 +126,32 @@ def best_of(
         lambda_limit: A film is full above this ratio.
     """
     has_film, may_have_film = enough_film(lambda_ratio, lambda_limit)
-    best_oil = best_index(slip, torque, has_film, slip_limit)
-    best_with_unknown_films = best_index(slip, torque, may_have_film, slip_limit)
+    best_oil_index = best_index(slip, torque, has_film, slip_limit)
+    best_index_with_unknown_films = best_index(slip, torque, may_have_film, slip_limit)
     without_equilibrium = may_have_film & ~np.isfinite(slip)
-    return Best(
-        oil=best_oil,
+    return BestOil(
+        oil_index=best_oil_index,
         lacks_equilibrium=np.asarray(without_equilibrium.any(axis=0)),
-        lacks_film=np.asarray(best_with_unknown_films != best_oil),
+        lacks_film=np.asarray(best_index_with_unknown_films != best_oil_index),
     )
 
 
-def best_oils(cage_slip: pd.DataFrame, slip_limit: float, lambda_limit: float) -> pd.DataFrame:
+def best_oil_table(
+    cage_slip_table: pd.DataFrame, slip_limit: float, lambda_limit: float
+) -> pd.DataFrame:
     """The operating points with the column `best_oil`.
 
     `best_oil` is empty where no oil has a full film. It is `NOT_KNOWN` where an oil without a known
     equilibrium or film may be better.
     """
-    oils = list(dict.fromkeys(cage_slip["oil"]))
-    slip, torque, lambda_ratio = by_oil(cage_slip, oils, "cage_slip", "torque_n_m", "lambda_ratio")
-    best = best_of(slip, torque, lambda_ratio, slip_limit, lambda_limit)
-    oil_names = np.array([*oils, ""])[best.oil]
-    return operating_points(cage_slip).assign(
-        best_oil=np.where(best.is_known, oil_names, NOT_KNOWN)
+    oil_names = list(dict.fromkeys(cage_slip_table["oil"]))
+    slip, torque, lambda_ratio = arrays_by_oil(
+        cage_slip_table, oil_names, "cage_slip", "torque_n_m", "lambda_ratio"
+    )
+    best = find_best_oil(slip, torque, lambda_ratio, slip_limit, lambda_limit)
+    best_oil_names = np.array([*oil_names, ""])[best.oil_index]
+    return distinct_operating_points(cage_slip_table).assign(
+        best_oil=np.where(best.is_known, best_oil_names, NOT_KNOWN)
     )
 
 
@@ -159,10 +177,13 @@ def best_shares(
     quantity_count, draw_count, column_count = draws.shape
     draws_by_oil = draws.reshape(quantity_count, draw_count, oil_count, column_count // oil_count)
     torque, slip, lambda_ratio = draws_by_oil.swapaxes(1, 2)
-    best = best_of(slip, torque, lambda_ratio, slip_limit, lambda_limit)
+    best = find_best_oil(slip, torque, lambda_ratio, slip_limit, lambda_limit)
     answered_draws = best.is_known.sum(axis=0)
     draws_with_best_oil = np.array(
-        [(best.is_known & (best.oil == oil)).sum(axis=0) for oil in range(oil_count)]
+        [
+            (best.is_known & (best.oil_index == oil_index)).sum(axis=0)
+            for oil_index in range(oil_count)
+        ]
     )
     shares = np.divide(
         draws_with_best_oil,
@@ -177,11 +198,11 @@ def best_shares(
     }
 
 
-def stays_best(cage_slip: pd.DataFrame, share: float) -> pd.DataFrame:
+def stays_best(cage_slip_table: pd.DataFrame, share: float) -> pd.DataFrame:
     """Whether one oil is best in at least a share of the draws, at each operating point.
 
     Args:
-        cage_slip: Table of cage slip.
+        cage_slip_table: Table of cage slip.
         share: Share of all draws.
 
     Returns:
@@ -189,11 +210,13 @@ def stays_best(cage_slip: pd.DataFrame, share: float) -> pd.DataFrame:
         that have no answer. `perhaps` is true if it depends on these draws. The other columns are
         `draws_answered` and `draws_unanswered`.
     """
-    columns = ["best_share", "draws_answered", "draws_unanswered"]
-    draws_of_points = cage_slip.groupby(OPERATING_POINT, sort=False)[columns].max()
-    answered, unanswered = draws_of_points["draws_answered"], draws_of_points["draws_unanswered"]
-    best_draws = draws_of_points["best_share"].fillna(0.0) * answered
+    draw_columns = ["best_share", "draws_answered", "draws_unanswered"]
+    draws_of_point = cage_slip_table.groupby(OPERATING_POINT_COLUMNS, sort=False)[
+        draw_columns
+    ].max()
+    answered, unanswered = draws_of_point["draws_answered"], draws_of_point["draws_unanswered"]
+    best_draws = draws_of_point["best_share"].fillna(0.0) * answered
     needed_draws = share * (answered + unanswered)
     surely = reaches(best_draws, needed_draws)
     perhaps = ~surely & reaches(best_draws + unanswered, needed_draws)
-    return draws_of_points.assign(surely=surely, perhaps=perhaps)
+    return draws_of_point.assign(surely=surely, perhaps=perhaps)

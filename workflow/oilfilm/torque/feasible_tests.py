@@ -87,42 +87,43 @@ class JudgedTests:
         slip: Slips of a test in ascending order, shape (slips,).
         is_reached: Which slips the rig reaches at the speed of the test, shape (tests, slips).
         lambda_ratio: lambda at these slips, shape (tests, slips); NaN where it is not known.
-        is_beyond: Which tests are beyond a limit, by the name of the limit, each of shape (tests,).
+        is_beyond_by_limit: Which tests are beyond a limit, by the limit in words, each of shape
+            (tests,).
     """
 
     load_n: FloatArray
     slip: FloatArray
     is_reached: BoolArray
     lambda_ratio: FloatArray
-    is_beyond: dict[str, BoolArray]
+    is_beyond_by_limit: dict[str, BoolArray]
 
     @property
     def is_feasible(self) -> BoolArray:
         """Which tests the rig can run, shape (tests,)."""
-        return ~np.any(list(self.is_beyond.values()), axis=0)
+        return ~np.any(list(self.is_beyond_by_limit.values()), axis=0)
 
     @property
-    def left_out(self) -> dict[str, int]:
+    def left_out_count_by_limit(self) -> dict[str, int]:
         """Number of tests that cannot be run, by the first limit that a test is beyond."""
-        counts = {}
+        count_by_limit = {}
         not_counted = np.ones(len(self.load_n), dtype=bool)
-        for limit, is_beyond in self.is_beyond.items():
-            counts[limit] = int((not_counted & is_beyond).sum())
+        for limit, is_beyond in self.is_beyond_by_limit.items():
+            count_by_limit[limit] = int((not_counted & is_beyond).sum())
             not_counted &= ~is_beyond
-        return counts
+        return count_by_limit
 
     @property
     def _last_reached(self) -> tuple[IndexArray, IndexArray]:
         """Row and column of the largest slip that each test reaches."""
         slips_from_end = np.argmax(self.is_reached[:, ::-1], axis=1)
-        columns = len(self.slip) - 1 - slips_from_end
-        return np.arange(len(columns)), columns
+        slip_index = len(self.slip) - 1 - slips_from_end
+        return np.arange(len(slip_index)), slip_index
 
     @property
     def largest_slip(self) -> FloatArray:
         """Largest slip of each test that can be run, shape (tests,)."""
-        _, columns = self._last_reached
-        return self.slip[columns]
+        _, slip_index = self._last_reached
+        return self.slip[slip_index]
 
     @property
     def smallest_lambda(self) -> FloatArray:
@@ -130,9 +131,11 @@ class JudgedTests:
         return self.lambda_ratio[self._last_reached]
 
 
-def limits_with_counts(left_out: dict[str, int]) -> str:
+def limits_with_counts(left_out_count_by_limit: dict[str, int]) -> str:
     """Limits with the number of tests beyond each, as in `the rig's largest speed (12)`."""
-    return ", ".join(f"{limit} ({count})" for limit, count in left_out.items() if count)
+    return ", ".join(
+        f"{limit} ({count})" for limit, count in left_out_count_by_limit.items() if count
+    )
 
 
 def judge_tests(
@@ -158,21 +161,23 @@ def judge_tests(
     """
     pressure_gpa, speed_m_s, temperature_c = conditions.T
     load_n = rig.contact.load_n(pressure_gpa)
-    tests_and_slips = (len(conditions), len(slip))
-    is_reached = np.broadcast_to(reaches(rig.limits.slide_roll_ratio, slip), tests_and_slips).copy()
-    lambda_ratio = np.full(tests_and_slips, np.nan)
+    shape_of_tests_and_slips = (len(conditions), len(slip))
+    is_reached = np.broadcast_to(
+        reaches(rig.limits.slide_roll_ratio, slip), shape_of_tests_and_slips
+    ).copy()
+    lambda_ratio = np.full(shape_of_tests_and_slips, np.nan)
     if film is not None:
         _, lambda_ratio = contact_film(
             film.oil,
             film.contact,
-            film.thickness,
+            film.film_kind,
             load_n=load_n[:, np.newaxis],
             entrainment_speed_m_s=speed_m_s[:, np.newaxis],
             inlet_temperature_c=temperature_c[:, np.newaxis],
             slide_roll_ratio=slip,
         )
     # in the order of the message
-    is_beyond: dict[str, BoolArray] = {
+    is_beyond_by_limit: dict[str, BoolArray] = {
         "the rig's largest pressure": exceeds(pressure_gpa, rig.limits.max_hertz_pressure_gpa),
         "the rig's largest speed": exceeds(speed_m_s, rig.limits.entrainment_speed_m_s),
         "the rig's highest temperature": exceeds(temperature_c, rig.limits.inlet_temperature_c),
@@ -182,23 +187,27 @@ def judge_tests(
         faster_surface_m_s = speed_m_s[:, np.newaxis] * (1 + slip / 2)
         if "surface_speed_m_s" not in full_scale.assumed:
             is_reached &= reaches(full_scale.surface_speed_m_s, faster_surface_m_s)
-        largest_force_n = np.broadcast_to(load_n[:, np.newaxis] * mu, tests_and_slips).max(axis=1)
-        is_beyond_sensor = {
+        largest_force_n = np.broadcast_to(load_n[:, np.newaxis] * mu, shape_of_tests_and_slips).max(
+            axis=1
+        )
+        is_beyond_by_full_scale_key = {
             "load_n": ("load", exceeds(load_n, full_scale.load_n)),
             "traction_force_n": ("force", exceeds(largest_force_n, full_scale.traction_force_n)),
             "temperature_c": ("temperature", exceeds(temperature_c, full_scale.temperature_c)),
         }
-        for key, (sensor, is_beyond_full_scale) in is_beyond_sensor.items():
+        for key, (sensor, is_beyond_full_scale) in is_beyond_by_full_scale_key.items():
             # an assumed full scale must not contradict limits that are stated
             if key not in full_scale.assumed:
-                is_beyond[f"the {sensor} sensor's full scale"] = is_beyond_full_scale
-    slips_reached = is_reached.sum(axis=1)
+                is_beyond_by_limit[f"the {sensor} sensor's full scale"] = is_beyond_full_scale
+    reached_slip_count = is_reached.sum(axis=1)
     smallest_load_n = rig.limits.smallest_load_n or 0.0
-    is_beyond |= {
+    is_beyond_by_limit |= {
         "the rig's smallest load": exceeds(smallest_load_n, load_n),
-        "slips that the rig reaches at this speed": np.asarray(slips_reached < _FEWEST_SLIPS),
+        "slips that the rig reaches at this speed": np.asarray(reached_slip_count < _FEWEST_SLIPS),
     }
     if film is not None:
         is_thin = is_reached & ~exceeds(lambda_ratio, lambda_limit)
-        is_beyond[f"a full film (lambda > {lambda_limit:g})"] = np.asarray(is_thin.any(axis=1))
-    return JudgedTests(load_n, slip, is_reached, lambda_ratio, is_beyond)
+        is_beyond_by_limit[f"a full film (lambda > {lambda_limit:g})"] = np.asarray(
+            is_thin.any(axis=1)
+        )
+    return JudgedTests(load_n, slip, is_reached, lambda_ratio, is_beyond_by_limit)

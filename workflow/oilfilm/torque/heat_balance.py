@@ -21,7 +21,7 @@ from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
-from oilfilm.torque.best_oil import best_oils
+from oilfilm.torque.best_oil import best_oil_table
 
 # Highest temperature of an oil in a bearing; no oil is a liquid above.
 _HOTTEST_C = 400.0
@@ -38,12 +38,13 @@ class HeatBalance:
     Attributes:
         outlet_temperature_c: Temperature of the oil that leaves the bearing.
         contact_temperature_c: Temperature of the oil in the contacts.
-        balanced: True where the oil takes its share of the heat, with a relative error below 1e-6.
+        is_balanced: True where the oil takes its share of the heat, with a relative error below
+            1e-6.
     """
 
     outlet_temperature_c: FloatArray
     contact_temperature_c: FloatArray
-    balanced: BoolArray
+    is_balanced: BoolArray
 
 
 def heat_to_oil_w(
@@ -87,7 +88,8 @@ def heat_balance(
 
     Args:
         friction_heat_w: Function that returns the friction heat H, in W. Its arguments are the
-            temperature of the oil in the contacts and the numbers of the points, of the same shape.
+            temperature of the oil in the contacts, in degC, and the indices of the points, of the
+            same shape.
         oil: The oil.
         supply: The oil supply.
         inlet_temperature_c: Inlet temperature T_in of each point, shape (points,).
@@ -95,21 +97,21 @@ def heat_balance(
     Returns:
         The balance. A point has none if the oil would leave at more than 400 degC.
     """
-    point_indices = np.arange(len(inlet_temperature_c))
+    all_point_indices = np.arange(len(inlet_temperature_c))
 
-    def contact_c(rise_k: FloatArray, which: IndexArray) -> FloatArray:
+    def contact_c(rise_k: FloatArray, point_index: IndexArray) -> FloatArray:
         """Temperature (degC) of the oil in the contacts at this rise of the oil."""
-        return np.asarray(inlet_temperature_c[which] + supply.outlet_weight * rise_k)
+        return np.asarray(inlet_temperature_c[point_index] + supply.outlet_weight * rise_k)
 
-    def excess_cooling_w(rise_k: FloatArray, which: IndexArray) -> FloatArray:
+    def excess_cooling_w(rise_k: FloatArray, point_index: IndexArray) -> FloatArray:
         """Heat taken by the oil less the friction heat; 0 in the balance."""
-        inlet_c = inlet_temperature_c[which]
+        inlet_c = inlet_temperature_c[point_index]
         friction_heat_to_oil_w = supply.heat_share * friction_heat_w(
-            contact_c(rise_k, which), which
+            contact_c(rise_k, point_index), point_index
         )
         return heat_to_oil_w(oil, supply, inlet_c, inlet_c + rise_k) - friction_heat_to_oil_w
 
-    heat_at_inlet_w = -excess_cooling_w(np.zeros(len(point_indices)), point_indices)
+    heat_at_inlet_w = -excess_cooling_w(np.zeros(len(all_point_indices)), all_point_indices)
     # heat and heat capacity at the inlet temperature overestimate the rise
     heat_per_kelvin_w = heat_to_oil_w(oil, supply, inlet_temperature_c, inlet_temperature_c + 1)
     largest_rise_k = 1.5 * heat_at_inlet_w / heat_per_kelvin_w + 1
@@ -119,8 +121,8 @@ def heat_balance(
 
     root = elementwise.find_root(
         excess_cooling_w,
-        (np.zeros(len(point_indices)), largest_rise_k),
-        args=(point_indices,),
+        (np.zeros(len(all_point_indices)), largest_rise_k),
+        args=(all_point_indices,),
         tolerances={"xatol": _TOLERANCE_K, "frtol": 1e-3 * _LARGEST_ERROR},
     )
     heat_scale_w = np.maximum(np.abs(heat_at_inlet_w), np.finfo(float).tiny)
@@ -128,7 +130,9 @@ def heat_balance(
     is_solved = root.success & (np.abs(root.f_x) <= _LARGEST_ERROR * heat_scale_w)
     is_balanced = is_without_heat | is_solved
     rise_k = np.where(is_balanced, np.where(is_without_heat, 0.0, root.x), np.nan)
-    return HeatBalance(inlet_temperature_c + rise_k, contact_c(rise_k, point_indices), is_balanced)
+    return HeatBalance(
+        inlet_temperature_c + rise_k, contact_c(rise_k, all_point_indices), is_balanced
+    )
 
 
 _POINT_COLUMNS = ["inner_speed_rpm", "axial_load_n", "inlet_temperature_c"]
@@ -137,14 +141,17 @@ _COMPARED_COLUMNS = ["torque_n_m", "cage_slip", "lambda_ratio"]
 
 
 def heat_balance_table(
-    oils: Sequence[OilInBearing], cage_slip: pd.DataFrame, torque: pd.DataFrame, settings: Settings
+    oils: Sequence[OilInBearing],
+    cage_slip_table: pd.DataFrame,
+    torque_table: pd.DataFrame,
+    settings: Settings,
 ) -> pd.DataFrame:
     """Every point of the cage-slip map and every measured plateau with heated oil.
 
     Args:
         oils: Oils with their laws.
-        cage_slip: Table of cage slip.
-        torque: Table of torque. Rows with the load variable `stress` are used.
+        cage_slip_table: Table of cage slip.
+        torque_table: Table of torque. Rows with the load variable `stress` are used.
         settings: The settings.
 
     Returns:
@@ -156,9 +163,11 @@ def heat_balance_table(
         return tables.empty("heat_balance")
     supply = oil_supply.supply()
     bearing = settings.tested_bearing()
-    plateaus = torque[torque["load_variable"] == "stress"]
+    plateaus = torque_table[torque_table["load_variable"] == "stress"]
     # points of the map have no run
-    points = pd.concat([cage_slip.assign(run_id="", first_row=0), plateaus], ignore_index=True)
+    points = pd.concat(
+        [cage_slip_table.assign(run_id="", first_row=0), plateaus], ignore_index=True
+    )
     heated_results = pd.concat(
         [
             _friction_with_heated_oil(oil, bearing, points[points["oil"] == oil.name], supply)
@@ -172,28 +181,30 @@ def heat_balance_table(
     with_heated_oil = with_heated_oil.rename(
         columns={f"{name}_hot": f"heated_{name}" for name in _COMPARED_COLUMNS}
     )
-    with_heated_oil["best_oil"] = _best_oil_of_rows(with_heated_oil, cage_slip, settings)
-    heated_map = heated_results[heated_results["run_id"] == ""]
-    with_heated_oil["heated_best_oil"] = _best_oil_of_rows(with_heated_oil, heated_map, settings)
+    with_heated_oil["best_oil"] = _best_oil_of_rows(with_heated_oil, cage_slip_table, settings)
+    heated_map_results = heated_results[heated_results["run_id"] == ""]
+    with_heated_oil["heated_best_oil"] = _best_oil_of_rows(
+        with_heated_oil, heated_map_results, settings
+    )
     return joined([with_heated_oil], "heat_balance")
 
 
 def _best_oil_of_rows(
-    rows: pd.DataFrame, cage_slip: pd.DataFrame, settings: Settings
+    heat_balance_rows: pd.DataFrame, cage_slip_table: pd.DataFrame, settings: Settings
 ) -> "pd.Series[str]":
     """Best oil at the operating point of each row; empty for measured plateaus.
 
     Args:
-        rows: Rows of the table `heat_balance`.
-        cage_slip: Results at the points of the map, from which the best oil follows.
+        heat_balance_rows: Rows of the table `heat_balance`.
+        cage_slip_table: Results at the points of the map, from which the best oil follows.
         settings: Limits of cage slip and film.
     """
     slip_limit = settings.bearing.cage_slip.slip_limit
-    best = best_oils(cage_slip, slip_limit, settings.gates.lambda_limit)
-    best_oil_names = rows[_POINT_COLUMNS].merge(
-        best[[*_POINT_COLUMNS, "best_oil"]], on=_POINT_COLUMNS, how="left"
+    best_oil_of_point = best_oil_table(cage_slip_table, slip_limit, settings.gates.lambda_limit)
+    best_oil_names = heat_balance_rows[_POINT_COLUMNS].merge(
+        best_oil_of_point[[*_POINT_COLUMNS, "best_oil"]], on=_POINT_COLUMNS, how="left"
     )["best_oil"]
-    return best_oil_names.fillna("").where(rows["run_id"] == "", "")
+    return best_oil_names.fillna("").where(heat_balance_rows["run_id"] == "", "")
 
 
 def _friction_with_heated_oil(
@@ -206,43 +217,43 @@ def _friction_with_heated_oil(
     # the motion at the last temperature of each point
     latest_motion = Neighbour.from_unknowns(inlet_problem, inlet_equilibrium.solution.unknowns)
 
-    def friction_heat_w(contact_temperature_c: FloatArray, which: IndexArray) -> FloatArray:
+    def friction_heat_w(contact_temperature_c: FloatArray, point_index: IndexArray) -> FloatArray:
         """Friction heat by the equilibrium near the motion at the last temperature."""
-        heat_w = np.full(len(which), np.nan)
-        can_be_solved = inlet_equilibrium.solution.converged[which] & np.isfinite(
+        heat_w = np.full(len(point_index), np.nan)
+        can_be_solved = inlet_equilibrium.solution.converged[point_index] & np.isfinite(
             contact_temperature_c
         )
-        solvable_points = which[can_be_solved]
-        if len(solvable_points) == 0:
+        solvable_index = point_index[can_be_solved]
+        if len(solvable_index) == 0:
             return heat_w
-        heated_points = points[_POINT_COLUMNS].iloc[solvable_points]
+        heated_points = points[_POINT_COLUMNS].iloc[solvable_index]
         heated_points = heated_points.assign(
             inlet_temperature_c=contact_temperature_c[can_be_solved]
         )
         problem = Cases(bearing, [CaseGroup(oil, "stress", heated_points)]).problem
-        equilibrium = friction_equilibrium(problem, latest_motion.at_points(solvable_points))
+        equilibrium = friction_equilibrium(problem, latest_motion.at_points(solvable_index))
         converged = equilibrium.solution.converged
-        latest_motion.unknowns[solvable_points[converged]] = equilibrium.solution.unknowns[
-            converged
-        ]
-        power_w = equilibrium.torque_n_m() * speed_rpm[solvable_points] * RAD_S_PER_RPM
+        latest_motion.unknowns[solvable_index[converged]] = equilibrium.solution.unknowns[converged]
+        power_w = equilibrium.torque_n_m() * speed_rpm[solvable_index] * RAD_S_PER_RPM
         heat_w[can_be_solved] = np.where(converged, power_w, np.nan)
         return heat_w
 
     balance = heat_balance(friction_heat_w, oil.properties, supply, inlet_c)
-    balanced_temperature_c = np.where(balance.balanced, balance.contact_temperature_c, inlet_c)
-    balanced_points = points[_POINT_COLUMNS].assign(inlet_temperature_c=balanced_temperature_c)
-    results = Cases(bearing, [CaseGroup(oil, "stress", balanced_points)]).run(latest_motion)
-    results.loc[~balance.balanced, _COMPARED_COLUMNS] = np.nan
+    balanced_temperature_c = np.where(balance.is_balanced, balance.contact_temperature_c, inlet_c)
+    points_at_balance = points[_POINT_COLUMNS].assign(inlet_temperature_c=balanced_temperature_c)
+    calculated = Cases(bearing, [CaseGroup(oil, "stress", points_at_balance)]).calculate(
+        latest_motion
+    )
+    calculated.loc[~balance.is_balanced, _COMPARED_COLUMNS] = np.nan
     key_columns = points[
         ["run_id", "first_row", "oil", "bearing", "pitch_speed_mm_rpm", *_POINT_COLUMNS]
     ]
     return key_columns.reset_index(drop=True).assign(
-        **results[_COMPARED_COLUMNS],
-        balanced=pd.Series(balance.balanced, dtype="boolean").where(
+        **calculated[_COMPARED_COLUMNS],
+        balanced=pd.Series(balance.is_balanced, dtype="boolean").where(
             inlet_equilibrium.solution.converged
         ),
-        heat_w=results["torque_n_m"] * speed_rpm * RAD_S_PER_RPM,
+        heat_w=calculated["torque_n_m"] * speed_rpm * RAD_S_PER_RPM,
         contact_temperature_c=balance.contact_temperature_c,
         outlet_temperature_c=balance.outlet_temperature_c,
     )

@@ -1,4 +1,4 @@
-"""Conditions that a campaign lacks before its law can be judged: levels between, levels, corners.
+"""Runs that a campaign lacks before its law can be judged: at further levels and at corners.
 
 Two levels of a condition do not show whether a law bends between them. The same 24 runs give an
 error of mu of 0.050 on three pressures, four speeds and six temperatures, and of 0.158 on eight
@@ -57,29 +57,31 @@ class PlannedRun:
 
 @dataclass(frozen=True)
 class Levels:
-    """Conditions of a campaign, and the levels that they have.
+    """Distinct conditions of a campaign, and the levels of P, U and T that they have.
 
     Attributes:
         conditions: P in GPa, U in m/s and T in degC, different ones, sorted, shape (conditions, 3).
-        values: Levels of P, of U and of T, rising.
+        levels_of_condition: Levels of P, of U and of T, rising.
     """
 
     conditions: FloatArray
-    values: tuple[FloatArray, ...]
+    levels_of_condition: tuple[FloatArray, ...]
 
     @classmethod
     def from_conditions(cls, conditions: FloatArray) -> "Levels":
         """The levels of conditions in any order, of which some may be equal."""
         conditions = distinct(conditions)
-        values = []
-        level_numbers_of_rows = level_numbers(scaled_conditions(conditions), LevelWidths())
-        for column, level_of_row in zip(conditions.T, level_numbers_of_rows.T, strict=True):
-            values.append(
-                np.array(
-                    [np.median(column[level_of_row == level]) for level in np.unique(level_of_row)]
-                )
-            )
-        return cls(conditions, tuple(values))
+        levels_of_condition = []
+        level_numbers_of_conditions = level_numbers(scaled_conditions(conditions), LevelWidths())
+        for values_of_condition, level_number_of_value in zip(
+            conditions.T, level_numbers_of_conditions.T, strict=True
+        ):
+            levels = [
+                np.median(values_of_condition[level_number_of_value == level_number])
+                for level_number in np.unique(level_number_of_value)
+            ]
+            levels_of_condition.append(np.array(levels))
+        return cls(conditions, tuple(levels_of_condition))
 
     @property
     def is_constant(self) -> BoolArray:
@@ -90,56 +92,56 @@ class Levels:
     @property
     def has_two_levels(self) -> BoolArray:
         """Which of P, U and T have two levels, shape (3,)."""
-        counts = np.array([len(values) for values in self.values])
-        return (counts == 2) & ~self.is_constant
+        level_counts = np.array([len(levels) for levels in self.levels_of_condition])
+        return (level_counts == 2) & ~self.is_constant
 
     @property
     def lowest(self) -> FloatArray:
         """Lowest P, U and T, shape (3,)."""
-        return np.array([values[0] for values in self.values])
+        return np.array([levels[0] for levels in self.levels_of_condition])
 
     @property
     def highest(self) -> FloatArray:
         """Highest P, U and T, shape (3,)."""
-        return np.array([values[-1] for values in self.values])
+        return np.array([levels[-1] for levels in self.levels_of_condition])
 
     @property
     def middle(self) -> FloatArray:
         """P, U and T in the middle of the box, shape (3,)."""
         middle_values = []
-        for dimension, values in enumerate(self.values):
-            _, middle_value, _ = evenly_spaced_values(values[0], values[-1], 3, dimension)
+        for condition_index, levels in enumerate(self.levels_of_condition):
+            _, middle_value, _ = evenly_spaced_values(levels[0], levels[-1], 3, condition_index)
             middle_values.append(middle_value)
         return np.array(middle_values)
 
     def nearest(
-        self, target: FloatArray, may_be_taken: BoolArray, is_compared: BoolArray
+        self, target_conditions: FloatArray, may_be_taken: BoolArray, is_compared: BoolArray
     ) -> FloatArray:
         """The condition that is nearest to a target, shape (3,); of equal ones the first.
 
         Args:
-            target: P, U and T, shape (3,).
+            target_conditions: P, U and T, shape (3,).
             may_be_taken: Which conditions may be taken, shape (conditions,).
             is_compared: Over which of P, U and T the distance is taken, shape (3,).
         """
         scaled = scaled_conditions(self.conditions)
         span = np.maximum(np.ptp(scaled, axis=0), _LEVEL_WIDTHS)
-        scaled_distance = (scaled - scaled_conditions(target[np.newaxis])) / span
+        scaled_distance = (scaled - scaled_conditions(target_conditions[np.newaxis])) / span
         distance = np.sum(scaled_distance[:, is_compared] ** 2, axis=1)
-        row = int(first_smallest(np.where(may_be_taken, distance, np.inf)))
-        return np.asarray(self.conditions[row])
+        nearest_index = int(first_smallest(np.where(may_be_taken, distance, np.inf)))
+        return np.asarray(self.conditions[nearest_index])
 
-    def has_level(self, dimension: int, value: float) -> BoolArray:
+    def has_level(self, condition_index: int, level: float) -> BoolArray:
         """Which conditions have a level of P, U or T, shape (conditions,).
 
         Args:
-            dimension: Column of the condition: 0 for P, 1 for U, 2 for T.
-            value: The level.
+            condition_index: Column of the condition: 0 for P, 1 for U, 2 for T.
+            level: The level.
         """
-        target = self.conditions.copy()
-        target[:, dimension] = value
-        scaled_distance = scaled_conditions(self.conditions) - scaled_conditions(target)
-        return ~_is_wider(scaled_distance[:, dimension], _LEVEL_WIDTHS[dimension])
+        target_conditions = self.conditions.copy()
+        target_conditions[:, condition_index] = level
+        scaled_distance = scaled_conditions(self.conditions) - scaled_conditions(target_conditions)
+        return ~_is_wider(scaled_distance[:, condition_index], _LEVEL_WIDTHS[condition_index])
 
 
 def _is_wider(scaled_distance: FloatArray, width: FloatArray) -> BoolArray:
@@ -153,26 +155,28 @@ def distinct(conditions: FloatArray) -> FloatArray:
 
     Of those that have the same levels the first one is taken.
     """
-    ordered = conditions[np.lexsort(conditions.T[::-1])]
-    level_numbers_of_rows = level_numbers(scaled_conditions(ordered), LevelWidths())
-    _, first_rows = np.unique(level_numbers_of_rows, axis=0, return_index=True)
-    return ordered[np.sort(first_rows)]
+    sorted_conditions = conditions[np.lexsort(conditions.T[::-1])]
+    level_numbers_of_conditions = level_numbers(scaled_conditions(sorted_conditions), LevelWidths())
+    _, first_index = np.unique(level_numbers_of_conditions, axis=0, return_index=True)
+    return sorted_conditions[np.sort(first_index)]
 
 
-def is_among(conditions: FloatArray, listed: FloatArray) -> BoolArray:
+def is_among(conditions: FloatArray, listed_conditions: FloatArray) -> BoolArray:
     """Which conditions are the same as one of the others, shape (conditions,)."""
-    if not len(listed):
+    if not len(listed_conditions):
         return np.zeros(len(conditions), dtype=bool)
     scaled = scaled_conditions(conditions)
-    scaled_listed = scaled_conditions(listed)
+    scaled_listed = scaled_conditions(listed_conditions)
     # the nearest by the widths of a level is the same if any is; all pairs of a large campaign do
     # not fit into memory
     tree = scipy.spatial.cKDTree(scaled_listed / _LEVEL_WIDTHS)
-    _, nearest = tree.query(scaled / _LEVEL_WIDTHS, p=np.inf)
-    return np.all(~_is_wider(scaled - scaled_listed[nearest], _LEVEL_WIDTHS), axis=1)
+    _, nearest_index = tree.query(scaled / _LEVEL_WIDTHS, p=np.inf)
+    return np.all(~_is_wider(scaled - scaled_listed[nearest_index], _LEVEL_WIDTHS), axis=1)
 
 
-def evenly_spaced_values(lowest: float, highest: float, count: int, dimension: int) -> FloatArray:
+def evenly_spaced_values(
+    lowest: float, highest: float, value_count: int, condition_index: int
+) -> FloatArray:
     """Values of P, U or T at equal distances in its scale, shape (count,).
 
     Those between the ends have three significant digits, as a set point may have.
@@ -180,18 +184,18 @@ def evenly_spaced_values(lowest: float, highest: float, count: int, dimension: i
     Args:
         lowest: First value.
         highest: Last value.
-        count: Number of values, the ends among them.
-        dimension: Column of the condition: 0 for P, 1 for U, 2 for T.
+        value_count: Number of values, the ends among them.
+        condition_index: Column of the condition: 0 for P, 1 for U, 2 for T.
 
     Examples:
         >>> evenly_spaced_values(25, 40, 3, CONDITIONS.index("entrainment_speed_m_s"))
         array([25. , 31.6, 40. ])
     """
     ends = np.ones((2, len(CONDITIONS)))
-    ends[:, dimension] = lowest, highest
+    ends[:, condition_index] = lowest, highest
     scaled_lowest, scaled_highest = scaled_conditions(ends)
-    scaled = np.linspace(scaled_lowest, scaled_highest, count)
-    values = unscaled_conditions(scaled)[:, dimension]
+    scaled = np.linspace(scaled_lowest, scaled_highest, value_count)
+    values = unscaled_conditions(scaled)[:, condition_index]
     rounded_values = [float(f"{value:.{_DIGITS}g}") for value in values[1:-1]]
     return np.array([lowest, *rounded_values, highest], dtype=float)
 
@@ -205,139 +209,154 @@ def lacking_runs(
 
     Args:
         conditions: Conditions that are tested, or will be, shape (runs, 3).
-        levels_to_choose: Levels of P, U and T among which those of a condition are chosen that was
-            not varied.
+        levels_to_choose: Levels of P, U and T. New levels of a condition that was not varied are
+            chosen among them.
         runnable: Which conditions the rig can run.
     """
-    tested = Levels.from_conditions(conditions)
-    runs = _third_levels(tested)
-    runs += _levels_of_constant_conditions(tested, levels_to_choose, runnable)
-    extended = tested.conditions
+    tested_levels = Levels.from_conditions(conditions)
+    runs = _third_level_runs(tested_levels)
+    runs += _runs_of_constant_conditions(tested_levels, levels_to_choose, runnable)
+    extended_conditions = tested_levels.conditions
     for run in runs:
-        one_row = run.conditions[np.newaxis]
-        if runnable(one_row).all():
-            extended = np.concatenate([extended, one_row])
-    runs += _corners(Levels.from_conditions(extended))
-    return _new_runs(runs, tested.conditions)
+        conditions_of_run = run.conditions[np.newaxis]
+        if runnable(conditions_of_run).all():
+            extended_conditions = np.concatenate([extended_conditions, conditions_of_run])
+    runs += _corner_runs(Levels.from_conditions(extended_conditions))
+    return _new_runs(runs, tested_levels.conditions)
 
 
-def _new_runs(runs: list[PlannedRun], tested: FloatArray) -> list[PlannedRun]:
+def _new_runs(runs: list[PlannedRun], tested_conditions: FloatArray) -> list[PlannedRun]:
     """The runs at conditions that neither were tested nor occur before in the list."""
     new_runs = []
-    seen = tested
+    seen_conditions = tested_conditions
     for run in runs:
-        one_row = run.conditions[np.newaxis]
-        if not is_among(one_row, seen).any():
+        conditions_of_run = run.conditions[np.newaxis]
+        if not is_among(conditions_of_run, seen_conditions).any():
             new_runs.append(run)
-            seen = np.concatenate([seen, one_row])
+            seen_conditions = np.concatenate([seen_conditions, conditions_of_run])
     return new_runs
 
 
-def _third_levels(tested: Levels) -> list[PlannedRun]:
+def _third_level_runs(tested_levels: Levels) -> list[PlannedRun]:
     """Runs at the level between two levels: the centre of the box, and the centre of each face.
 
     Conditions with two levels are at the middle of their scale. The others are as in a tested
     condition, so that only the level between is new.
     """
-    has_two = tested.has_two_levels
-    if not has_two.any():
+    has_two_levels = tested_levels.has_two_levels
+    if not has_two_levels.any():
         return []
-    middle = tested.middle
-    everywhere = np.ones(len(tested.conditions), dtype=bool)
-    runs = [_at_middle(tested, middle, has_two, everywhere)]
-    for dimension in np.flatnonzero(~tested.is_constant).tolist():
-        is_between = has_two.copy()
-        is_between[dimension] = False
+    middle_of_box = tested_levels.middle
+    everywhere = np.ones(len(tested_levels.conditions), dtype=bool)
+    runs = [_run_at_middle(tested_levels, middle_of_box, has_two_levels, everywhere)]
+    for condition_index in np.flatnonzero(~tested_levels.is_constant).tolist():
+        is_between = has_two_levels.copy()
+        is_between[condition_index] = False
         if not is_between.any():
             continue
-        for box_end in (tested.lowest, tested.highest):
-            target = middle.copy()
-            target[dimension] = box_end[dimension]
-            on_face = tested.has_level(dimension, box_end[dimension])
-            runs.append(_at_middle(tested, target, is_between, on_face))
+        for box_end in (tested_levels.lowest, tested_levels.highest):
+            target_conditions = middle_of_box.copy()
+            target_conditions[condition_index] = box_end[condition_index]
+            on_face = tested_levels.has_level(condition_index, box_end[condition_index])
+            runs.append(_run_at_middle(tested_levels, target_conditions, is_between, on_face))
     return runs
 
 
-def _at_middle(
-    tested: Levels, target: FloatArray, is_between: BoolArray, may_be_taken: BoolArray
+def _run_at_middle(
+    tested_levels: Levels,
+    target_conditions: FloatArray,
+    is_between: BoolArray,
+    may_be_taken: BoolArray,
 ) -> PlannedRun:
     """A run with some conditions as in the target, and the others as in the nearest tested one."""
-    conditions = target
+    conditions = target_conditions
     if not is_between.all():
-        nearest = tested.nearest(target, may_be_taken, ~is_between)
-        conditions = np.where(is_between, target, nearest)
-    return PlannedRun(conditions, "third_level", _names_of(is_between))
+        nearest = tested_levels.nearest(target_conditions, may_be_taken, ~is_between)
+        conditions = np.where(is_between, target_conditions, nearest)
+    return PlannedRun(conditions, "third_level", _condition_names(is_between))
 
 
-def _names_of(is_chosen: BoolArray) -> tuple[str, ...]:
+def _condition_names(is_chosen: BoolArray) -> tuple[str, ...]:
     """Names of the chosen conditions."""
-    return tuple(CONDITIONS[dimension] for dimension in np.flatnonzero(is_chosen))
+    return tuple(CONDITIONS[condition_index] for condition_index in np.flatnonzero(is_chosen))
 
 
-def _levels_of_constant_conditions(
-    tested: Levels, levels_to_choose: Sequence[Sequence[float]], runnable: Runnable
+def _runs_of_constant_conditions(
+    tested_levels: Levels, levels_to_choose: Sequence[Sequence[float]], runnable: Runnable
 ) -> list[PlannedRun]:
     """Runs at two more levels of each condition that was not varied.
 
     They are at tested values of the other conditions: in the middle and at their ends.
     """
     runs = []
-    base_conditions = _middle_and_ends(tested)
-    for dimension in np.flatnonzero(tested.is_constant).tolist():
-        is_new = np.arange(len(CONDITIONS)) == dimension
-        for value in _two_levels(tested, dimension, levels_to_choose[dimension], runnable):
-            for base in base_conditions:
-                conditions = np.where(is_new, value, base)
-                runs.append(PlannedRun(conditions, "not_varied", _names_of(is_new)))
+    central_conditions = _central_conditions(tested_levels)
+    for condition_index in np.flatnonzero(tested_levels.is_constant).tolist():
+        is_new = np.arange(len(CONDITIONS)) == condition_index
+        for new_level in _two_levels(
+            tested_levels, condition_index, levels_to_choose[condition_index], runnable
+        ):
+            for central_condition in central_conditions:
+                conditions = np.where(is_new, new_level, central_condition)
+                runs.append(PlannedRun(conditions, "not_varied", _condition_names(is_new)))
     return runs
 
 
-def _middle_and_ends(tested: Levels) -> list[FloatArray]:
+def _central_conditions(tested_levels: Levels) -> list[FloatArray]:
     """The tested conditions nearest to the middle of the box, and to that of each face."""
     all_conditions = np.ones(len(CONDITIONS), dtype=bool)
-    everywhere = np.ones(len(tested.conditions), dtype=bool)
-    base_conditions = [tested.nearest(tested.middle, everywhere, all_conditions)]
-    for dimension in np.flatnonzero(~tested.is_constant).tolist():
-        for box_end in (tested.lowest, tested.highest):
-            on_face = tested.has_level(dimension, box_end[dimension])
-            base_conditions.append(tested.nearest(tested.middle, on_face, all_conditions))
-    return base_conditions
+    everywhere = np.ones(len(tested_levels.conditions), dtype=bool)
+    central_conditions = [tested_levels.nearest(tested_levels.middle, everywhere, all_conditions)]
+    for condition_index in np.flatnonzero(~tested_levels.is_constant).tolist():
+        for box_end in (tested_levels.lowest, tested_levels.highest):
+            on_face = tested_levels.has_level(condition_index, box_end[condition_index])
+            central_conditions.append(
+                tested_levels.nearest(tested_levels.middle, on_face, all_conditions)
+            )
+    return central_conditions
 
 
 def _two_levels(
-    tested: Levels, dimension: int, levels_to_choose: Sequence[float], runnable: Runnable
+    tested_levels: Levels,
+    condition_index: int,
+    levels_to_choose: Sequence[float],
+    runnable: Runnable,
 ) -> list[float]:
-    """Two levels beside the only one: the ends of what can be run, or the far end and the middle.
+    """Two new levels of a condition that has only one.
 
-    Levels can be run if they can at all corners of the other conditions. There may be fewer than
-    two.
+    They are the ends of the levels that can be run. If the tested level is near an end itself, they
+    are the other end and the middle. A level can be run if the rig can run it at all corners of the
+    other conditions. There may be fewer than two.
     """
-    tested_level = float(np.median(tested.values[dimension]))
-    corners = corners_of(tested.lowest, tested.highest)
+    tested_level = float(np.median(tested_levels.levels_of_condition[condition_index]))
+    corners = corners_of(tested_levels.lowest, tested_levels.highest)
     possible_levels = [tested_level]
-    for value in levels_to_choose:
-        corners[:, dimension] = value
+    for level in levels_to_choose:
+        corners[:, condition_index] = level
         if runnable(corners).all():
-            possible_levels.append(value)
+            possible_levels.append(level)
     lowest, highest = min(possible_levels), max(possible_levels)
     if tested_level - lowest < highest - tested_level:
         nearer_end, farther_end = lowest, highest
     else:
         nearer_end, farther_end = highest, lowest
-    _, middle_level, _ = evenly_spaced_values(lowest, highest, 3, dimension)
+    _, middle_level, _ = evenly_spaced_values(lowest, highest, 3, condition_index)
     # a tested level in the outer quarter is an end itself
-    _, quarter_level, _ = evenly_spaced_values(nearer_end, middle_level, 3, dimension)
+    _, quarter_level, _ = evenly_spaced_values(nearer_end, middle_level, 3, condition_index)
     if abs(tested_level - nearer_end) <= abs(quarter_level - nearer_end):
-        _, middle_level, _ = evenly_spaced_values(tested_level, farther_end, 3, dimension)
+        _, middle_level, _ = evenly_spaced_values(tested_level, farther_end, 3, condition_index)
         chosen_levels = [middle_level, farther_end]
     else:
         chosen_levels = [nearer_end, farther_end]
-    return [value for value in chosen_levels if not tested.has_level(dimension, value).any()]
+    return [
+        level
+        for level in chosen_levels
+        if not tested_levels.has_level(condition_index, level).any()
+    ]
 
 
-def _corners(box: Levels) -> list[PlannedRun]:
+def _corner_runs(levels: Levels) -> list[PlannedRun]:
     """Runs at the corners of the box."""
-    return [PlannedRun(corner, "corner") for corner in corners_of(box.lowest, box.highest)]
+    return [PlannedRun(corner, "corner") for corner in corners_of(levels.lowest, levels.highest)]
 
 
 def corners_of(lowest: FloatArray, highest: FloatArray) -> FloatArray:
@@ -358,23 +377,28 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) 
     Returns:
         No runs where the rig can run none of these levels.
     """
-    box = _largest_box(levels_to_choose, runnable)
-    if box is None:
+    range_of_condition = _largest_box(levels_to_choose, runnable)
+    if range_of_condition is None:
         return []
-    values = []
-    for dimension, (lowest, highest) in enumerate(box):
-        values.append(evenly_spaced_values(lowest, highest, _FIRST_LEVELS[dimension], dimension))
-    pressures, speeds, temperatures = values
+    levels_of_condition = []
+    for condition_index, (lowest, highest) in enumerate(range_of_condition):
+        levels_of_condition.append(
+            evenly_spaced_values(lowest, highest, _FIRST_LEVELS[condition_index], condition_index)
+        )
+    pressures, speeds, temperatures = levels_of_condition
     temperature_step = len(temperatures) // _TEMPERATURES_PER_PAIR
-    rows = []
+    conditions_of_runs = []
     for pressure_index, pressure in enumerate(pressures):
         for speed_index, speed in enumerate(speeds):
-            for step_count in range(_TEMPERATURES_PER_PAIR):
+            for step_index in range(_TEMPERATURES_PER_PAIR):
                 temperature_index = (
-                    pressure_index + speed_index + step_count * temperature_step
+                    pressure_index + speed_index + step_index * temperature_step
                 ) % len(temperatures)
-                rows.append((pressure, speed, temperatures[temperature_index]))
-    return [PlannedRun(row, "first_plan") for row in distinct(np.array(rows))]
+                conditions_of_runs.append((pressure, speed, temperatures[temperature_index]))
+    return [
+        PlannedRun(conditions, "first_plan")
+        for conditions in distinct(np.array(conditions_of_runs))
+    ]
 
 
 def _largest_box(
@@ -388,15 +412,18 @@ def _largest_box(
         Lowest and highest P, U and T.
     """
     all_conditions = np.array(list(itertools.product(*levels_to_choose)))
-    shape = tuple(len(values) for values in levels_to_choose)
-    can_run = runnable(all_conditions).reshape(shape)
-    scaled_levels = scaled_conditions(all_conditions).reshape(*shape, len(CONDITIONS))
-    # rows of a box: P, U and T; columns: number of its lowest and of its highest level
-    pairs = [list(itertools.combinations_with_replacement(range(count), 2)) for count in shape]
-    boxes = np.array(list(itertools.product(*pairs)))
+    level_counts = tuple(len(levels) for levels in levels_to_choose)
+    can_run = runnable(all_conditions).reshape(level_counts)
+    scaled_levels = scaled_conditions(all_conditions).reshape(*level_counts, len(CONDITIONS))
+    # rows of a box: P, U and T; columns: index of its lowest and of its highest level
+    level_pairs_of_condition = [
+        list(itertools.combinations_with_replacement(range(level_count), 2))
+        for level_count in level_counts
+    ]
+    boxes = np.array(list(itertools.product(*level_pairs_of_condition)))
     is_possible = np.ones(len(boxes), dtype=bool)
-    for end_of_pairs in itertools.product((0, 1), repeat=len(CONDITIONS)):
-        corner = boxes[:, np.arange(len(CONDITIONS)), end_of_pairs]
+    for end_of_condition in itertools.product((0, 1), repeat=len(CONDITIONS)):
+        corner = boxes[:, np.arange(len(CONDITIONS)), end_of_condition]
         is_possible &= can_run[tuple(corner.T)]
     if not is_possible.any():
         return None
@@ -406,6 +433,6 @@ def _largest_box(
     volume = np.prod(highest - lowest + _LEVEL_WIDTHS, axis=1)
     best_box = boxes[int(first_largest(volume))]
     return [
-        (values[low_index], values[high_index])
-        for values, (low_index, high_index) in zip(levels_to_choose, best_box, strict=True)
+        (levels[low_index], levels[high_index])
+        for levels, (low_index, high_index) in zip(levels_to_choose, best_box, strict=True)
     ]

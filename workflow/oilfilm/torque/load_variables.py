@@ -24,17 +24,19 @@ class LawInBearing:
     """A fitted law whose power law of stress is evaluated with stress, load or W/(E' R^2).
 
     With the ball and flat of one traction rig the three are equal: the load is proportional to the
-    cube of the stress, so that all three fit the same data, with a third of the exponents. In a
-    bearing they differ, because balls are other and contacts are elliptical. R is then Rx, the
-    reduced radius along the rolling direction. A law fitted to load itself is the same with every
-    load variable. It is evaluated with the load of the contact, or with groups of its Rx and E'.
+    cube of the stress. All three then fit the same data; with load, the exponents are a third of
+    those with stress. In a bearing they differ, because the balls have other sizes and the contacts
+    are elliptical. R is then Rx, the reduced radius along the rolling direction.
+
+    A law that was fitted to the load itself is the same with every load variable. It is evaluated
+    with the load of the contact, or with dimensionless groups of the load, Rx and E'.
 
     Attributes:
         fitted: The fitted law.
         load_variable: One of `LOAD_VARIABLES`, or the name of a law on load.
         rig_contact: Contact of the traction rig on which the law was fitted.
-        floor: Smallest level of each condition at which the power laws are evaluated. They have no
-            value at zero.
+        smallest_level_of_condition: Smallest level of each condition at which the power laws are
+            evaluated. They have no value at zero.
         internal: Internal constants of the law: one row, shape (1, constants), or one row for each
             operating point of the bearing, shape (points, constants).
     """
@@ -42,48 +44,55 @@ class LawInBearing:
     fitted: FittedLaw
     load_variable: str
     rig_contact: Contact
-    floor: Mapping[str, float]
+    smallest_level_of_condition: Mapping[str, float]
     internal: FloatArray
 
     @classmethod
     def from_fit(
-        cls, fitted: FittedLaw, load_variable: str, rig_contact: Contact, floor: Mapping[str, float]
+        cls,
+        fitted: FittedLaw,
+        load_variable: str,
+        rig_contact: Contact,
+        smallest_level_of_condition: Mapping[str, float],
     ) -> "LawInBearing":
         """A fitted law with the constants of its fit."""
         internal = to_internal(fitted.law, fitted.coefficients.constants)
-        return cls(fitted, load_variable, rig_contact, floor, np.atleast_2d(internal))
+        return cls(
+            fitted, load_variable, rig_contact, smallest_level_of_condition, np.atleast_2d(internal)
+        )
 
     def with_constants(self, constants: FloatArray) -> "LawInBearing":
         """The same law with other constants: one row, or one row for each operating point."""
         return replace(self, internal=to_internal(self.fitted.law, np.atleast_2d(constants)))
 
-    def at_points(self, which: IndexArray) -> "LawInBearing":
+    def at_points(self, point_index: IndexArray) -> "LawInBearing":
         """See `TractionLaw`."""
         has_one_row = len(self.internal) == 1
-        return self if has_one_row else replace(self, internal=self.internal[which])
+        return self if has_one_row else replace(self, internal=self.internal[point_index])
 
     def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
         law = self.fitted.law
-        values_by_condition = {
+        level_by_condition = {
             "max_hertz_pressure_gpa": self._stress_gpa(conditions),
             "load_n": conditions.load_n,
             "entrainment_speed_m_s": conditions.entrainment_speed_m_s,
             "inlet_temperature_c": conditions.inlet_temperature_c,
         }
         # fmax replaces a NaN of a failed trial, which then ends without equilibrium
-        limited_values = [
-            np.fmax(values_by_condition[name], self.floor[name]) for name in law.conditions
+        limited_levels = [
+            np.fmax(level_by_condition[name], self.smallest_level_of_condition[name])
+            for name in law.conditions
         ]
-        conditions_of_law = np.stack(limited_values, axis=-1)
+        conditions_of_law = np.stack(limited_levels, axis=-1)
         law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
-        rows = conditions_of_law.reshape(-1, conditions_of_law.shape[-1])
-        design = law.design(rows, self.fitted.coefficients.followed)
+        conditions_table = conditions_of_law.reshape(-1, conditions_of_law.shape[-1])
+        design = law.design(conditions_table, self.fitted.coefficients.followed)
         design = design.reshape(*conditions_of_law.shape[:-1], -1)
         # axes: points, contacts, nodes, coefficients of the law, constants of a coefficient
         constants = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)
-        sizes = np.exp(np.einsum("...d,...ld->l...", design, constants))
-        mu = law.mu_of_sizes(sizes, slide_roll_ratio)
+        coefficients_of_law = np.exp(np.einsum("...d,...ld->l...", design, constants))
+        mu = law.mu_of_sizes(coefficients_of_law, slide_roll_ratio)
         # at small slip a law may give more traction than the creep of the bodies allows
         relative_pressure = np.fmax(conditions.relative_pressure, _SMALLEST_RELATIVE_PRESSURE)
         creep = creep_slope(relative_pressure, conditions.ellipticity)
@@ -116,23 +125,27 @@ class JoinedLaw:
     def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
         mu = np.empty_like(slide_roll_ratio)
-        for number, law in enumerate(self.laws):
-            points_of_law = np.flatnonzero(self.law_of_point == number)
-            if len(points_of_law) == 0:
+        for law_index, law in enumerate(self.laws):
+            point_index_of_law = np.flatnonzero(self.law_of_point == law_index)
+            if len(point_index_of_law) == 0:
                 continue
             # the last axes are points, contacts and nodes
-            index = (..., points_of_law, slice(None), slice(None))
-            law_of_points = law.at_points(points_of_law)
-            mu[index] = law_of_points(conditions.select(*index), slide_roll_ratio[index])
+            array_index = (..., point_index_of_law, slice(None), slice(None))
+            law_at_points = law.at_points(point_index_of_law)
+            mu[array_index] = law_at_points(
+                conditions.select(*array_index), slide_roll_ratio[array_index]
+            )
         return mu
 
-    def at_points(self, which: IndexArray) -> "JoinedLaw":
+    def at_points(self, point_index: IndexArray) -> "JoinedLaw":
         """See `TractionLaw`."""
-        return JoinedLaw([law.at_points(which) for law in self.laws], self.law_of_point[which])
+        return JoinedLaw(
+            [law.at_points(point_index) for law in self.laws], self.law_of_point[point_index]
+        )
 
 
-def law_of_groups(laws: Sequence[LawInBearing], point_counts: Sequence[int]) -> TractionLaw:
-    """The law of operating points in groups, with one law for each group.
+def join_laws(laws: Sequence[LawInBearing], point_counts: Sequence[int]) -> TractionLaw:
+    """One law for all operating points, from the law of each group of points.
 
     Laws that differ only in their constants become one law, with constants for each point.
 
@@ -146,14 +159,14 @@ def law_of_groups(laws: Sequence[LawInBearing], point_counts: Sequence[int]) -> 
     laws_of_kinds = []
     for kind in kinds:
         first_of_kind = laws[kind_of_group.index(kind)]
-        internal_of_groups = []
+        internal_of_group = []
         for law, group_kind, point_count in zip(laws, kind_of_group, point_counts, strict=True):
-            # groups of another kind have rows as well, which are not used
+            # groups of another kind have constants as well, which are not used
             internal = law.internal if group_kind == kind else first_of_kind.internal
-            internal_of_groups.append(
+            internal_of_group.append(
                 np.resize(internal, (point_count, first_of_kind.internal.shape[1]))
             )
-        laws_of_kinds.append(replace(first_of_kind, internal=np.concatenate(internal_of_groups)))
+        laws_of_kinds.append(replace(first_of_kind, internal=np.concatenate(internal_of_group)))
     if len(laws_of_kinds) == 1:
         return laws_of_kinds[0]
     law_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], point_counts)

@@ -36,13 +36,13 @@ from oilfilm.physics.contact import Floats
 from oilfilm.settings.config import PlanLevels, PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
-from oilfilm.torque.answers import DUTY, Budget, budgets, duty_points
+from oilfilm.torque.answers import DUTY_COLUMNS, Budget, budgets, duty_points
 from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_of_results
 from oilfilm.torque.feasible_tests import PlannedRig, judge_tests, limits_with_counts
 from oilfilm.torque.operating_grid import Film, Grid
 from oilfilm.torque.wanted_quantities import (
     BEARING_TARGETS,
-    Wanted,
+    WantedQuantities,
     wanted_in_bearing,
     wanted_traction,
 )
@@ -61,13 +61,13 @@ class Candidates:
         tests: One row per test: P, U, T, load, largest slip, lambda at that slip.
         curves: Points of the tests.
         form_error: Relative standard error of the law's form at each point, shape (points,).
-        left_out: Number of conditions left out, by the limit that they are beyond.
+        left_out_count_by_limit: Number of conditions left out, by the limit that they are beyond.
     """
 
     tests: pd.DataFrame
     curves: Curves
     form_error: FloatArray
-    left_out: dict[str, int]
+    left_out_count_by_limit: dict[str, int]
 
 
 def feasible_candidates(
@@ -97,8 +97,8 @@ def feasible_candidates(
     if not is_feasible.any():
         raise OilfilmError(
             f"config/rigs/{rig.name}.yaml, plan.levels: none of {len(tests)} conditions can be "
-            f"run; they are beyond {limits_with_counts(judged.left_out)}. Change plan.levels, or "
-            "correct the rig's limits."
+            f"run; they are beyond {limits_with_counts(judged.left_out_count_by_limit)}. "
+            "Change plan.levels, or correct the rig's limits."
         )
     tests = tests.assign(
         load_n=load_n, slide_roll_ratio=judged.largest_slip, lambda_ratio=judged.smallest_lambda
@@ -113,7 +113,7 @@ def feasible_candidates(
         slip=all_slips[is_reached],
     )
     form_error = information.form_error(curves.conditions[curves.curve], curves.slip)
-    return Candidates(feasible_tests, curves, form_error, judged.left_out)
+    return Candidates(feasible_tests, curves, form_error, judged.left_out_count_by_limit)
 
 
 def _all_tests(levels: PlanLevels) -> pd.DataFrame:
@@ -147,11 +147,11 @@ class NextTests:
     """The tests to run next for one oil and one target.
 
     Attributes:
-        oil: Name of the oil.
-        bearing: Name of the bearing; empty for the target traction.
+        oil_name: Name of the oil.
+        bearing_name: Name of the bearing; empty for the target traction.
         budget: What makes the target uncertain in the bearing; None where that is not known.
-        irreducible: Part of the uncertainty that no test of traction reduces, as a root mean square
-            over the wanted quantities.
+        irreducible_uncertainty: Part of the uncertainty that no test of traction reduces, as a root
+            mean square over the wanted quantities.
         information: Information of the measured curves.
         wanted: Quantities whose uncertainty is to be reduced.
         candidates: Tests that the rig can run.
@@ -159,34 +159,34 @@ class NextTests:
         design: The chosen tests, and the law's part of the uncertainty before and after them.
     """
 
-    oil: str
-    bearing: str
+    oil_name: str
+    bearing_name: str
     budget: Budget | None
-    irreducible: float
+    irreducible_uncertainty: float
     information: Information
-    wanted: Wanted
+    wanted: WantedQuantities
     candidates: Candidates
     gradients: FloatArray
     design: Design
 
     def with_irreducible(self, uncertainty_by_law: Floats) -> FloatArray:
         """The whole uncertainty with some parts by the law, of the shape of these parts."""
-        return np.hypot(uncertainty_by_law, self.irreducible)
+        return np.hypot(uncertainty_by_law, self.irreducible_uncertainty)
 
     def table(self) -> pd.DataFrame:
         """Rows of the table `test_plan`."""
         design = self.design
         tests = self.candidates.tests
-        order = np.zeros(len(tests), dtype=np.int64)
-        order[design.chosen] = np.arange(1, len(design.chosen) + 1)
+        test_order = np.zeros(len(tests), dtype=np.int64)
+        test_order[design.chosen] = np.arange(1, len(design.chosen) + 1)
         uncertainty_with_plan = np.full(len(tests), np.nan)
         uncertainty_with_plan[design.chosen] = self.with_irreducible(design.after)
         return tests.assign(
-            oil=self.oil,
-            bearing=self.bearing,
+            oil=self.oil_name,
+            bearing=self.bearing_name,
             target=self.wanted.target,
-            test_order=order,
-            uncertainty_without_law=self.irreducible,
+            test_order=test_order,
+            uncertainty_without_law=self.irreducible_uncertainty,
             uncertainty_now=float(self.with_irreducible(design.before)),
             uncertainty_with_test=self.with_irreducible(design.with_one_candidate),
             uncertainty_with_plan=uncertainty_with_plan,
@@ -199,13 +199,13 @@ class Request:
 
     Attributes:
         targets: Quantities whose uncertainty is to be reduced.
-        count: Number of tests.
+        test_count: Number of tests.
         bearing: The bearing; None for the target traction.
         duty: Operating points of the bearing, rows of load, speed and temperature.
     """
 
     targets: tuple[str, ...]
-    count: int
+    test_count: int
     bearing: Bearing | None
     duty: FloatArray
 
@@ -217,16 +217,18 @@ def request_from_settings(settings: Settings, bearing: Bearing | None = None) ->
         settings: The settings.
         bearing: A bearing in place of the campaign's.
     """
-    count = settings.plan.tests
+    test_count = settings.plan.tests
     if bearing is None and settings.campaign.torque is not None:
         bearing = settings.tested_bearing()
     if bearing is None:
-        return Request(("traction",), count, bearing=None, duty=np.empty((0, len(DUTY))))
-    return Request(BEARING_TARGETS, count, bearing, duty_points(settings, bearing))
+        return Request(
+            ("traction",), test_count, bearing=None, duty=np.empty((0, len(DUTY_COLUMNS)))
+        )
+    return Request(BEARING_TARGETS, test_count, bearing, duty_points(settings, bearing))
 
 
 def plan_oil(
-    results: CampaignTables, settings: Settings, oil: str, request: Request
+    results: CampaignTables, settings: Settings, oil_name: str, request: Request
 ) -> list[NextTests]:
     """The tests to run next for an oil, one plan for each target.
 
@@ -234,30 +236,30 @@ def plan_oil(
         results: Tables coefficients, fit_quality, refits, curve_residuals, surfaces, surface_sizes
             and points.
         settings: The settings.
-        oil: Name of the oil.
+        oil_name: Name of the oil.
         request: The request.
 
     Raises:
         OilfilmError: Rig, oil or fit lack something that a plan needs.
     """
     rig = PlannedRig.from_settings(settings)
-    properties = settings.properties_of(oil)
+    properties = settings.properties_of(oil_name)
     if properties is None:
         raise OilfilmError(
-            f"{oil}: its properties are not known, so that no film can be calculated. Write "
-            f"config/oils/{oil}.yaml and list it under `oils` of the campaign."
+            f"{oil_name}: its properties are not known, so that no film can be calculated. Write "
+            f"config/oils/{oil_name}.yaml and list it under `oils` of the campaign."
         )
-    fitted = FittedLaw.from_results(results, oil)
+    fitted = FittedLaw.from_results(results, oil_name)
     law_error_beyond = settings.bearing.law_error_beyond
-    points = results.table("points", CURVE_POINTS, oil=oil)
-    information = measured_information(fitted, points, oil, rig.calibration, law_error_beyond)
+    points = results.table("points", CURVE_POINTS, oil=oil_name)
+    information = measured_information(fitted, points, oil_name, rig.calibration, law_error_beyond)
     film = Film(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels
     candidates = feasible_candidates(levels, rig, film, settings.gates.lambda_limit, information)
     plans = []
     targets_in_bearing = [target for target in request.targets if target in BEARING_TARGETS]
     if request.bearing is not None and targets_in_bearing:
-        oil_in_bearing = _oil_in_bearing(results, settings, oil)
+        oil_in_bearing = _oil_in_bearing(results, settings, oil_name)
         wanted_by_target = wanted_in_bearing(
             oil_in_bearing, request.bearing, request.duty, information, rig.contact
         )
@@ -265,37 +267,40 @@ def plan_oil(
         for target in targets_in_bearing:
             budget = budget_by_target[target]
             wanted = wanted_by_target[target].at_known_points(
-                np.isfinite(budget.irreducible), "too many draws have no equilibrium"
+                np.isfinite(budget.irreducible_uncertainty_of_point),
+                "too many draws have no equilibrium",
             )
             plans.append(
-                _next_tests(oil, request, settings.plan, wanted, information, candidates, budget)
+                _next_tests(
+                    oil_name, request, settings.plan, wanted, information, candidates, budget
+                )
             )
     if "traction" in request.targets:
         wanted = wanted_traction(settings.plan.traction_at, information, rig.contact)
-        plans.append(_next_tests(oil, request, settings.plan, wanted, information, candidates))
+        plans.append(_next_tests(oil_name, request, settings.plan, wanted, information, candidates))
     return plans
 
 
-def _oil_in_bearing(results: CampaignTables, settings: Settings, oil: str) -> OilInBearing:
+def _oil_in_bearing(results: CampaignTables, settings: Settings, oil_name: str) -> OilInBearing:
     """An oil with its law in bearings, and everything that its uncertainty is made of.
 
     Raises:
         OilfilmError: The law cannot be used in a bearing.
     """
     for oil_of_results in oils_of_results(results, settings):
-        if oil_of_results.name == oil:
+        if oil_of_results.name == oil_name:
             return oil_of_results
     raise OilfilmError(
-        f"{oil}: the rigs of the campaign have different contacts, so that its law cannot "
+        f"{oil_name}: the rigs of the campaign have different contacts, so that its law cannot "
         "be used in a bearing. Plan for traction, or for a campaign of one rig."
     )
 
 
 def _next_tests(
-    oil: str,
+    oil_name: str,
     request: Request,
     plan_settings: PlanSettings,
-    wanted: Wanted,
+    wanted: WantedQuantities,
     information: Information,
     candidates: Candidates,
     budget: Budget | None = None,
@@ -303,7 +308,7 @@ def _next_tests(
     """The tests of one oil that make the wanted quantities most certain.
 
     Args:
-        oil: Name of the oil.
+        oil_name: Name of the oil.
         request: The request.
         plan_settings: Settings of plans.
         wanted: The quantities.
@@ -316,26 +321,28 @@ def _next_tests(
     gradients = information_with_form.gradients(
         wanted.gradients, wanted.by_form_error, wanted.coordinates
     )
-    bearing = ""
-    count = request.count
-    irreducible = 0.0
+    bearing_name = ""
+    test_count = request.test_count
+    irreducible_uncertainty = 0.0
     if request.bearing is not None and budget is not None:
-        bearing = request.bearing.name
-        irreducible = float(np.sqrt(np.mean(budget.irreducible[wanted.points] ** 2)))
+        bearing_name = request.bearing.name
+        irreducible_uncertainty = float(
+            np.sqrt(np.mean(budget.irreducible_uncertainty_of_point[wanted.point_index] ** 2))
+        )
         if wanted.target == "torque" and not budget.is_by_traction:
-            count = 0
+            test_count = 0
     design = choose(
         information_with_form.precision,
         information_with_form.precision_of_curves(candidates.curves, candidates.form_error),
         gradients,
-        count,
+        test_count,
         plan_settings.smallest_gain,
     )
     return NextTests(
-        oil=oil,
-        bearing=bearing,
+        oil_name=oil_name,
+        bearing_name=bearing_name,
         budget=budget,
-        irreducible=irreducible,
+        irreducible_uncertainty=irreducible_uncertainty,
         information=information_with_form,
         wanted=wanted,
         candidates=candidates,
@@ -345,10 +352,13 @@ def _next_tests(
 
 
 def _form_error_over_tests(
-    plan_settings: PlanSettings, wanted: Wanted, information: Information, tests: Curves
+    plan_settings: PlanSettings,
+    wanted: WantedQuantities,
+    information: Information,
+    test_curves: Curves,
 ) -> FormError:
     """Error of the law's form over its size, with lengths relative to the span of the tests."""
-    test_coordinates = information.form_coordinates(tests)
+    test_coordinates = information.form_coordinates(test_curves)
     wanted_coordinates = wanted.coordinates.reshape(-1, test_coordinates.shape[1])
     measured_coordinates = information.form_coordinates(information.curves)
     span = np.maximum(np.ptp(test_coordinates, axis=0), _SMALLEST_SPAN)
@@ -362,9 +372,9 @@ def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFram
     request = request_from_settings(settings)
     plans = []
     reasons = []
-    for oil in settings.oils:
+    for oil_name in settings.oils:
         try:
-            plans += [plan.table() for plan in plan_oil(results, settings, oil, request)]
+            plans += [plan.table() for plan in plan_oil(results, settings, oil_name, request)]
         except OilfilmError as error:
             reasons.append(str(error))
     return joined(plans, "test_plan"), reasons

@@ -9,7 +9,7 @@ import pandas as pd
 from oilfilm.base.units import M_PER_UM, FloatArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Contact
-from oilfilm.physics.film import Thickness, contact_film
+from oilfilm.physics.film import FilmKind, contact_film
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Observations, to_internal
@@ -28,7 +28,7 @@ class Grid:
 
     @classmethod
     def spanning(
-        cls, box: Mapping[str, Sequence[float]], levels: int, slide_roll_ratio: Sequence[float]
+        cls, box: Mapping[str, Sequence[float]], level_count: int, slide_roll_ratio: Sequence[float]
     ) -> "Grid":
         """A grid over a box of conditions.
 
@@ -37,14 +37,14 @@ class Grid:
 
         Args:
             box: Lowest and highest level of each condition.
-            levels: Number of levels of each condition.
+            level_count: Number of levels of each condition.
             slide_roll_ratio: The slips.
         """
         pressure, speed, temperature = (box[name] for name in CONDITIONS)
         return cls(
-            np.geomspace(pressure[0], pressure[1], levels),
-            np.geomspace(speed[0], speed[1], levels),
-            np.linspace(temperature[0], temperature[1], levels),
+            np.geomspace(pressure[0], pressure[1], level_count),
+            np.geomspace(speed[0], speed[1], level_count),
+            np.linspace(temperature[0], temperature[1], level_count),
             np.asarray(slide_roll_ratio, dtype=float),
         )
 
@@ -69,7 +69,7 @@ class Grid:
         return pd.DataFrame({name: values.ravel() for name, values in zip(AXES, mesh, strict=True)})
 
 
-def traction(fitted: FittedLaw, grid: Grid) -> FloatArray:
+def traction_on_grid(fitted: FittedLaw, grid: Grid) -> FloatArray:
     """mu at all points of a grid, shape `grid.shape`, of a law whose constants are all known."""
     pressure, speed, temperature, slip = grid.levels
     condition_mesh = np.meshgrid(pressure, speed, temperature, indexing="ij")
@@ -90,12 +90,12 @@ class Film:
     Attributes:
         contact: The contact.
         oil: The oil.
-        thickness: Minimum or central film, `film.thickness` of the configuration.
+        film_kind: Minimum or central film, `film.thickness` of the configuration.
     """
 
     contact: Contact
     oil: Oil
-    thickness: Thickness
+    film_kind: FilmKind
 
     def over(self, grid: Grid) -> tuple[FloatArray, FloatArray]:
         """Film thickness in um and lambda, both of shape `grid.shape`.
@@ -106,7 +106,7 @@ class Film:
         thickness_m, lambda_ratio = contact_film(
             self.oil,
             self.contact,
-            self.thickness,
+            self.film_kind,
             load_n=self.contact.load_n(pressure),
             entrainment_speed_m_s=speed,
             inlet_temperature_c=temperature,
@@ -115,7 +115,7 @@ class Film:
         return thickness_m / M_PER_UM, lambda_ratio
 
 
-def films(settings: Settings) -> dict[str, Film]:
+def film_by_oil(settings: Settings) -> dict[str, Film]:
     """Film of each oil with known properties, in the contact of the first rig with a known one."""
     film_contact = None
     for rig in settings.rigs.values():
@@ -132,7 +132,7 @@ def films(settings: Settings) -> dict[str, Film]:
     }
 
 
-def obstacle(fitted: FittedLaw) -> str:
+def reason_without_value(fitted: FittedLaw) -> str:
     """Reason why a law has no value at some pressure, speed and temperature; empty if it has."""
     if fitted.law.conditions != CONDITIONS:
         return f"the law {fitted.law.name} is not one of pressure, speed and temperature"

@@ -48,10 +48,10 @@ def ordered_by(conditions: FloatArray) -> str:
     scaled = scaled_conditions(conditions)
     if exceeds(_share_within_conditions(scaled), _TIED_FROM):
         return ""
-    widths = LevelWidths().scaled()
+    level_widths = LevelWidths().scaled()
     difference_ratios = [
         _successive_difference_ratio(column, width)
-        for column, width in zip(scaled.T, widths.tolist(), strict=True)
+        for column, width in zip(scaled.T, level_widths.tolist(), strict=True)
     ]
     condition_index = int(first_smallest(difference_ratios))
     return (

@@ -65,12 +65,14 @@ class MeasuredRuns:
     largest_slip: FloatArray
 
     @classmethod
-    def from_results(cls, results: CampaignTables, settings: Settings, oil: str) -> "MeasuredRuns":
+    def from_results(
+        cls, results: CampaignTables, settings: Settings, oil_name: str
+    ) -> "MeasuredRuns":
         """The accepted runs of an oil, at the levels that their set points mean.
 
         Runs without a set point have their measured mean. Runs of unknown conditions are left out.
         """
-        points = results.table("points", CURVE_POINTS, oil=oil)
+        points = results.table("points", CURVE_POINTS, oil=oil_name)
         points = points[points["accepted"]]
         points_by_run = points.groupby("run_id")
         runs = results.runs[results.runs["run_id"].isin(list(points_by_run.groups))]
@@ -83,15 +85,17 @@ class MeasuredRuns:
         )
         # pressure and speed have a logarithmic scale
         is_known = np.isfinite(conditions).all(axis=1) & (conditions[:, :2] > 0).all(axis=1)
-        largest_of_run = (
+        largest_values_of_run = (
             points_by_run[["traction_coefficient", "slide_roll_ratio"]]
             .max()
             .loc[runs_at_levels.index]
         )
         return cls(
             conditions=conditions[is_known],
-            largest_mu=largest_of_run["traction_coefficient"].to_numpy(dtype=float)[is_known],
-            largest_slip=largest_of_run["slide_roll_ratio"].to_numpy(dtype=float)[is_known],
+            largest_mu=largest_values_of_run["traction_coefficient"].to_numpy(dtype=float)[
+                is_known
+            ],
+            largest_slip=largest_values_of_run["slide_roll_ratio"].to_numpy(dtype=float)[is_known],
         )
 
     @classmethod
@@ -140,18 +144,20 @@ class RunLimits:
         if not len(self.measured.conditions):
             return np.full(len(conditions), self.largest_traction)
         scaled_measured = scaled_conditions(self.measured.conditions)
-        scaled_wanted = scaled_conditions(conditions)
+        scaled_planned = scaled_conditions(conditions)
         # a tree, because all pairs of a large campaign do not fit into memory
         tree = scipy.spatial.cKDTree(scaled_measured)
-        distance_to_nearest, _ = tree.query(scaled_wanted)
-        expected = np.empty(len(scaled_wanted))
-        rows_as_near_of_wanted = tree.query_ball_point(
-            scaled_wanted, distance_to_nearest + _ROUNDING_OF_DISTANCE
+        distance_to_nearest, _ = tree.query(scaled_planned)
+        expected = np.empty(len(scaled_planned))
+        near_indices_of_planned = tree.query_ball_point(
+            scaled_planned, distance_to_nearest + _ROUNDING_OF_DISTANCE
         )
-        for row, rows_as_near in enumerate(rows_as_near_of_wanted):
-            distance = np.sum((scaled_wanted[row] - scaled_measured[rows_as_near]) ** 2, axis=1)
+        for planned_index, near_index in enumerate(near_indices_of_planned):
+            distance = np.sum(
+                (scaled_planned[planned_index] - scaled_measured[near_index]) ** 2, axis=1
+            )
             is_nearest = ~exceeds(distance, distance.min())
-            expected[row] = self.measured.largest_mu[rows_as_near][is_nearest].max()
+            expected[planned_index] = self.measured.largest_mu[near_index][is_nearest].max()
         return expected
 
 
@@ -160,21 +166,21 @@ class RunPlan:
     """The runs to make next for one oil.
 
     Attributes:
-        oil: Name of the oil.
-        rig: Name of the rig.
+        oil_name: Name of the oil.
+        rig_name: Name of the rig.
         runs: The runs, in the order in which to make them.
         judged: Their load, largest slip and film, in the same order.
         ordered_by: The condition in whose order the measured runs were made; empty if none.
-        left_out: Number of lacking runs that the rig cannot make, by the limit.
+        left_out_count_by_limit: Number of lacking runs that the rig cannot make, by the limit.
         film_is_judged: Whether the film of the runs is known.
     """
 
-    oil: str
-    rig: str
+    oil_name: str
+    rig_name: str
     runs: list[PlannedRun]
     judged: JudgedTests
     ordered_by: str
-    left_out: dict[str, int]
+    left_out_count_by_limit: dict[str, int]
     film_is_judged: bool
 
     def table(self) -> pd.DataFrame:
@@ -183,8 +189,8 @@ class RunPlan:
         frame = pd.DataFrame(conditions, columns=list(CONDITIONS))
         new_levels = pd.Series([run.new_levels for run in self.runs], dtype=object)
         return frame.assign(
-            oil=self.oil,
-            rig=self.rig,
+            oil=self.oil_name,
+            rig=self.rig_name,
             run_order=np.arange(1, len(self.runs) + 1),
             run_reason=[run.reason for run in self.runs],
             new_levels=new_levels,
@@ -200,45 +206,47 @@ def _conditions_of(runs: Sequence[PlannedRun]) -> FloatArray:
     return np.array([run.conditions for run in runs]).reshape(-1, len(CONDITIONS))
 
 
-def plan_runs(measured: MeasuredRuns, settings: Settings, oil: str) -> RunPlan:
+def plan_runs(measured: MeasuredRuns, settings: Settings, oil_name: str) -> RunPlan:
     """The runs to make next for an oil.
 
     Args:
         measured: Its runs; none for a campaign without data.
         settings: The settings.
-        oil: Name of the oil.
+        oil_name: Name of the oil.
 
     Raises:
         OilfilmError: The rig is not known well enough.
     """
     rig = PlannedRig.from_settings(settings)
-    properties = settings.properties_of(oil)
+    properties = settings.properties_of(oil_name)
     film = None
     if properties is not None:
         film = Film(rig.contact, properties, settings.film.thickness)
-    plan = settings.plan
-    limits = RunLimits(rig, film, settings.gates.lambda_limit, measured, plan.largest_traction)
-    wanted = _wanted_runs(measured, _matrix(settings), plan, limits)
-    judged_wanted = limits.judge(_conditions_of(wanted))
-    runs = [wanted[row] for row in np.flatnonzero(judged_wanted.is_feasible)]
-    order_of_measured = ordered_by(measured.conditions)
-    if order_of_measured or not runs:
-        repeats = _repeats(measured, is_ordered=order_of_measured != "")
+    plan_settings = settings.plan
+    limits = RunLimits(
+        rig, film, settings.gates.lambda_limit, measured, plan_settings.largest_traction
+    )
+    wanted_runs = _wanted_runs(measured, _matrix_conditions(settings), plan_settings, limits)
+    judged_wanted = limits.judge(_conditions_of(wanted_runs))
+    runs = [wanted_runs[run_index] for run_index in np.flatnonzero(judged_wanted.is_feasible)]
+    measured_order = ordered_by(measured.conditions)
+    if measured_order or not runs:
+        repeats = _repeats(measured, is_ordered=measured_order != "")
         can_repeat = limits.runnable(_conditions_of(repeats))
-        runs += [repeats[row] for row in np.flatnonzero(can_repeat)]
-    runs = _in_order(runs, measured.conditions, limits, settings.seed)
+        runs += [repeats[run_index] for run_index in np.flatnonzero(can_repeat)]
+    runs = _in_random_order(runs, measured.conditions, limits, settings.seed)
     return RunPlan(
-        oil=oil,
-        rig=rig.name,
+        oil_name=oil_name,
+        rig_name=rig.name,
         runs=runs,
         judged=limits.judge(_conditions_of(runs)),
-        ordered_by=order_of_measured,
-        left_out=judged_wanted.left_out,
+        ordered_by=measured_order,
+        left_out_count_by_limit=judged_wanted.left_out_count_by_limit,
         film_is_judged=film is not None,
     )
 
 
-def _matrix(settings: Settings) -> FloatArray:
+def _matrix_conditions(settings: Settings) -> FloatArray:
     """P, U and T of the campaign's matrix, shape (conditions, 3); none without a matrix."""
     matrix = settings.campaign.matrix
     if matrix is None:
@@ -248,18 +256,21 @@ def _matrix(settings: Settings) -> FloatArray:
 
 
 def _wanted_runs(
-    measured: MeasuredRuns, matrix: FloatArray, plan: PlanSettings, limits: RunLimits
+    measured: MeasuredRuns,
+    matrix_conditions: FloatArray,
+    plan_settings: PlanSettings,
+    limits: RunLimits,
 ) -> list[PlannedRun]:
     """The runs that the campaign lacks: those of its matrix, then levels and corners."""
-    levels_to_choose = [getattr(plan.levels, name) for name in CONDITIONS]
-    is_missing = ~is_among(matrix, measured.conditions)
-    runs = [PlannedRun(row, "planned") for row in matrix[is_missing]]
-    missing_conditions = matrix[is_missing]
+    levels_to_choose = [getattr(plan_settings.levels, name) for name in CONDITIONS]
+    is_missing = ~is_among(matrix_conditions, measured.conditions)
+    runs = [PlannedRun(conditions, "planned") for conditions in matrix_conditions[is_missing]]
+    missing_conditions = matrix_conditions[is_missing]
     missing_conditions = missing_conditions[limits.runnable(missing_conditions)]
-    conditions = np.concatenate([measured.conditions, missing_conditions])
-    if not len(conditions):
+    known_conditions = np.concatenate([measured.conditions, missing_conditions])
+    if not len(known_conditions):
         return runs + first_runs(levels_to_choose, limits.runnable)
-    return runs + lacking_runs(conditions, levels_to_choose, limits.runnable)
+    return runs + lacking_runs(known_conditions, levels_to_choose, limits.runnable)
 
 
 def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
@@ -271,44 +282,50 @@ def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
     conditions = measured.conditions
     distinct_conditions = distinct(conditions)
     if is_ordered:
-        count = _REPEATS
+        repeat_count = _REPEATS
         # in the order in which they were made
         candidates = conditions
     else:
-        count = _REPEATS - (len(conditions) - len(distinct_conditions))
+        repeat_count = _REPEATS - (len(conditions) - len(distinct_conditions))
         candidates = distinct_conditions
-    if count <= 0 or not len(candidates):
+    if repeat_count <= 0 or not len(candidates):
         return []
-    rows = np.linspace(0, len(candidates) - 1, min(count, len(candidates))).round().astype(int)
-    return [PlannedRun(condition, "repeat") for condition in distinct(candidates[rows])]
+    candidate_index = (
+        np.linspace(0, len(candidates) - 1, min(repeat_count, len(candidates))).round().astype(int)
+    )
+    return [PlannedRun(condition, "repeat") for condition in distinct(candidates[candidate_index])]
 
 
-def _in_order(
-    runs: list[PlannedRun], measured: FloatArray, limits: RunLimits, seed: int
+def _in_random_order(
+    runs: list[PlannedRun], measured_conditions: FloatArray, limits: RunLimits, seed: int
 ) -> list[PlannedRun]:
     """The runs in random order, with the reference runs between them."""
     if not runs:
         return []
     sorted_runs = sorted(runs, key=lambda run: tuple(run.conditions))
-    reference = PlannedRun(_reference(sorted_runs, measured, limits), "reference")
-    ordered = []
-    for position, row in enumerate(random_order(_conditions_of(sorted_runs), seed)):
+    reference = PlannedRun(
+        _reference_condition(sorted_runs, measured_conditions, limits), "reference"
+    )
+    ordered_runs = []
+    for position, run_index in enumerate(random_order(_conditions_of(sorted_runs), seed)):
         if position % RUNS_BETWEEN_REFERENCES == 0:
-            ordered.append(reference)
-        ordered.append(sorted_runs[row])
-    return ordered
+            ordered_runs.append(reference)
+        ordered_runs.append(sorted_runs[run_index])
+    return ordered_runs
 
 
-def _reference(runs: list[PlannedRun], measured: FloatArray, limits: RunLimits) -> FloatArray:
+def _reference_condition(
+    runs: list[PlannedRun], measured_conditions: FloatArray, limits: RunLimits
+) -> FloatArray:
     """The condition of reference runs: of measured ones that nearest to the middle of the box.
 
     A measured condition joins the new runs to the old ones. Without data it is one of the plan.
     """
-    planned = _conditions_of(runs)
-    box = Levels.from_conditions(np.concatenate([measured, planned]))
-    runnable_measured = measured[limits.runnable(measured)]
+    planned_conditions = _conditions_of(runs)
+    box = Levels.from_conditions(np.concatenate([measured_conditions, planned_conditions]))
+    runnable_conditions = measured_conditions[limits.runnable(measured_conditions)]
     may_be_taken = is_among(
-        box.conditions, runnable_measured if len(runnable_measured) else planned
+        box.conditions, runnable_conditions if len(runnable_conditions) else planned_conditions
     )
     return box.nearest(box.middle, may_be_taken, np.ones(len(CONDITIONS), dtype=bool))
 
@@ -317,10 +334,10 @@ def run_plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.Data
     """The table `run_plan` of a campaign, and the reasons why oils have no rows in it."""
     plans = []
     reasons = []
-    for oil in settings.oils:
+    for oil_name in settings.oils:
         try:
-            measured = MeasuredRuns.from_results(results, settings, oil)
-            plans.append(plan_runs(measured, settings, oil).table())
+            measured = MeasuredRuns.from_results(results, settings, oil_name)
+            plans.append(plan_runs(measured, settings, oil_name).table())
         except OilfilmError as error:
             reasons.append(str(error))
     return joined(plans, "run_plan"), reasons

@@ -13,11 +13,13 @@ from oilfilm.traction import PAPER_LAW
 
 # Columns that name a plateau. The table `torque` has one row per plateau and load variable; a load
 # variable is the law on pressure evaluated in one way, or another law.
-_PLATEAU = ["run_id", "first_row"]
+_PLATEAU_COLUMNS = ["run_id", "first_row"]
 
 
-def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
-    """One row per oil with simulated torque logs; no rows where the torque was measured.
+def torque_control_table(results: CampaignTables, settings: Settings) -> pd.DataFrame:
+    """The table `torque_control`: one row per oil with simulated torque logs.
+
+    It has no rows where the torque was measured.
 
     Args:
         results: Table `fit_quality`, and `torque_truth` of the package that simulates logs. Its
@@ -28,54 +30,54 @@ def torque_control(results: CampaignTables, settings: Settings) -> pd.DataFrame:
     torque_logs = settings.campaign.torque
     if torque_logs is None or torque_logs.twin is None:
         return tables.empty("torque_control")
-    law_of_oil = results.configured.fit_quality.set_index("oil")["law"]
-    misfit_of_oil = results.torque_truth.groupby("oil")["law_misfit"].first()
-    rows = []
+    law_name_of_oil = results.configured.fit_quality.set_index("oil")["law"]
+    law_misfit_of_oil = results.torque_truth.groupby("oil")["law_misfit"].first()
+    control_rows = []
     for oil in settings.campaign.oils:
-        if oil not in misfit_of_oil.index:
+        if oil not in law_misfit_of_oil.index:
             continue
-        misfit = misfit_of_oil[oil]
-        if misfit > settings.torque_logs.twin_misfit_max:
+        law_misfit = law_misfit_of_oil[oil]
+        if law_misfit > settings.torque_logs.twin_misfit_max:
             # different traction is behind the two kinds of logs: the comparison shows nothing
             verdict = "two truths"
-        elif settings.campaign.truth_is_law and law_of_oil.get(oil) == PAPER_LAW.name:
+        elif settings.campaign.truth_is_law and law_name_of_oil.get(oil) == PAPER_LAW.name:
             # the fitted law itself made the logs of both rigs: the comparison checks the code
             verdict = "positive control"
         else:
             # other physics made the logs of both rigs: the comparison checks the law
             verdict = "one truth"
-        rows.append({"oil": oil, "verdict": verdict, "law_misfit": misfit})
-    return tables.from_rows(rows, "torque_control")
+        control_rows.append({"oil": oil, "verdict": verdict, "law_misfit": law_misfit})
+    return tables.from_rows(control_rows, "torque_control")
 
 
-def is_bistable(torque: pd.DataFrame) -> "pd.Series[bool]":
+def is_bistable(torque_table: pd.DataFrame) -> "pd.Series[bool]":
     """Whether the cage of each row may both roll and skid; false where that is not known."""
-    return torque["bistable"].eq(True).fillna(False).astype(bool)
+    return torque_table["bistable"].eq(True).fillna(False).astype(bool)
 
 
-def without_bistable(torque: pd.DataFrame) -> pd.DataFrame:
+def without_bistable(torque_table: pd.DataFrame) -> pd.DataFrame:
     """Rows of the table `torque` without the bistable plateaus.
 
     A plateau is bistable if the cage may both roll and skid by any of its rows, so that all laws
     are compared at the same plateaus. Plateaus where it is not known remain, with the torque that
     was calculated. `undecided_plateaus` counts them.
     """
-    plateau_keys = [torque[name] for name in _PLATEAU]
-    by_any_row = is_bistable(torque).groupby(plateau_keys).transform("any")
-    return torque[~by_any_row]
+    plateau_keys = [torque_table[name] for name in _PLATEAU_COLUMNS]
+    by_any_row = is_bistable(torque_table).groupby(plateau_keys).transform("any")
+    return torque_table[~by_any_row]
 
 
-def undecided_plateaus(torque: pd.DataFrame) -> int:
+def undecided_plateaus(torque_table: pd.DataFrame) -> int:
     """Number of plateaus of which it is not known, by some row, whether they are bistable."""
-    remaining = without_bistable(torque)
-    return len(remaining[remaining["bistable"].isna()].drop_duplicates(_PLATEAU))
+    remaining = without_bistable(torque_table)
+    return len(remaining[remaining["bistable"].isna()].drop_duplicates(_PLATEAU_COLUMNS))
 
 
-def bistable_points(torque: pd.DataFrame) -> str:
+def bistable_points_text(torque_table: pd.DataFrame) -> str:
     """Bistable operating points of the table `torque`, as text."""
-    plateaus = torque[is_bistable(torque)].drop_duplicates(_PLATEAU)
+    bistable_plateaus = torque_table[is_bistable(torque_table)].drop_duplicates(_PLATEAU_COLUMNS)
     return "; ".join(
         f"{row['oil']} at {row['inner_speed_rpm']:.0f} rpm, {row['axial_load_n']:.0f} N, "
         f"{row['inlet_temperature_c']:.0f} degC"
-        for row in tables.rows(plateaus)
+        for row in tables.rows(bistable_plateaus)
     )

@@ -32,13 +32,13 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
 from oilfilm.bearing.friction import COARSE_QUADRATURE, FrictionEquilibrium, FrictionProblem
-from oilfilm.bearing.inputs import INPUTS, Inputs
+from oilfilm.bearing.inputs import INPUT_NAMES, Inputs
 from oilfilm.bearing.resistance import FACTORS
 from oilfilm.bearing.torque import film_ratio
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.config import BearingSettings, TorqueDrawSettings
-from oilfilm.torque.load_variables import LawInBearing, law_of_groups
+from oilfilm.torque.load_variables import LawInBearing, join_laws
 from oilfilm.traction.law import to_constants, to_internal
 
 # Ends of every interval of the project: 95 %.
@@ -58,7 +58,7 @@ _CAUSES_OF_OIL: Mapping[str, tuple[str, ...]] = {
 }
 # Everything that is drawn, each with the names of its random numbers.
 UNCERTAIN: Mapping[str, tuple[str, ...]] = {
-    **{name: (name,) for name in (*INPUTS, *FACTOR_TERMS)},
+    **{name: (name,) for name in (*INPUT_NAMES, *FACTOR_TERMS)},
     "rig": _SENSORS,
     **_CAUSES_OF_OIL,
 }
@@ -76,24 +76,24 @@ _LATTICE_MULTIPLIER = 21
 _SOLVED_AT_ONCE = 30_000
 
 # Standard normal numbers by their names, shapes (draws,).
-Numbers = Mapping[str, FloatArray]
+NormalNumbers = Mapping[str, FloatArray]
 
 
-def factor_spread(settings: BearingSettings, term: str) -> float:
+def sd_of_log_factor(settings: BearingSettings, term: str) -> float:
     """Standard deviation of the logarithm of the factor on a term."""
     return float(np.sqrt(np.log1p(getattr(settings.term_uncertainty, term) ** 2)))
 
 
-def random_factor(settings: BearingSettings, term: str, normal: FloatArray) -> FloatArray:
+def random_factor(settings: BearingSettings, term: str, normal_numbers: FloatArray) -> FloatArray:
     """Random factors on one of `FACTOR_TERMS`: log-normal with mean 1.
 
     Args:
         settings: Uncertainties of the terms.
         term: The term.
-        normal: Standard normal numbers.
+        normal_numbers: Standard normal numbers.
     """
-    spread = factor_spread(settings, term)
-    return np.asarray(np.exp(spread * normal - spread**2 / 2))
+    sd_of_log = sd_of_log_factor(settings, term)
+    return np.asarray(np.exp(sd_of_log * normal_numbers - sd_of_log**2 / 2))
 
 
 def has_draws(fitted: FittedLaw) -> bool:
@@ -118,70 +118,73 @@ def law_error(
     errors = []
     for ring in ("inner", "outer"):
         pressure_gpa = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
-        values_by_condition: dict[str, FloatArray] = {
+        level_by_condition: dict[str, FloatArray] = {
             "max_hertz_pressure_gpa": pressure_gpa,
             "load_n": law.rig_contact.load_n(pressure_gpa),
             "entrainment_speed_m_s": calculated["entrainment_speed_m_s"].to_numpy(dtype=float),
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
         conditions = np.column_stack(
-            [values_by_condition[name] for name in law.fitted.law.conditions]
+            [level_by_condition[name] for name in law.fitted.law.conditions]
         )
         errors.append(law.fitted.form_error(conditions, slip, error_without_interval))
     return np.maximum(*errors)
 
 
 def _normal_numbers(
-    draw_count: int, names: Sequence[str], random: np.random.Generator
+    draw_count: int, number_names: Sequence[str], random: np.random.Generator
 ) -> dict[str, FloatArray]:
-    """Standard normal numbers by name, with one draw from each equal slice."""
-    shape = (len(names), draw_count)
-    slices = np.array([random.permutation(draw_count) for _ in names])
+    """Standard normal numbers by name, with one draw from each slice of equal probability."""
+    shape = (len(number_names), draw_count)
+    slice_of_number = np.array([random.permutation(draw_count) for _ in number_names])
     position_in_slice = random.random(shape)
-    numbers = scipy.special.ndtri((slices + position_in_slice) / draw_count)
-    return dict(zip(names, numbers, strict=True))
+    normal_numbers = scipy.special.ndtri((slice_of_number + position_in_slice) / draw_count)
+    return dict(zip(number_names, normal_numbers, strict=True))
 
 
-def _moved_numbers(normal: FloatArray, shift: int, position: FloatArray) -> FloatArray:
-    """Standard normal numbers with one from each equal slice, in an order of their own.
+def _moved_normal_numbers(
+    normal_numbers: FloatArray, shift: int, position_in_slice: FloatArray
+) -> FloatArray:
+    """Other standard normal numbers, one from each slice of equal probability, in another order.
 
     The slices of both form a lattice. Hence they hardly correlate, which makes estimates by pairs
     twice as exact as a random order does.
 
     Args:
-        normal: The numbers of the first order, from `_normal_numbers`.
+        normal_numbers: The numbers of the first order, from `_normal_numbers`.
         shift: Number of slices by which the lattice is moved.
-        position: Positions in the slices, 0 to 1.
+        position_in_slice: Positions in the slices, 0 to 1.
     """
-    draw_count = len(normal)
-    slices = np.floor(scipy.special.ndtr(normal) * draw_count)
+    draw_count = len(normal_numbers)
+    slice_of_number = np.floor(scipy.special.ndtr(normal_numbers) * draw_count)
     return np.asarray(
         scipy.special.ndtri(
-            ((_LATTICE_MULTIPLIER * slices + shift) % draw_count + position) / draw_count
+            ((_LATTICE_MULTIPLIER * slice_of_number + shift) % draw_count + position_in_slice)
+            / draw_count
         )
     )
 
 
 class OilAndLaw(NamedTuple):
-    """Points of one oil with one law.
+    """The oil and the law of a group of operating points.
 
     Attributes:
-        name: Name of the oil.
-        properties: Its properties.
+        oil_name: Name of the oil.
+        oil: Its properties.
         law: Its law.
     """
 
-    name: str
-    properties: Oil
+    oil_name: str
+    oil: Oil
     law: LawInBearing
 
 
-class Drawing:
-    """The draws of operating points.
+class RandomDraws:
+    """Random draws of operating points, and what they give: results and shares of variance.
 
     Attributes:
-        drawn_points: Indices of the points that have draws.
-        law_errors: Relative standard error of the law's form at these points.
+        drawn_point_index: Indices of the points that have draws.
+        law_error_of_drawn_point: Relative standard error of the law's form at these points.
     """
 
     def __init__(
@@ -207,54 +210,57 @@ class Drawing:
         self._groups = groups
         self._settings = settings
         self._seed = seed
-        self._points = len(group_of_point)
+        self._point_count = len(group_of_point)
         group_has_draws = np.array([has_draws(group.law.fitted) for group in groups], dtype=bool)
         converged = calculated["converged"].to_numpy(dtype=bool)
-        self.drawn_points = np.flatnonzero(group_has_draws[group_of_point] & converged)
-        self._group_of_point = group_of_point[self.drawn_points]
-        self.law_errors = np.empty(len(self.drawn_points))
-        if len(self.drawn_points) == 0:
+        self.drawn_point_index = np.flatnonzero(group_has_draws[group_of_point] & converged)
+        self._group_of_point = group_of_point[self.drawn_point_index]
+        self.law_error_of_drawn_point = np.empty(len(self.drawn_point_index))
+        if len(self.drawn_point_index) == 0:
             return
         for group_index in np.unique(self._group_of_point):
             is_of_group = self._group_of_point == group_index
-            rows_of_group = calculated.iloc[self.drawn_points[is_of_group]]
-            self.law_errors[is_of_group] = law_error(
+            rows_of_group = calculated.iloc[self.drawn_point_index[is_of_group]]
+            self.law_error_of_drawn_point[is_of_group] = law_error(
                 groups[group_index].law, rows_of_group, settings.law_error_beyond
             )
-        self._coarse = replace(
-            equilibrium.problem.at_points(self.drawn_points), rule=gauss_rule(*COARSE_QUADRATURE)
+        self._coarse_problem = replace(
+            equilibrium.problem.at_points(self.drawn_point_index),
+            rule=gauss_rule(*COARSE_QUADRATURE),
         )
         # A draw starts from the equilibrium of its point without draws. It stays on that branch
         # while the branch exists. Otherwise its equilibrium is searched without a neighbour.
         neighbour = Neighbour.from_unknowns(
-            self._coarse, equilibrium.solution.unknowns[self.drawn_points]
+            self._coarse_problem, equilibrium.solution.unknowns[self.drawn_point_index]
         )
-        without_draws = friction_equilibrium(self._coarse, neighbour)
-        self._start = Neighbour.from_unknowns(self._coarse, without_draws.solution.unknowns)
+        without_draws = friction_equilibrium(self._coarse_problem, neighbour)
+        self._start_neighbour = Neighbour.from_unknowns(
+            self._coarse_problem, without_draws.solution.unknowns
+        )
         # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
         fine_results = (
-            calculated.iloc[self.drawn_points][list(DRAWN_RESULTS)].to_numpy(dtype=float).T
+            calculated.iloc[self.drawn_point_index][list(DRAWN_RESULTS)].to_numpy(dtype=float).T
         )
         correction = fine_results - _results(without_draws)
         is_same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
         self._correction = np.where(is_same_branch, correction, 0.0)
 
-    def results(self) -> FloatArray:
+    def calculate_results(self) -> FloatArray:
         """Torque, cage slip and lambda of each draw, shape (3, draws, points).
 
         NaN without refits and where a draw has no equilibrium.
         """
         draw_count = self._settings.uncertainty.draws
-        results = np.full((len(DRAWN_RESULTS), draw_count, self._points), np.nan)
-        if len(self.drawn_points):
-            numbers = self._numbers(draw_count, "torque uncertainty")
-            results[..., self.drawn_points] = self._solved(
-                numbers, np.arange(len(self.drawn_points))
+        results = np.full((len(DRAWN_RESULTS), draw_count, self._point_count), np.nan)
+        if len(self.drawn_point_index):
+            numbers = self._random_numbers(draw_count, "torque uncertainty")
+            results[..., self.drawn_point_index] = self._solved(
+                numbers, np.arange(len(self.drawn_point_index))
             )
         return results
 
-    def shares(
-        self, wanted: IndexArray, causes: Mapping[str, tuple[str, ...]] = UNCERTAIN
+    def calculate_shares(
+        self, wanted_points: IndexArray, causes: Mapping[str, tuple[str, ...]] = UNCERTAIN
     ) -> pd.DataFrame:
         """Share of the variance of torque and cage slip by each of some causes.
 
@@ -263,158 +269,191 @@ class Drawing:
         add up to more than 1, because a cause acts together with others there.
 
         Args:
-            wanted: Indices of the points; those without draws are left out.
+            wanted_points: Indices of the points; those without draws are left out.
             causes: Causes, each with the names of its random numbers.
 
         Returns:
             One row per point and cause: `point`, `variance_cause`, `torque_share`, `slip_share`.
         """
-        chosen_positions = np.flatnonzero(np.isin(self.drawn_points, wanted))
-        if len(chosen_positions) == 0:
+        position_in_drawn = np.flatnonzero(np.isin(self.drawn_point_index, wanted_points))
+        if len(position_in_drawn) == 0:
             return pd.DataFrame(columns=["point", "variance_cause", "torque_share", "slip_share"])
-        first_numbers = self._numbers(_DRAW_PAIRS, "shares of variance")
+        first_numbers_of_group = self._random_numbers(_DRAW_PAIRS, "shares of variance")
         # every oil has the same moves, so that shared numbers stay shared
         random = generator(self._seed, "shares of variance, redrawn")
         moves = {
             name: (int(random.integers(_DRAW_PAIRS)), random.random(_DRAW_PAIRS))
             for name in _ALL_NAMES
         }
-        second_numbers_of_groups = [
-            {name: _moved_numbers(normal, *moves[name]) for name, normal in numbers.items()}
-            for numbers in first_numbers
+        second_numbers_of_group = [
+            {
+                name: _moved_normal_numbers(normal_numbers, *moves[name])
+                for name, normal_numbers in numbers.items()
+            }
+            for numbers in first_numbers_of_group
         ]
         # the first numbers, then those with one cause redrawn after the other
-        joined_numbers = []
-        for numbers, second_numbers in zip(first_numbers, second_numbers_of_groups, strict=True):
+        joined_numbers_of_group = []
+        for numbers, second_numbers in zip(
+            first_numbers_of_group, second_numbers_of_group, strict=True
+        ):
             variants = [numbers]
-            for names in causes.values():
-                variants.append({**numbers, **{name: second_numbers[name] for name in names}})
-            joined_numbers.append(
+            for number_names in causes.values():
+                redrawn_numbers = {name: second_numbers[name] for name in number_names}
+                variants.append({**numbers, **redrawn_numbers})
+            joined_numbers_of_group.append(
                 {name: np.concatenate([variant[name] for variant in variants]) for name in numbers}
             )
-        solved = self._solved(joined_numbers, chosen_positions)
-        values = solved.reshape(
-            len(DRAWN_RESULTS), 1 + len(causes), _DRAW_PAIRS, len(chosen_positions)
+        results = self._solved(joined_numbers_of_group, position_in_drawn)
+        results_by_variant = results.reshape(
+            len(DRAWN_RESULTS), 1 + len(causes), _DRAW_PAIRS, len(position_in_drawn)
         )
-        first_values, redrawn_values = values[:, :1], values[:, 1:]
+        first_results, redrawn_results = results_by_variant[:, :1], results_by_variant[:, 1:]
         with np.errstate(invalid="ignore", divide="ignore"):
-            variance = np.nanvar(first_values, axis=2, ddof=1) + np.nanvar(
-                redrawn_values, axis=2, ddof=1
+            variance = np.nanvar(first_results, axis=2, ddof=1) + np.nanvar(
+                redrawn_results, axis=2, ddof=1
             )
-            shares = np.nanmean((redrawn_values - first_values) ** 2, axis=2) / variance
+            shares = np.nanmean((redrawn_results - first_results) ** 2, axis=2) / variance
         torque_share, slip_share, _ = shares
         return pd.DataFrame(
             {
-                "point": np.tile(self.drawn_points[chosen_positions], len(causes)),
-                "variance_cause": np.repeat(list(causes), len(chosen_positions)),
+                "point": np.tile(self.drawn_point_index[position_in_drawn], len(causes)),
+                "variance_cause": np.repeat(list(causes), len(position_in_drawn)),
                 "torque_share": torque_share.ravel(),
                 "slip_share": slip_share.ravel(),
             }
         )
 
-    def _numbers(self, draw_count: int, purpose: str) -> list[Numbers]:
-        """Random numbers of each group."""
+    def _random_numbers(self, draw_count: int, purpose: str) -> list[NormalNumbers]:
+        """Random numbers of each group of points, by their names."""
         shared = _normal_numbers(draw_count, _SHARED_NAMES, generator(self._seed, purpose))
         return [
             {
                 **shared,
                 **_normal_numbers(
-                    draw_count, _NAMES_OF_OIL, generator(self._seed, purpose, group.name)
+                    draw_count, _NAMES_OF_OIL, generator(self._seed, purpose, group.oil_name)
                 ),
             }
             for group in self._groups
         ]
 
-    def _solved(self, numbers: Sequence[Numbers], chosen_positions: IndexArray) -> FloatArray:
+    def _solved(
+        self, numbers_of_group: Sequence[NormalNumbers], position_in_drawn: IndexArray
+    ) -> FloatArray:
         """`DRAWN_RESULTS` with random numbers of each group, shape (3, draws, chosen points).
 
         Args:
-            numbers: Random numbers of each group.
-            chosen_positions: Positions in `drawn_points`.
+            numbers_of_group: Random numbers of each group.
+            position_in_drawn: Positions in `drawn_point_index`.
         """
-        draw_count = len(numbers[0]["run"])
+        draw_count = len(numbers_of_group[0]["run"])
         points_at_once = max(_SOLVED_AT_ONCE // draw_count, 1)
         results_of_chunks = []
-        for chunk_start in range(0, len(chosen_positions), points_at_once):
-            chunk = chosen_positions[chunk_start : chunk_start + points_at_once]
-            problem = self._drawn_problem(numbers, chunk, draw_count)
-            neighbour = self._start.at_points(np.repeat(chunk, draw_count))
+        for chunk_start in range(0, len(position_in_drawn), points_at_once):
+            positions_of_chunk = position_in_drawn[chunk_start : chunk_start + points_at_once]
+            problem = self._drawn_problem(numbers_of_group, positions_of_chunk, draw_count)
+            neighbour = self._start_neighbour.at_points(np.repeat(positions_of_chunk, draw_count))
             drawn_results = _results(friction_equilibrium(problem, neighbour))
             drawn_results = np.swapaxes(
-                drawn_results.reshape(len(DRAWN_RESULTS), len(chunk), draw_count), 1, 2
+                drawn_results.reshape(len(DRAWN_RESULTS), len(positions_of_chunk), draw_count), 1, 2
             )
-            results_of_chunks.append(drawn_results + self._correction[:, np.newaxis, chunk])
+            results_of_chunks.append(
+                drawn_results + self._correction[:, np.newaxis, positions_of_chunk]
+            )
         return np.concatenate(results_of_chunks, axis=2)
 
     def _drawn_problem(
-        self, numbers: Sequence[Numbers], chosen_positions: IndexArray, draw_count: int
+        self,
+        numbers_of_group: Sequence[NormalNumbers],
+        position_in_drawn: IndexArray,
+        draw_count: int,
     ) -> FrictionProblem:
         """The problem of all draws of some points, with the draws of a point next to each other."""
-        point_count = len(chosen_positions)
-        group_of_point = self._group_of_point[chosen_positions]
-        problem = self._coarse.at_points(np.repeat(chosen_positions, draw_count))
+        point_count = len(position_in_drawn)
+        group_of_point = self._group_of_point[position_in_drawn]
+        problem = self._coarse_problem.at_points(np.repeat(position_in_drawn, draw_count))
         lubrication = problem.lubrication
         # the shared numbers are the same in every group
-        shared = numbers[0]
-        uncertain = {**problem.bearing.uncertain, **self._settings.uncertain()}
-        probability = {
-            name: np.tile(scipy.special.ndtr(shared[name]), point_count) for name in INPUTS
+        shared_numbers = numbers_of_group[0]
+        uncertain_input_by_name = {**problem.bearing.uncertain, **self._settings.uncertain()}
+        probability_by_input = {
+            name: np.tile(scipy.special.ndtr(shared_numbers[name]), point_count)
+            for name in INPUT_NAMES
         }
         factors = lubrication.factors.copy()
         for term in FACTOR_TERMS:
-            factor = random_factor(self._settings, term, shared[term])
+            factor = random_factor(self._settings, term, shared_numbers[term])
             factors[:, FACTORS.index(term)] *= np.tile(factor, point_count)
-        numbers_of_points = [numbers[group] for group in group_of_point]
-        run_sd = [
-            np.nan_to_num(self._groups[group].law.fitted.coefficients.run_sd)
-            for group in group_of_point
+        numbers_of_point = [numbers_of_group[group_index] for group_index in group_of_point]
+        run_sd_of_point = [
+            np.nan_to_num(self._groups[group_index].law.fitted.coefficients.run_sd)
+            for group_index in group_of_point
         ]
-        traction_errors = [
-            sd_of_run * oil_numbers["run"] + error_of_law * oil_numbers["law error"]
-            for oil_numbers, sd_of_run, error_of_law in zip(
-                numbers_of_points, run_sd, self.law_errors[chosen_positions], strict=True
+        traction_errors_of_point = [
+            run_sd * oil_numbers["run"] + law_error_of_point * oil_numbers["law error"]
+            for oil_numbers, run_sd, law_error_of_point in zip(
+                numbers_of_point,
+                run_sd_of_point,
+                self.law_error_of_drawn_point[position_in_drawn],
+                strict=True,
             )
         ]
-        factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors))
-        uncertainty = self._settings.stand_in_uncertainty
-        stand_in = np.repeat(
-            [self._groups[group].properties.stand_in for group in group_of_point], draw_count
+        factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors_of_point))
+        stand_in_uncertainty = self._settings.stand_in_uncertainty
+        is_stand_in = np.repeat(
+            [self._groups[group_index].oil.stand_in for group_index in group_of_point], draw_count
         )
-        viscosity = np.concatenate([oil_numbers["viscosity"] for oil_numbers in numbers_of_points])
-        pressure_viscosity = np.concatenate(
-            [oil_numbers["pressure viscosity"] for oil_numbers in numbers_of_points]
+        viscosity_numbers = np.concatenate(
+            [oil_numbers["viscosity"] for oil_numbers in numbers_of_point]
         )
-        inlet = lubrication.oil
-        oil = replace(
-            inlet,
-            dynamic_viscosity_pa_s=inlet.dynamic_viscosity_pa_s
-            * np.exp(uncertainty.viscosity * stand_in * viscosity),
-            pressure_viscosity_coefficient_1_pa=inlet.pressure_viscosity_coefficient_1_pa
-            * np.exp(uncertainty.pressure_viscosity_coefficient * stand_in * pressure_viscosity),
+        pressure_viscosity_numbers = np.concatenate(
+            [oil_numbers["pressure viscosity"] for oil_numbers in numbers_of_point]
         )
-        constants = {
-            group: _drawn_constants(self._groups[group].law.fitted, numbers[group])
-            for group in np.unique(group_of_point)
+        oil_without_draws = lubrication.inlet_oil
+        drawn_inlet_oil = replace(
+            oil_without_draws,
+            dynamic_viscosity_pa_s=oil_without_draws.dynamic_viscosity_pa_s
+            * np.exp(stand_in_uncertainty.viscosity * is_stand_in * viscosity_numbers),
+            pressure_viscosity_coefficient_1_pa=oil_without_draws.pressure_viscosity_coefficient_1_pa
+            * np.exp(
+                stand_in_uncertainty.pressure_viscosity_coefficient
+                * is_stand_in
+                * pressure_viscosity_numbers
+            ),
+        )
+        constants_of_group = {
+            group_index: _drawn_constants(
+                self._groups[group_index].law.fitted, numbers_of_group[group_index]
+            )
+            for group_index in np.unique(group_of_point)
         }
-        laws = [
-            self._groups[group].law.with_constants(constants[group]) for group in group_of_point
+        law_of_point = [
+            self._groups[group_index].law.with_constants(constants_of_group[group_index])
+            for group_index in group_of_point
         ]
         drawn_problem = replace(
             problem,
-            law=law_of_groups(laws, [draw_count] * point_count),
-            lubrication=replace(lubrication, oil=oil, factors=factors),
+            law=join_laws(law_of_point, [draw_count] * point_count),
+            lubrication=replace(lubrication, inlet_oil=drawn_inlet_oil, factors=factors),
         )
-        return drawn_problem.with_inputs(Inputs.drawn(uncertain, probability))
+        return drawn_problem.with_inputs(
+            Inputs.drawn(uncertain_input_by_name, probability_by_input)
+        )
 
 
-def _drawn_constants(fitted: FittedLaw, numbers: Numbers) -> FloatArray:
-    """Constants of the draws: refits that sensors move, shape (draws, constants)."""
+def _drawn_constants(fitted: FittedLaw, numbers: NormalNumbers) -> FloatArray:
+    """Constants of the draws: refits, moved by the errors of sensors, shape (draws, constants)."""
     law, coefficients = fitted.law, fitted.coefficients
     refits = coefficients.spread
     refit_index = (scipy.special.ndtr(numbers["refit"]) * len(refits)).astype(np.intp)
-    shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
-    sensors = np.column_stack([numbers[name] for name in _SENSORS])
-    internal = to_internal(law, refits[refit_index]) + sensors[:, : len(shifts)] @ shifts
+    shift_of_sensor = to_internal(law, coefficients.shifted) - to_internal(
+        law, coefficients.constants
+    )
+    sensor_numbers = np.column_stack([numbers[name] for name in _SENSORS])
+    internal = (
+        to_internal(law, refits[refit_index])
+        + sensor_numbers[:, : len(shift_of_sensor)] @ shift_of_sensor
+    )
     return np.asarray(to_constants(law, internal))
 
 
@@ -422,16 +461,16 @@ def with_uncertainty(
     calculated: pd.DataFrame,
     draws: FloatArray,
     was_drawn: BoolArray,
-    speed_rad_s: FloatArray,
+    inner_speed_rad_s: FloatArray,
     settings: TorqueDrawSettings,
 ) -> pd.DataFrame:
     """Calculated friction with the standard uncertainty and 95 % interval of its results.
 
     Args:
         calculated: The results without draws.
-        draws: Draws of `Drawing.results`.
+        draws: Draws of `RandomDraws.calculate_results`.
         was_drawn: Points that have draws, with or without equilibria, shape (points,).
-        speed_rad_s: Speed of the inner ring.
+        inner_speed_rad_s: Speed of the inner ring.
         settings: How many draws may be lost, and when they are split.
 
     Returns:
@@ -443,21 +482,25 @@ def with_uncertainty(
     torque, slip, _ = draws
     has_equilibrium = np.isfinite(torque)
     has_enough_draws = _has_enough_draws(has_equilibrium, settings.lost_share_max)
-    draws_by_result = {"torque_n_m": torque, "cage_slip": slip, "power_w": torque * speed_rad_s}
+    draws_by_result = {
+        "torque_n_m": torque,
+        "cage_slip": slip,
+        "power_w": torque * inner_speed_rad_s,
+    }
     columns: dict[str, FloatArray] = {}
-    for name, values in draws_by_result.items():
-        usable_values = np.where(has_enough_draws, values, 0.0)
+    for name, drawn_values in draws_by_result.items():
+        usable_values = np.where(has_enough_draws, drawn_values, 0.0)
         # between these ranks the next draw is with 95 %; the usual ranks hold 93 % with 100 draws
         lower, upper = np.nanquantile(
             usable_values, _INTERVAL_PROBABILITIES, axis=0, method="weibull"
         )
-        spread = np.nanstd(usable_values, axis=0, ddof=1)
-        columns[f"{name}_uncertainty"] = np.where(has_enough_draws, spread, np.nan)
+        standard_deviation = np.nanstd(usable_values, axis=0, ddof=1)
+        columns[f"{name}_uncertainty"] = np.where(has_enough_draws, standard_deviation, np.nan)
         columns[f"{name}_lower"] = np.where(has_enough_draws, lower, np.nan)
         columns[f"{name}_upper"] = np.where(has_enough_draws, upper, np.nan)
     is_split = pd.Series(_is_split(slip, settings), calculated.index, dtype="boolean")
     return calculated.assign(
-        power_w=calculated["torque_n_m"] * speed_rad_s,
+        power_w=calculated["torque_n_m"] * inner_speed_rad_s,
         **columns,
         draws_split=is_split.where(has_enough_draws),
         draws_lost=np.where(was_drawn, (~has_equilibrium).sum(axis=0), np.nan),
@@ -482,8 +525,10 @@ def _is_split(slip: FloatArray, settings: TorqueDrawSettings) -> BoolArray:
     """Points whose draws, shape (draws, points), are in two groups of cage slip."""
     # draws without an equilibrium are sorted to the end and repeat the largest slip
     sorted_slip = np.fmax.accumulate(np.sort(slip, axis=0), axis=0)
-    first, last = (round(quantile * (len(slip) - 1)) for quantile in _INTERVAL_PROBABILITIES)
-    interval = sorted_slip[first : last + 1]
-    widest_gap = np.diff(interval, axis=0).max(axis=0)
-    least_gap = settings.split_gap_share * (interval[-1] - interval[0])
-    return np.asarray((widest_gap > settings.split_gap) & (widest_gap > least_gap))
+    first_rank, last_rank = (
+        round(quantile * (len(slip) - 1)) for quantile in _INTERVAL_PROBABILITIES
+    )
+    slips_in_interval = sorted_slip[first_rank : last_rank + 1]
+    widest_gap = np.diff(slips_in_interval, axis=0).max(axis=0)
+    smallest_gap = settings.split_gap_share * (slips_in_interval[-1] - slips_in_interval[0])
+    return np.asarray((widest_gap > settings.split_gap) & (widest_gap > smallest_gap))

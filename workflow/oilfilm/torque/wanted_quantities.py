@@ -33,34 +33,34 @@ _LARGEST_CURVATURE = 0.5
 
 
 @dataclass(frozen=True)
-class Wanted:
+class WantedQuantities:
     """Quantities whose uncertainty is to be reduced.
 
     Attributes:
         target: `torque`, `cage_slip` or `traction`.
         labels: Operating point of each quantity, as text.
-        points: Index of each quantity's operating point among those that were asked for, shape
+        point_index: Index of each quantity's operating point among those that were asked for, shape
             (quantities,).
         gradients: Gradients by the free internal constants, shape (quantities, free). Those of
             torque and traction are relative to the value.
-        lever: Change of each quantity per relative change of all traction, in the unit of
-            `gradients`.
+        traction_gradient: Change of each quantity per relative change of all traction, in the unit
+            of `gradients`, shape (quantities,).
         form_error: Relative standard error of the law's form there, shape (quantities,).
         coordinates: ln W / 3, ln U and T of the contacts that matter, as `form_coordinates` gives
             them for the load W of the rig's contact, shape (quantities, contacts, 3).
-        left_out: Operating points without such a gradient, with the reason.
+        left_out_reasons: Operating points without such a gradient, with the reason.
     """
 
     target: str
     labels: list[str]
-    points: IndexArray
+    point_index: IndexArray
     gradients: FloatArray
-    lever: FloatArray
+    traction_gradient: FloatArray
     form_error: FloatArray
     coordinates: FloatArray
-    left_out: list[str]
+    left_out_reasons: list[str]
 
-    def at_known_points(self, is_known: BoolArray, reason: str) -> "Wanted":
+    def at_known_points(self, is_known: BoolArray, reason: str) -> "WantedQuantities":
         """The quantities without those of some operating points.
 
         Args:
@@ -70,30 +70,33 @@ class Wanted:
         Raises:
             OilfilmError: None stays.
         """
-        is_kept = is_known[self.points]
+        is_kept = is_known[self.point_index]
         dropped_labels = [
             label for label, kept in zip(self.labels, is_kept, strict=True) if not kept
         ]
-        left_out = self.left_out + [f"{label}: {reason}" for label in dropped_labels]
+        left_out_reasons = self.left_out_reasons + [
+            f"{label}: {reason}" for label in dropped_labels
+        ]
         if not is_kept.any():
             raise OilfilmError(
-                f"no duty point has a known uncertainty ({left_out[0]}). Choose other duty points."
+                f"no duty point has a known uncertainty ({left_out_reasons[0]}). "
+                "Choose other duty points."
             )
         return replace(
             self,
             labels=[label for label, kept in zip(self.labels, is_kept, strict=True) if kept],
-            points=self.points[is_kept],
+            point_index=self.point_index[is_kept],
             gradients=self.gradients[is_kept],
-            lever=self.lever[is_kept],
+            traction_gradient=self.traction_gradient[is_kept],
             form_error=self.form_error[is_kept],
             coordinates=self.coordinates[is_kept],
-            left_out=left_out,
+            left_out_reasons=left_out_reasons,
         )
 
     @property
     def by_form_error(self) -> FloatArray:
         """Change of each quantity by one standard error of the law's form, shape (quantities,)."""
-        return self.lever * self.form_error
+        return self.traction_gradient * self.form_error
 
 
 def wanted_in_bearing(
@@ -102,7 +105,7 @@ def wanted_in_bearing(
     duty: FloatArray,
     information: Information,
     contact: Contact,
-) -> dict[str, Wanted]:
+) -> dict[str, WantedQuantities]:
     """Torque and cage slip at operating points, with their gradients by the free constants.
 
     The gradients include the friction equilibrium, which is solved again with each moved constant.
@@ -118,47 +121,47 @@ def wanted_in_bearing(
         OilfilmError: No operating point has a gradient.
     """
     moves = _moves_of_constants(information)
-    results = _run_with_moves(oil, bearing, duty, information, moves)
+    calculated = _run_with_moves(oil, bearing, duty, information, moves)
     # one axis for the moves, one for the operating points
     moves_and_points = (len(moves), len(duty))
     values_by_target = {
-        "torque": results["torque_n_m"].to_numpy(dtype=float).reshape(moves_and_points),
-        "cage_slip": results["cage_slip"].to_numpy(dtype=float).reshape(moves_and_points),
+        "torque": calculated["torque_n_m"].to_numpy(dtype=float).reshape(moves_and_points),
+        "cage_slip": calculated["cage_slip"].to_numpy(dtype=float).reshape(moves_and_points),
     }
-    converged = results["converged"].to_numpy(dtype=bool).reshape(moves_and_points)
+    converged = calculated["converged"].to_numpy(dtype=bool).reshape(moves_and_points)
     is_solved: BoolArray = np.asarray(converged.all(axis=0))
     is_smooth: BoolArray = is_solved.copy()
     for values_of_target in values_by_target.values():
         is_smooth &= _is_smooth(values_of_target)
-    labels, left_out = _labels(duty, is_solved, is_smooth)
+    labels, left_out_reasons = _labels(duty, is_solved, is_smooth)
     if not labels:
         raise OilfilmError(
             f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
-            f"law's constants ({left_out[0]}). Choose other duty points."
+            f"law's constants ({left_out_reasons[0]}). Choose other duty points."
         )
-    unmoved_results = results.iloc[: len(duty)]
-    coordinates = _coordinates_of_contacts(unmoved_results, duty, contact)[is_smooth]
+    calculated_without_moves = calculated.iloc[: len(duty)]
+    coordinates = _coordinates_of_contacts(calculated_without_moves, duty, contact)[is_smooth]
     form_error = law_error(
-        oil.laws["stress"], unmoved_results[is_smooth], oil.settings.law_error_beyond
+        oil.laws["stress"], calculated_without_moves[is_smooth], oil.settings.law_error_beyond
     )
-    wanted = {}
+    wanted_by_target = {}
     for target in BEARING_TARGETS:
         smooth_values = values_by_target[target][:, is_smooth]
         forward, backward = np.split(smooth_values[1:], 2)
         gradient = (forward - backward).T / (2 * _INTERNAL_STEP)
         if target == "torque":
             gradient = gradient / smooth_values[0][:, np.newaxis]
-        wanted[target] = Wanted(
+        wanted_by_target[target] = WantedQuantities(
             target=target,
             labels=labels,
-            points=np.flatnonzero(is_smooth),
+            point_index=np.flatnonzero(is_smooth),
             gradients=gradient[:, :-1],
-            lever=gradient[:, -1],
+            traction_gradient=gradient[:, -1],
             form_error=form_error,
             coordinates=coordinates,
-            left_out=left_out,
+            left_out_reasons=left_out_reasons,
         )
-    return wanted
+    return wanted_by_target
 
 
 def _moves_of_constants(information: Information) -> FloatArray:
@@ -168,10 +171,10 @@ def _moves_of_constants(information: Information) -> FloatArray:
         Rows of shape (constants + 1,). The first row moves nothing. Then each row moves one free
         constant, or the traction, forward. The same rows follow with backward moves.
     """
-    count = len(information.internal)
-    moved_columns = np.append(np.flatnonzero(information.free), count)
-    forward = _INTERNAL_STEP * np.eye(count + 1)[moved_columns]
-    return np.concatenate([np.zeros((1, count + 1)), forward, -forward])
+    constant_count = len(information.internal)
+    moved_columns = np.append(np.flatnonzero(information.free), constant_count)
+    forward = _INTERNAL_STEP * np.eye(constant_count + 1)[moved_columns]
+    return np.concatenate([np.zeros((1, constant_count + 1)), forward, -forward])
 
 
 def _run_with_moves(
@@ -194,7 +197,9 @@ def _run_with_moves(
     load_n, speed_rpm, temperature_c = np.tile(duty.T, len(moves))
     moved_oil = oil.with_constants(np.repeat(constants, len(duty), axis=0))
     traction_factor = np.exp(np.repeat(moves[:, -1], len(duty)))
-    return moved_oil.run(bearing, load_n, speed_rpm, temperature_c, traction_factor=traction_factor)
+    return moved_oil.calculate(
+        bearing, load_n, speed_rpm, temperature_c, traction_factor=traction_factor
+    )
 
 
 def _labels(
@@ -202,25 +207,25 @@ def _labels(
 ) -> tuple[list[str], list[str]]:
     """Operating points with a gradient, and those without one with the reason."""
     labels = []
-    left_out = []
-    for row, (load_n, speed_rpm, temperature_c) in enumerate(duty):
+    left_out_reasons = []
+    for point_index, (load_n, speed_rpm, temperature_c) in enumerate(duty):
         label = f"{load_n:g} N, {speed_rpm:g} rpm, {temperature_c:g} degC"
-        if is_smooth[row]:
+        if is_smooth[point_index]:
             labels.append(label)
-        elif is_solved[row]:
-            left_out.append(f"{label}: it jumps with the constants")
+        elif is_solved[point_index]:
+            left_out_reasons.append(f"{label}: it jumps with the constants")
         else:
-            left_out.append(f"{label}: no equilibrium")
-    return labels, left_out
+            left_out_reasons.append(f"{label}: no equilibrium")
+    return labels, left_out_reasons
 
 
 def _coordinates_of_contacts(
-    results: pd.DataFrame, duty: FloatArray, contact: Contact
+    calculated: pd.DataFrame, duty: FloatArray, contact: Contact
 ) -> FloatArray:
     """Conditions of both contacts at each operating point, shape (operating points, 2, 3)."""
     # the load at which the contact of the rig has the pressure of the bearing's
-    rig_load_n = contact.load_n(results[_PRESSURES].to_numpy())
-    speed_m_s = results[["entrainment_speed_m_s"]].to_numpy()
+    rig_load_n = contact.load_n(calculated[_PRESSURES].to_numpy())
+    speed_m_s = calculated[["entrainment_speed_m_s"]].to_numpy()
     temperature_c = duty[:, [2]]
     return form_coordinates(
         rig_load_n,
@@ -245,7 +250,7 @@ def _is_smooth(values: FloatArray) -> BoolArray:
 
 def wanted_traction(
     points: list[PointOfTraction], information: Information, contact: Contact
-) -> Wanted:
+) -> WantedQuantities:
     """mu at some conditions, with its relative gradients by the free constants.
 
     Args:
@@ -278,13 +283,13 @@ def wanted_traction(
     ]
     pressure_gpa, speed_m_s, temperature_c = points_table[list(CONDITIONS)].to_numpy(dtype=float).T
     coordinates = form_coordinates(contact.load_n(pressure_gpa), speed_m_s, temperature_c)
-    return Wanted(
+    return WantedQuantities(
         target="traction",
         labels=labels,
-        points=np.arange(len(mu)),
+        point_index=np.arange(len(mu)),
         gradients=mu_slopes / mu[:, np.newaxis],
-        lever=np.ones(len(mu)),
+        traction_gradient=np.ones(len(mu)),
         form_error=information.form_error(conditions, slip),
         coordinates=coordinates[:, np.newaxis],
-        left_out=[],
+        left_out_reasons=[],
     )

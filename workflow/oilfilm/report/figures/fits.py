@@ -36,7 +36,7 @@ from oilfilm.report.figures.sheet import (
 from oilfilm.report.names import law_title
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
-from oilfilm.torque.operating_grid import Grid, films, obstacle, traction
+from oilfilm.torque.operating_grid import Grid, film_by_oil, reason_without_value, traction_on_grid
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law
 
@@ -353,9 +353,9 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     slip = np.geomspace(smallest_slip, largest_slip, _GRID_POINTS)
     speed_mesh, slip_mesh = np.meshgrid(speed, slip)
     grid = Grid(np.array(pressures_gpa), speed, np.array([temperature_c]), slip)
-    mu_of_oil = {oil: traction(fit, grid) for oil, fit in fit_by_oil.items()}
+    mu_of_oil = {oil: traction_on_grid(fit, grid) for oil, fit in fit_by_oil.items()}
     lambda_of_oil = {}
-    for oil, film in films(settings).items():
+    for oil, film in film_by_oil(settings).items():
         _, lambda_of_oil[oil] = film.over(grid)
     lambda_limit = settings.gates.lambda_limit
     largest_mu = max(float(np.nanmax(mu)) for mu in mu_of_oil.values())
@@ -409,7 +409,7 @@ def _fit_by_oil(results: CampaignTables) -> dict[str, FittedLaw]:
     fit_by_oil = {}
     for oil in configured.coefficients["oil"].unique():
         fit = FittedLaw.from_tables(configured.coefficients, oil, quality=configured.fit_quality)
-        if not obstacle(fit):
+        if not reason_without_value(fit):
             fit_by_oil[str(oil)] = fit
     return fit_by_oil
 

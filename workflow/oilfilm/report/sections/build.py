@@ -46,7 +46,7 @@ from oilfilm.torque.answers import CAUSES, range_text, what_to_measure, with_int
 from oilfilm.torque.best_oil import NOT_KNOWN
 from oilfilm.torque.operating_grid import AXES
 from oilfilm.torque.torque_control import (
-    bistable_points,
+    bistable_points_text,
     is_bistable,
     undecided_plateaus,
     without_bistable,
@@ -496,7 +496,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
         plateaus_calculated=len(converged.drop_duplicates(plateau_key)),
         bistable=len(converged[is_bistable(converged)].drop_duplicates(plateau_key)),
         undecided=undecided_plateaus(converged),
-        bistable_points=bistable_points(converged),
+        bistable_points=bistable_points_text(converged),
         why_lost=_reasons_lost(torque[~torque["converged"]]),
         has_uncertainty=converged.empty or (with_one_motion["verdict"] != "not known").any(),
         control=_truths_by_verdict(results.torque_control),
