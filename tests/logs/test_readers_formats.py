@@ -51,12 +51,12 @@ def in_si_units(example: SoundLog) -> dict[str, np.ndarray]:
 
 
 def read(content: bytes, config: Settings, example: SoundLog) -> Reading:
-    return read_log(content, "log", config, example.kind.logs)[1]
+    return read_log(content, "log", config, example.kind.kind_of_logs)[1]
 
 
 @every_log
 def test_written_values_come_back_in_si(config: Settings, example: SoundLog, name: str) -> None:
-    reader, reading = read_log(write(example, name, 200), "log", config, example.kind.logs)
+    reader, reading = read_log(write(example, name, 200), "log", config, example.kind.kind_of_logs)
     assert (reader, reading.rows, reading.refusals) == (name, 200, [])
     (run,) = reading.runs
     assert (run.run_id, run.oil, run.flaw) == ("log", "4102", None)
@@ -92,9 +92,11 @@ def test_compressed_files_are_read_in_place(config: Settings, example: SoundLog,
     content = write(example, name, 5)
     for packed in (gzip.compress(content), arrow.compress(content, "zstd", asbytes=True)):
         # whatever the name says
-        reader, reading = read_log(packed, "log.csv", config, example.kind.logs)
+        reader, reading = read_log(packed, "log.csv", config, example.kind.kind_of_logs)
         assert (reader, len(reading.runs[0])) == (name, 5)
-        runs = ingest_logs([("plain", content), ("packed", packed)], config, example.kind.logs).runs
+        runs = ingest_logs(
+            [("plain", content), ("packed", packed)], config, example.kind.kind_of_logs
+        ).runs
         assert runs["sha256"].nunique() == 2
         assert runs["content_sha256"].nunique() == 1  # what refuses the copy
 

@@ -46,7 +46,7 @@ from oilfilm.tables import failed_gates
 # Columns of plateaus that a check reports, by kind of rig.
 MEASURED = {
     TRACTION_KIND: (*SET_POINT_KEYS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
-    TORQUE_KIND: TorqueRig.means,
+    TORQUE_KIND: TorqueRig.mean_columns,
 }
 _REFUSAL_COLUMNS = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
 _RUN_COLUMNS = ["run_id", "label", "oil", "rig", "verdict", "warning", "plateaus"]
@@ -277,7 +277,7 @@ def _judged_files(
     for kind in _KINDS:
         files = [file for file in logs if kind_of(file, settings) is kind]
         if files:
-            sheet = sheet_of_paths([Path(file) for file in files], raw, settings, kind.logs)
+            sheet = sheet_of_paths([Path(file) for file in files], raw, settings, kind.kind_of_logs)
             contents = ((file, logs[file]()) for file in files)
             reports_of_kind, curated = _judged(contents, settings, kind, sheet)
             reports.update((log_report["file"], log_report) for log_report in reports_of_kind)
@@ -330,7 +330,7 @@ def _judged(
     logs: Iterable[Log], settings: Settings, kind: type[RigKind], sheet: RunSheet
 ) -> tuple[list[JsonObject], Curated]:
     """The reports of `judged_logs`, and the tables behind them."""
-    ingested = ingest_logs(logs, settings, kind.logs, sheet)
+    ingested = ingest_logs(logs, settings, kind.kind_of_logs, sheet)
     curated = curate_ingested(ingested, kind(settings))
     reports = []
     for read_log in ingested.logs:

@@ -26,7 +26,7 @@ from oilfilm.base.units import conversion
 from oilfilm.cli.dialogue import Checked, check_project, converse, open_lines, outcome_lines
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.cli.sliding_rigs import does_not_roll
-from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
+from oilfilm.curation.traction_rig import ZERO_SOURCES_BEST_FIRST, zero_source
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.meaning import concepts_in, meaning_of, stated_unit
@@ -254,7 +254,7 @@ def _findings_and_no_logs(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed
     settings = resolve(CONFIG, {"campaign": "etm-slim"})
     settings_by_source = {
         source: settings.with_changes({"campaign": {"semantics": {"zero": source}}})
-        for source in BEST_FIRST
+        for source in ZERO_SOURCES_BEST_FIRST
     }
     source_of_zero = partial(zero_source, settings_by_source=settings_by_source)
     sniffed = [sniff(file, read_bytes(path), source_of_zero) for file, path in logs.items()]

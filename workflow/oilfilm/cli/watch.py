@@ -106,7 +106,7 @@ class Watcher:
         # every file is looked at: the time of a changed one begins now
         settled_paths = [path for path, stamp in stamps.items() if self._is_settled(path, stamp)]
         paths_without_fault = [path for path in stamps if not faults[path]]
-        sheet = sheet_of_paths(paths_without_fault, self._raw, self._settings, kind.logs)
+        sheet = sheet_of_paths(paths_without_fault, self._raw, self._settings, kind.kind_of_logs)
         for path in sorted(settled_paths, key=lambda path: stamps[path].changed_ns, reverse=True):
             judged_from = stamps[path], sheet.rows.get(str(path))
             if self._judged.get(path) == judged_from:
