@@ -228,7 +228,7 @@ LOGS = [
 def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested, Curated]:
     paths = {oil: folder / f"{oil}.parquet" for oil in CONFIG.oils}
     with sample_files(paths, ABOUT) as keep:
-        ingested = ingest_logs(logs, CONFIG, keep=keep)
+        ingested = ingest_logs(logs, CONFIG, keep_run=keep)
     samples = tables.read_parts("samples", *paths.values())
     return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)
 

@@ -69,7 +69,7 @@ def test_column_of_runs_and_repeated_headers_divide_a_sheet(read) -> None:
     assert [run.run_id for run in runs] == ["log:0", "log:1", "log:2"]
     block = [["Load (N)", 20], NAMES, *ROWS[:10]]
     runs = read(book(Log=[["Oil", "4102"], *block, [], ["Load (N)", 40], *block[1:]])).runs
-    assert [run.nominal["load_n"] for run in runs] == [20, 40]
+    assert [run.set_points["load_n"] for run in runs] == [20, 40]
 
 
 def test_instants_of_a_sheet_are_seconds(read) -> None:

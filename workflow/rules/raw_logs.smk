@@ -70,7 +70,7 @@ def digests_of_logs(folder, files):
 
     As params they rerun what reads a log with other bytes; Snakemake itself goes by its date.
     """
-    return dict.fromkeys(files) if folder in TWINS else DIGESTS.by_name(folder, files)
+    return dict.fromkeys(files) if folder in TWINS else DIGESTS.digest_of_name(folder, files)
 
 
 def keep_logs_found():

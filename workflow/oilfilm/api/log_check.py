@@ -217,7 +217,7 @@ def _removed_logs(campaign: str, raw: Path) -> Iterator[str]:
     for folder in (campaign, f"{campaign}-torque"):
         first_seen = FirstSeen(campaign, folder, folder=raw.parent / "first_seen")
         logs = named_logs(raw / folder) if (raw / folder).is_dir() else ()
-        sentence = first_seen.gone(f"data/raw/{folder}/{name}" for name, _ in logs)
+        sentence = first_seen.sentence_on_missing(f"data/raw/{folder}/{name}" for name, _ in logs)
         if sentence:
             yield sentence
 
@@ -343,12 +343,12 @@ def _judged(
             "campaign": settings.campaign.name,
             "verdict": "accepted" if is_accepted else "refused",
             "rig_kind": kind.name,
-            "format": read_log.format,
+            "format": read_log.format_name,
             # encoding, delimiter and decimal mark
             **asdict(read_log.form),
-            "rows": read_log.rows,
+            "rows": read_log.row_count,
             "refused_rows": int(refusals["refused_rows"].sum()),
-            "run_sheet_rows": len(sheet.rows[file]) if file in sheet.rows else None,
+            "run_sheet_rows": len(sheet.rows_of_log[file]) if file in sheet.rows_of_log else None,
             "refusals": tables.rows(refusals[_REFUSAL_COLUMNS]),
             "runs": [_checked_run(run, read_log, curated, settings, kind) for run in runs],
         }
@@ -365,21 +365,21 @@ def _checked_run(
 ) -> JsonObject:
     """One run of a log."""
     points = curated.points[curated.points["run_id"] == run["run_id"]]
-    understood = read_log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
-    sources = understood.sources
+    understood = read_log.understood_of_run.get(run["run_id"], NOTHING_UNDERSTOOD)
+    sources = understood.source_of_key
     is_traction = kind.name == TRACTION_KIND
     ranges = points[list(MEASURED[kind.name])].agg(["min", "max"])
     checked: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
     warnings = [*run["warning"]]
     if not is_traction:
-        warnings += radial_load_warnings(understood.unused)
+        warnings += radial_load_warnings(understood.unused_names)
     checked["warning"] = "; ".join(warnings)
     checked["oil_source"] = sources.get("oil", _CAMPAIGN)
     checked["rig_source"] = sources.get("rig" if is_traction else "bearing", _CAMPAIGN)
     checked["rows"] = run["samples"]
     checked["accepted_plateaus"] = run["accepted_points"]
     checked["columns"] = [asdict(column) for column in understood.columns]
-    checked["unused_columns"] = [name for name in understood.unused if name]
+    checked["unused_columns"] = [name for name in understood.unused_names if name]
     checked["set_points"] = _set_points(run, sources) if is_traction else {}
     checked["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
     checked["failed_gates"] = list(_failed_gates(points, kind))

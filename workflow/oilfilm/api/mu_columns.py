@@ -18,7 +18,7 @@ from oilfilm.base.units import FloatArray, possible_conversion
 from oilfilm.logs.header import split_unit
 from oilfilm.logs.meaning import (
     DEFINITION_IN_WORDS,
-    DEFINITIONS,
+    DEFINITIONS_OF_QUANTITY,
     UNIT_BY_QUANTITY,
     Meaning,
     meaning_of,
@@ -120,7 +120,7 @@ def stated_columns(text: str | Mapping[str, str]) -> dict[str, Meaning]:
         if quantity not in (*UNIT_BY_QUANTITY, NOTHING):
             expected = ", ".join((*UNIT_BY_QUANTITY, NOTHING))
             raise OilfilmError(f"--columns: found {quantity!r}; expected one of {expected}.")
-        definitions = DEFINITIONS.get(quantity, ())
+        definitions = DEFINITIONS_OF_QUANTITY.get(quantity, ())
         name_and_unit, separator, last_part = column.rpartition(",")
         definition = last_part.strip() if separator and last_part.strip() in definitions else ""
         # only a unit in brackets: the user types the name as the table has it
@@ -208,7 +208,7 @@ def _completed(stated: Meaning, name: str, unit_beside: str) -> Meaning:
     """What the user says of a column, with unit and definition of its name where none is said."""
     unit = stated.unit or unit_beside or stated_unit(name)[1]
     definition = stated.definition
-    definitions = DEFINITIONS.get(stated.quantity, ())
+    definitions = DEFINITIONS_OF_QUANTITY.get(stated.quantity, ())
     if not definition and definitions:
         definition = definitions[0]
         likely_meaning = meaning_of(name, unit_beside)
@@ -231,7 +231,7 @@ def _line_to_paste(column: TableColumn) -> str:
     )
     unit = meaning.unit or unit_of_name or usual_unit
     in_brackets = "" if unit == "1" else f" [{unit}]"
-    definitions = DEFINITIONS.get(meaning.quantity, ())
+    definitions = DEFINITIONS_OF_QUANTITY.get(meaning.quantity, ())
     definition = f", {meaning.definition or definitions[0]}" if definitions else ""
     line = f'--columns "{meaning.quantity}={bare_name}{in_brackets}{definition}"'
     if len(definitions) > 1 and not meaning.definition:

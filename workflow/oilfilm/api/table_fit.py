@@ -37,7 +37,7 @@ from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.meaning import Meaning, NamesInWords, label_of, meaning_of
+from oilfilm.logs.meaning import Meaning, VocabularyInWords, label_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.traction import LAWS, PAPER_LAW
@@ -60,7 +60,7 @@ _QUANTITY_OF_COLUMN = {
     for column, quantity in TRACTION.vocabulary.project_names.items()
     if column in _COLUMNS
 }
-VOCABULARY = NamesInWords("traction", "columns", _QUANTITY_OF_COLUMN, ())
+VOCABULARY = VocabularyInWords("traction", "columns", _QUANTITY_OF_COLUMN, ())
 # Quantity of a name -> column of the points.
 _COLUMN_BY_QUANTITY = {
     "max_hertz_pressure": PRESSURE,
@@ -368,7 +368,7 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated: StatedByUser) -> MuTa
         OilfilmError: As by `read_mu_table`.
     """
     try:
-        vocabulary = replace(VOCABULARY, stated=stated.columns)
+        vocabulary = replace(VOCABULARY, meaning_of_name=stated.columns)
         form, blocks = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
@@ -392,7 +392,7 @@ def _add_labels(
     mu_table: MuTable, logged: LoggedTable, names_read: Iterable[str], delimiter: str | None
 ) -> None:
     """Add the columns of text, `oil` and `curve`, where the table has them."""
-    if logged.show is None:
+    if logged.show_row is None:
         return
     # columns without a name are no labels
     names_in_use = {plain_key(name) for name in names_read} | {""}
@@ -401,8 +401,8 @@ def _add_labels(
         if index is None:
             continue
         texts = []
-        for number in range(logged.rows):
-            cells = logged.show(number).split(delimiter)
+        for number in range(logged.row_count):
+            cells = logged.show_row(number).split(delimiter)
             texts.append(cells[index].strip(' "') if index < len(cells) else "")
         mu_table.points[label] = texts
 
@@ -456,7 +456,7 @@ def _add_points(mu_table: MuTable, logged: LoggedTable, stated: StatedByUser) ->
         for index, name in enumerate(logged.names)
         if meanings[index] is not None or key_of_stated(name, stated.columns) is not None
     ]
-    values = zip(indices, logged.values(indices), strict=True)
+    values = zip(indices, logged.read_values(indices), strict=True)
     numbers = {
         index: np.asarray(column, dtype=float)
         for index, column in values

@@ -339,7 +339,7 @@ def _column_of_answer(key: str, answer: str, column_names: Sequence[str]) -> dic
     if unit:
         return {"name": [name]}
     _, unit = stated_unit(name)
-    is_known = unit != "" and VOCABULARY.fits(key, unit)
+    is_known = unit != "" and VOCABULARY.is_convertible(key, unit)
     return {"name": [name], "unit": unit if is_known else None}
 
 

@@ -34,7 +34,7 @@ from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
 from oilfilm.logs.sniff import (
     VOCABULARY,
     Findings,
-    Sniffed,
+    SniffedLog,
     rows_of_sheet,
     set_points,
     shipped_names,
@@ -84,7 +84,7 @@ class NewProject:
 
     campaign: str
     findings: Findings
-    no_logs: Sequence[Sniffed]
+    no_logs: Sequence[SniffedLog]
     texts: Mapping[str, str]
 
     @property
@@ -140,7 +140,7 @@ def _opening_lines(project: NewProject, folder: str) -> Iterator[str]:
         yield f"  {line}"
     for log in project.no_logs:
         yield f"  {log.file} is no log and was not copied: {log.problem}"
-    for quantity, names in project.findings.columns.items():
+    for quantity, names in project.findings.column_names_of_quantity.items():
         yield f"  {quantity}: {', '.join(names)} (guess)"
     yield f"Written: {', '.join(project.texts)}"
     yield from lines_on_abilities(project.findings)
@@ -163,7 +163,7 @@ def _closing_lines(project: NewProject, folder: Path, checked: Checked | None) -
 
 def lines_on_abilities(findings: Findings) -> Iterator[str]:
     """What the logs can give and what they cannot give, as far as their columns show it."""
-    unnamed_quantities = [quantity.replace("_", " ") for quantity in findings.doubtful]
+    unnamed_quantities = [quantity.replace("_", " ") for quantity in findings.names_to_choose_from]
     if unnamed_quantities:
         listed = ", ".join(unnamed_quantities)
         yield f"The logs give no curve until these columns are named: {listed}."
@@ -173,7 +173,7 @@ def lines_on_abilities(findings: Findings) -> Iterator[str]:
     what_is_missing = []
     if runs and all(run.is_settled for run in runs):
         what_is_missing.append("whether a reading was steady (each row is one settled reading)")
-    if None in findings.zeros:
+    if None in findings.run_count_of_zero_source:
         what_is_missing.append("the zero of the force (neither pure rolling nor standstill)")
     if findings.needs_contact:
         what_is_missing.append("the pressure, without the ball's radius and the moduli")
@@ -245,7 +245,7 @@ def _write(folder: Path, texts: Mapping[str, str], sources: Mapping[str, Path]) 
         ) from error
 
 
-def _findings_and_no_logs(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
+def _findings_and_no_logs(logs: dict[str, Path]) -> tuple[Findings, list[SniffedLog]]:
     """Guesses from the logs, and the files that are no logs.
 
     Raises:
@@ -260,7 +260,7 @@ def _findings_and_no_logs(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed
     sniffed = [sniff(file, read_bytes(path), source_of_zero) for file, path in logs.items()]
     findings = Findings([log for log in sniffed if log.is_log])
     _refuse_sliding_rigs(sniffed, logs)
-    if not findings.named:
+    if not findings.logs_with_columns:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed)
         raise OilfilmError(
             "Nothing was written, because nothing can be understood as a log of a traction rig:\n"
@@ -270,7 +270,7 @@ def _findings_and_no_logs(logs: dict[str, Path]) -> tuple[Findings, list[Sniffed
     return findings, [log for log in sniffed if not log.is_log]
 
 
-def _refuse_sliding_rigs(sniffed: Sequence[Sniffed], logs: Mapping[str, Path]) -> None:
+def _refuse_sliding_rigs(sniffed: Sequence[SniffedLog], logs: Mapping[str, Path]) -> None:
     """Refuse logs of which none is of a rig that rolls.
 
     Raises:
@@ -323,13 +323,13 @@ def _texts(campaign: str, findings: Findings) -> dict[str, str]:
         "config/config.yaml": template("config.yaml.jinja", name=campaign),
         f"config/campaigns/{campaign}.yaml": campaign_yaml(campaign, findings),
     }
-    for rig in findings.rigs:
+    for rig in findings.rig_names:
         if rig not in shipped_names("rigs").values():
             text = template(
                 "rig.yaml.jinja", name=rig, findings=findings, needs_radii=_needs_radii(findings)
             )
             files[f"config/rigs/{rig}.yaml"] = text
-    for oil in findings.oils:
+    for oil in findings.labels_of_oil:
         if oil not in shipped_names("oils").values():
             files[f"config/oils/{oil}.yaml"] = oil_yaml(oil, findings)
     return files
@@ -341,15 +341,15 @@ def _needs_radii(findings: Findings) -> bool:
         return True
     speeds = {"ball_speed", "disc_speed"}
     names: Iterable[str] = ()
-    if speeds & findings.doubtful.keys():
-        names = chain.from_iterable(log.names for log in findings.named)
+    if speeds & findings.names_to_choose_from.keys():
+        names = chain.from_iterable(log.names for log in findings.logs_with_columns)
     return any(_unit_as(name, "ball_speed") == "rpm" for name in names)
 
 
 def _unit_as(name: str, quantity: str) -> str:
     """The unit into which that in a column's name converts for a quantity; empty without one."""
     _, unit = stated_unit(name)
-    if not unit or not VOCABULARY.fits(quantity, unit):
+    if not unit or not VOCABULARY.is_convertible(quantity, unit):
         return ""
     return conversion(unit, tuple(VOCABULARY.quantities[quantity])).unit
 
@@ -373,9 +373,9 @@ def template(file: str, /, **values: object) -> str:
 def campaign_yaml(name: str, findings: Findings) -> str:
     """`config/campaigns/<name>.yaml`."""
     shipped_oils = shipped_names("oils").values()
-    own_oils = [oil for oil in findings.oils if oil not in shipped_oils]
+    own_oils = [oil for oil in findings.labels_of_oil if oil not in shipped_oils]
     aliases = {}
-    for oil, labels in findings.oils.items():
+    for oil, labels in findings.labels_of_oil.items():
         if labels and labels != [oil]:
             aliases[oil] = labels
     return template(
@@ -384,14 +384,16 @@ def campaign_yaml(name: str, findings: Findings) -> str:
         findings=findings,
         # names come from logs: a line end among them would end the comment
         summary=[printable(line) for line in lines_on_forms(findings)],
-        shipped=[oil for oil in findings.oils if oil in shipped_oils],
+        shipped=[oil for oil in findings.labels_of_oil if oil in shipped_oils],
         own=own_oils,
-        unnamed="guess: no log names its oil; " if findings.oils == {"my-oil": []} else "",
+        unnamed="guess: no log names its oil; " if findings.labels_of_oil == {"my-oil": []} else "",
         aliases=aliases,
-        no_film=bool(own_oils) or not all(_has_known_contact(rig) for rig in findings.rigs),
+        no_film=bool(own_oils) or not all(_has_known_contact(rig) for rig in findings.rig_names),
         groups={
             "columns": list(_column_lines(findings)),
-            "header": [Line(key, names, "guess") for key, names in findings.header.items()],
+            "header": [
+                Line(key, names, "guess") for key, names in findings.header_names_of_key.items()
+            ],
             "semantics": list(_semantics_lines(findings)),
         },
     )
@@ -406,7 +408,7 @@ def _has_known_contact(rig: str) -> bool:
 
 def lines_on_forms(findings: Findings) -> Iterator[str]:
     """The forms of the logs with their numbers, one line per form; then the unreadable logs."""
-    forms = Counter((log.format, log.form) for log in findings.logs).most_common()
+    forms = Counter((log.format_name, log.form) for log in findings.logs).most_common()
     for (name, form), count in forms:
         attributes = [name]
         if form.encoding:
@@ -422,10 +424,12 @@ def lines_on_forms(findings: Findings) -> Iterator[str]:
 def _column_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `columns`."""
     for quantity in VOCABULARY.quantities:
-        names = findings.columns.get(quantity)
-        unit, unit_is_unknown = findings.unit(quantity)
-        if quantity in findings.doubtful:
-            names_left = [_offered_name(name, quantity) for name in findings.doubtful[quantity]]
+        names = findings.column_names_of_quantity.get(quantity)
+        unit, unit_is_unknown = findings.unit_for_campaign_file(quantity)
+        if quantity in findings.names_to_choose_from:
+            names_left = [
+                _offered_name(name, quantity) for name in findings.names_to_choose_from[quantity]
+            ]
             choice = ", ".join(names_left) or "no column is left"
             comment = f"{FILL_IN}: the name of the column; perhaps {choice}"
             yield Line(quantity, {"name": names}, comment)
@@ -446,7 +450,7 @@ def _column_lines(findings: Findings) -> Iterator[Line]:
 
 def _question(findings: Findings, quantity: str) -> str:
     """What names and units of a quantity's columns leave open; empty where it is nothing."""
-    for log in findings.named:
+    for log in findings.logs_with_columns:
         for name, unit in log.candidates.get(quantity, ()):
             meaning = meaning_of(name, unit)
             if meaning is not None and meaning.question:
@@ -463,16 +467,16 @@ def _offered_name(name: str, quantity: str) -> str:
 
 def _semantics_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `semantics`."""
-    if findings.zeros:
-        ((source, count),) = findings.zeros.most_common(1)
-        total = findings.zeros.total()
+    if findings.run_count_of_zero_source:
+        ((source, count),) = findings.run_count_of_zero_source.most_common(1)
+        total = findings.run_count_of_zero_source.total()
         which_runs = "the runs" if count == total else f"{count} of {total} runs"
         reason = _REASONS_FOR_ZERO[source].format(which=which_runs)
         if findings.needs_radii and source in ("rolling_phases", "opening_phase"):
             reason += "; true where the radii of the tracks make the beginning pure rolling"
         yield Line("zero", source, reason)
     if findings.slip_is_logged:
-        names = findings.columns.get("slide_roll_ratio", ["slide_roll_ratio"])
+        names = findings.column_names_of_quantity.get("slide_roll_ratio", ["slide_roll_ratio"])
         meanings = [meaning_of(name) for name in names]
         if all(meaning is not None and meaning.definition == "over_mean" for meaning in meanings):
             yield Line("slide_roll_ratio", "over_mean", "as the name says")
@@ -483,7 +487,7 @@ def _semantics_lines(findings: Findings) -> Iterator[Line]:
 
 def oil_yaml(oil: str, findings: Findings) -> str:
     """`config/oils/<id>.yaml`: the shipped template without its numbers."""
-    label = next(iter(findings.oils[oil]), oil)
+    label = next(iter(findings.labels_of_oil[oil]), oil)
     values = {
         "id": oil,
         "name": label,
@@ -516,14 +520,14 @@ def run_sheet(findings: Findings) -> str:
     columns = ["file", *used, "exclude", "remarks"]
     return rows.reindex(columns=columns).to_csv(
         index=False,
-        sep=";" if findings.decimal_comma else ",",
-        decimal="," if findings.decimal_comma else ".",
+        sep=";" if findings.uses_decimal_comma else ",",
+        decimal="," if findings.uses_decimal_comma else ".",
         float_format="%g",
         lineterminator="\n",
     )
 
 
-def _rows_of_log(log: Sniffed, findings: Findings) -> Iterator[dict[str, object]]:
+def _rows_of_log(log: SniffedLog, findings: Findings) -> Iterator[dict[str, object]]:
     """Rows of the run sheet for one log."""
     for run in rows_of_sheet(log):
         row: dict[str, object] = {"file": log.file}
@@ -534,7 +538,7 @@ def _rows_of_log(log: Sniffed, findings: Findings) -> Iterator[dict[str, object]
         if medians:
             row |= medians
             remarks.append("guess: set points are medians of the log")
-        if findings.unnamed_oil:
+        if findings.lacks_oil_in_some_logs:
             row["oil"] = ""
             if not run.oil:
                 remarks.append("FILL IN: the oil")

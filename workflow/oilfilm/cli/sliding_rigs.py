@@ -7,9 +7,9 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 
-from oilfilm.logs.likely_names import likely_names
+from oilfilm.logs.likely_names import likely_line_of_names
 from oilfilm.logs.meaning import concepts_in
-from oilfilm.logs.sniff import VOCABULARY, Sniffed
+from oilfilm.logs.sniff import VOCABULARY, SniffedLog
 
 # Kind of rig -> words in the names of its columns, in small letters. A word of up to four letters
 # must be a word of its own. English, German, French, Spanish, Italian, Russian, Chinese, Japanese.
@@ -30,7 +30,7 @@ _MOST_NAMES_SHOWN = 4
 _LINES_SEARCHED = 200
 
 
-def does_not_roll(log: Sniffed, content: bytes) -> str:
+def does_not_roll(log: SniffedLog, content: bytes) -> str:
     """Why the rig of a log does not roll; empty where it rolls, or where nothing shows it.
 
     Args:
@@ -40,7 +40,7 @@ def does_not_roll(log: Sniffed, content: bytes) -> str:
     names = list(log.names)
     if not names:
         lines = content.decode("utf-8", "replace").splitlines()[:_LINES_SEARCHED]
-        likely_line = likely_names(lines)
+        likely_line = likely_line_of_names(lines)
         names = re.split(r"[\t;|,]", likely_line[1]) if likely_line else []
     if _rolls(log, names):
         return ""
@@ -57,9 +57,9 @@ def does_not_roll(log: Sniffed, content: bytes) -> str:
     return ""
 
 
-def _rolls(log: Sniffed, names: Iterable[str]) -> bool:
+def _rolls(log: SniffedLog, names: Iterable[str]) -> bool:
     """Whether format or names of columns show a rolling speed, or the speeds of two bodies."""
-    if log.format == "pcs":
+    if log.format_name == "pcs":
         # an export of a traction rig, whatever its columns
         return True
     quantities = set(log.candidates)

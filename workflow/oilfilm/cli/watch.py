@@ -108,7 +108,7 @@ class Watcher:
         paths_without_fault = [path for path in stamps if not faults[path]]
         sheet = sheet_of_paths(paths_without_fault, self._raw, self._settings, kind.kind_of_logs)
         for path in sorted(settled_paths, key=lambda path: stamps[path].changed_ns, reverse=True):
-            judged_from = stamps[path], sheet.rows.get(str(path))
+            judged_from = stamps[path], sheet.rows_of_log.get(str(path))
             if self._judged.get(path) == judged_from:
                 continue
             try:

@@ -628,7 +628,9 @@ def curate_share(
         provenance: As for `tables.writing`.
     """
     with sample_files(samples, provenance) as keep_run:
-        ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep_run, verified=logs.digests)
+        ingested = ingest_logs(
+            logs, settings, sheet=sheet, keep_run=keep_run, known_digests=logs.digest_of_log
+        )
     parts = tables.read_parts("samples", *samples.values())
     return curate_parts(parts, ingested, TractionRig(settings))
 
