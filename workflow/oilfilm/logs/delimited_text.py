@@ -50,7 +50,7 @@ _LARGEST_CONTROL_SHARE = 0.02
 
 @dataclass(frozen=True)
 class _Head:
-    """The lines above the rows, and the first rows.
+    """The beginning of a text log: the lines above the rows, and the first rows.
 
     Attributes:
         header_lines: The lines above the names.
@@ -58,7 +58,7 @@ class _Head:
         delimiter: Character between cells; a blank for any number of blanks.
         names: Names of the columns.
         units: Unit of each column from a line below the names; empty where there is none.
-        first_rows: Cells of the first rows.
+        first_rows: The first rows, each as a list of its cells.
         has_quotes: Whether quotes occur, so that a cell may hold the delimiter.
     """
 
@@ -73,7 +73,7 @@ class _Head:
 
 @dataclass(frozen=True)
 class _NameLine:
-    """The line of names: its number from 0, the delimiter, the names."""
+    """The line of names: its index among the lines of the text, the delimiter, the names."""
 
     line_index: int
     delimiter: str
@@ -170,10 +170,10 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
 
 
 def _texts_of_blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
-    """The parts of a text that each have header lines and the same line of names above rows.
+    """The texts of the blocks of a log: each has header lines, a line of names, and rows.
 
-    Programs of rigs write one for each step. A line of names that a logger repeats without header
-    lines, while time goes on, begins no block.
+    The line of names is the same in all blocks. Programs of rigs write one block per step. A line
+    of names that a logger repeats without header lines, while time goes on, begins no block.
     """
     head = _head_of_text(text, vocabulary)
     start_of_names = _start_of_line(text, len(head.header_lines))
@@ -192,7 +192,7 @@ def _texts_of_blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
 def _with_line_end(
     body: bytes, start_of_rows: int, delimiter: str, width: int, *, may_grow: bool
 ) -> tuple[bytes, tuple[str, ...]]:
-    """The rows, the last one ended where it is complete, and a note that says so.
+    """The text with a line end behind the last row, if this row is complete, and a note on it.
 
     The last row is complete where it has all its cells and its last number is as long as those
     above it: a number that was cut is shorter. In a log that may still be written, all of them
@@ -228,7 +228,7 @@ def _with_line_end(
 
 
 class _NumberLength(NamedTuple):
-    """Letters of a number before and behind its decimal mark; -1 and -1 without a number."""
+    """Number of digits before and behind a decimal mark; -1 and -1 where a cell has no number."""
 
     whole: int
     decimals: int
@@ -243,7 +243,7 @@ def _length_of_number(cell: str) -> _NumberLength:
 
 
 def _start_of_line(text: bytes, line_index: int) -> int:
-    """Position of the line with a number, from 0."""
+    """Position in a text of the first byte of the line with an index."""
     position = 0
     for _ in range(line_index):
         position = text.index(b"\n", position) + 1
@@ -296,7 +296,7 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
 
 
 def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
-    """Header keys of each block, with those above the first block that no other block gives."""
+    """Header keys of each block; those that only the first block gives hold for all blocks."""
     keys_of_other_blocks = {key for table in tables[1:] for key in table.keys}
     keys_of_file = {
         key: text for key, text in tables[0].keys.items() if key not in keys_of_other_blocks
@@ -332,10 +332,10 @@ def _head_of_text(text: bytes, vocabulary: Vocabulary) -> _Head:
     lines = beginning.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
     line_of_names = _line_of_names(lines, vocabulary)
     names, delimiter = line_of_names.names, line_of_names.delimiter
-    lines_above_rows = line_of_names.line_index + 1
+    line_count_above_rows = line_of_names.line_index + 1
     first_rows: list[list[str]] = []
     line_index_of_row: list[int] = []
-    for line_index, line in enumerate(lines[lines_above_rows:], start=lines_above_rows):
+    for line_index, line in enumerate(lines[line_count_above_rows:], start=line_count_above_rows):
         is_comment = line.startswith("#") and not _is_row(line, delimiter, len(names))
         if line.strip() and not is_comment:
             first_rows.append(_cells_of_line(line, delimiter))
@@ -343,12 +343,12 @@ def _head_of_text(text: bytes, vocabulary: Vocabulary) -> _Head:
     units = [""] * len(names)
     if first_rows and _is_unit_row(first_rows[0], names, vocabulary):
         units = [_bare_cell(cell) for cell in first_rows.pop(0)]
-        lines_above_rows = line_index_of_row[0] + 1
+        line_count_above_rows = line_index_of_row[0] + 1
     width = _row_width(first_rows, names)
     empty_cells = [""] * width
     return _Head(
         header_lines=lines[: line_of_names.line_index],
-        line_count_above_rows=lines_above_rows,
+        line_count_above_rows=line_count_above_rows,
         delimiter=delimiter,
         names=[*names, *empty_cells][:width],
         units=[*units, *empty_cells][:width],
@@ -358,7 +358,7 @@ def _head_of_text(text: bytes, vocabulary: Vocabulary) -> _Head:
 
 
 def _row_width(first_rows: Sequence[Sequence[str]], names: Sequence[str]) -> int:
-    """Number of cells of a row: that of most rows, unless names or cells would be lost.
+    """Number of cells of a row: as in most rows, or as many as names where the two contradict.
 
     Rows, or the names alone, may have a delimiter behind the last cell.
     """
@@ -397,7 +397,7 @@ def _is_row(line: str, delimiter: str, width: int) -> bool:
 
 
 def _row_or_empty(line: bytes, head: _Head) -> bytes:
-    """A `#` line that is a row; nothing for a comment."""
+    """The `#` line itself where it is a row; empty where it is a comment."""
     line_text = line.decode("utf-8", "replace")
     return line if _is_row(line_text, head.delimiter, len(head.names)) else b""
 
@@ -458,8 +458,8 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> _NameLine:
         if commented_names:
             hint = f"; the names in its comment are {commented_names[:120]!r}"
         elif likely_line is not None:
-            line_index, text = likely_line
-            hint = f"; the names seem to be in line {line_index}: {text.strip()[:160]!r}"
+            line_number, text = likely_line
+            hint = f"; the names seem to be in line {line_number}: {text.strip()[:160]!r}"
     raise ValueError(f"no line names columns of a {vocabulary.name} log{hint}")
 
 
@@ -478,10 +478,10 @@ def _names_in_comment(comments: Collection[str], row: str) -> str:
 def _line_with_most_known_names(
     line_of_index: Mapping[int, str], vocabulary: Vocabulary
 ) -> _NameLine | None:
-    """The line with most known names, at least two; None without one.
+    """The line with the most known names, two or more; None where there is no such line.
 
     Args:
-        line_of_index: Number of a line -> its text.
+        line_of_index: Index of a line -> its text.
         vocabulary: The names that are known.
     """
     best_line: _NameLine | None = None
@@ -553,7 +553,7 @@ def _cells_of_line(line: str, delimiter: str) -> list[str]:
 
 
 def _rows_with_plain_cells(body: bytes, head: _Head, start_of_rows: int) -> tuple[bytes, str, int]:
-    """The rows with a delimiter that no cell holds, this delimiter, and where the rows start."""
+    """A text of the rows with a delimiter that no cell holds, this delimiter, and their start."""
     if head.delimiter == _BLANK_DELIMITER:
         text_of_rows = _BLANKS_AROUND_LINE.sub(b"", body[start_of_rows:])
         text_of_rows = _BLANKS_BETWEEN_CELLS.sub(b"\t", text_of_rows)
@@ -572,7 +572,7 @@ def _rows_with_plain_cells(body: bytes, head: _Head, start_of_rows: int) -> tupl
 def _decimal_and_group_mark(
     head: _Head, delimiter: str, number_indices: Set[int]
 ) -> tuple[str, str]:
-    """Decimal mark and mark between thousands, from the columns of numbers with some indices."""
+    """Decimal mark and mark between thousands (empty without one), by the columns of numbers."""
     if delimiter == "," and not head.has_quotes:
         return ".", ""
     # from all of the first rows: one row may hold whole numbers only
@@ -620,7 +620,7 @@ def _stamp_indices(head: _Head, meanings: Meanings) -> tuple[int, ...]:
 
 
 def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabulary) -> bool:
-    """Whether the row below the names has units: most known columns have one that fits them."""
+    """Whether the row below the names has units: most known columns have a usable unit there."""
     # a row with a number is the first row of the log
     if any(cells[len(names) :]) or any(_is_number(cell) for cell in cells):
         return False

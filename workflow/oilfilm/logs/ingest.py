@@ -101,7 +101,15 @@ _CODEC_OF_FIRST_BYTES = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 @dataclass(frozen=True)
 class ReadLog:
-    """How one raw file was understood: its format, its rows, and the columns of each run."""
+    """How one raw file was understood.
+
+    Attributes:
+        file: Name of the log.
+        format_name: Name of its format; `none` where it is not known.
+        form: How its text is written.
+        row_count: Number of its data rows, good and bad.
+        understood_of_run: Id of a run -> how its columns and header were understood.
+    """
 
     file: str
     format_name: str
@@ -112,7 +120,14 @@ class ReadLog:
 
 @dataclass(frozen=True)
 class Ingested:
-    """The content of some raw files of a campaign; `samples` by oil."""
+    """The content of some raw files of a campaign.
+
+    Attributes:
+        samples: Name of an oil -> table of the samples of its runs.
+        runs: Table of runs.
+        quarantine: Table of quarantine.
+        logs: How each file was understood.
+    """
 
     samples: dict[str, pd.DataFrame]
     runs: pd.DataFrame
@@ -143,7 +158,7 @@ def ingest_logs(
         kind: The kind of log.
         sheet: The run sheet; it overrides the headers of the logs.
         keep_run: Called with one run after the other. Without it the samples are returned.
-        known_digests: sha256 by name of the logs for which it is known already.
+        known_digests: Name of a log -> its sha256, where it is known already.
 
     Raises:
         OilfilmError: Runs of two logs have the same name.
@@ -209,7 +224,7 @@ def sample_files(
     The footer gets `content`, the digest of each run's samples.
 
     Args:
-        path_of_oil: File of each oil.
+        path_of_oil: Name of an oil -> the file of its samples.
         provenance: As for `tables.writing`.
 
     Yields:
@@ -349,7 +364,7 @@ def _unknown_format_error(content: bytes, vocabulary: Vocabulary) -> base.Unread
 
 
 def _row_count_among_zeros(content: bytes, vocabulary: Vocabulary) -> int:
-    """Rows of a text that zero bytes near its top hide; 0 where there is no text."""
+    """Number of rows of a text that is not recognised because of zero bytes; 0 without a text."""
     text = content.replace(b"\0", b"")
     if recognised_format(text) != "csv":
         return 0
@@ -402,18 +417,18 @@ def unpack(content: bytes) -> bytes:
     if not codec:
         return content
     # a log of a rig at rest has the same row throughout and is packed to very few bytes
-    largest_size_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
-    largest_size = min(LARGEST_LOG, largest_size_by_ratio)
+    most_bytes_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
+    most_bytes = min(LARGEST_LOG, most_bytes_by_ratio)
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-            unpacked = bytes(stream.read(largest_size + 1))
+            unpacked = bytes(stream.read(most_bytes + 1))
     except OSError as error:
         damage = f"the compressed file cannot be unpacked: {error}"
         raise base.UnreadableLogError(damage, base.COPY_AGAIN, rule="damaged_archive") from error
-    if len(unpacked) > largest_size:
-        ratio = f", its size times {base.MOST_UNPACKED_RATIO}" if largest_size < LARGEST_LOG else ""
+    if len(unpacked) > most_bytes:
+        ratio = f", its size times {base.MOST_UNPACKED_RATIO}" if most_bytes < LARGEST_LOG else ""
         raise base.too_large(
-            f"unpacked the file has more than {largest_size // _BYTES_PER_MIB} MiB{ratio}"
+            f"unpacked the file has more than {most_bytes // _BYTES_PER_MIB} MiB{ratio}"
         )
     return unpacked
 

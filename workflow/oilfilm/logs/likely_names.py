@@ -15,7 +15,7 @@ _HAS_LETTERS = re.compile(r"[^\W\d_]{2}")
 
 
 def likely_line_of_names(lines: Sequence[str]) -> tuple[int, str] | None:
-    """The number from 1 and the text of the line above the first rows of numbers.
+    """Number, counted from 1, and text of the line above the first rows of numbers.
 
     A line of units between names and rows is passed over. None where there are no such rows.
     """

@@ -25,7 +25,7 @@ _END_OF_HEADER = "***End_of_Header***"
 _SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
 # The line `Separator` is near the top.
 _LETTERS_SEARCHED = 4000
-# Name of a header line -> the cells behind it.
+# Key of a header line, as `plain_key` makes it -> the cells behind it.
 CellsOfKey = dict[str, list[str]]
 
 
@@ -169,7 +169,7 @@ def _has_one_time(table: TextTable, names: Sequence[str]) -> bool:
 
 
 def _time_index_of_columns(names: Sequence[str]) -> dict[int, int]:
-    """Index of the X column in front of each channel, by the index of the channel."""
+    """Index of the column of a channel -> index of the X column in front of it."""
     time_index_of_column: dict[int, int] = {}
     x_index = 0
     for index, name in enumerate(names):
@@ -207,7 +207,7 @@ def _too_few_rows_flaw(header: CellsOfKey, row_count: int) -> Refusal | None:
 def _clock_of_columns(
     header: CellsOfKey, column_count: int, decimal_mark: str, unit: str
 ) -> dict[int, Clock]:
-    """Clock of each channel whose interval the header has, by the index of its column.
+    """Index of a column -> clock of its channel, where the header has the interval.
 
     Args:
         header: Header of the segment.
@@ -232,7 +232,7 @@ def _clock_of_columns(
 
 
 def _start_s_of_columns(header: CellsOfKey, names: Sequence[str]) -> dict[int, float]:
-    """Seconds from the start of the first channel to that of each channel, by its column.
+    """Index of the column of a channel -> its start after that of the first channel, in s.
 
     Times are relative to the date and time of their channel, unless the header says that they are
     absolute. A header with fewer dates and times than channels has one start for all.

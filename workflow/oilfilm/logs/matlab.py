@@ -78,7 +78,7 @@ def _check_size(content: bytes) -> None:
         ValueError: A variable is longer than the file.
     """
     byte_order = "<" if content[126:128] == b"IM" else ">"
-    largest_size = min(
+    most_bytes = min(
         _MOST_UNPACKED, max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
     )
     position = _HEADER_BYTES
@@ -89,20 +89,20 @@ def _check_size(content: bytes) -> None:
         if end > len(content):
             raise ValueError("it ends within a variable")
         if element_type == _COMPRESSED:
-            unpacked_bytes += _unpacked_bytes(content[position + _TAG_BYTES : end], largest_size)
+            unpacked_bytes += _unpacked_bytes(content[position + _TAG_BYTES : end], most_bytes)
         else:
             unpacked_bytes += element_bytes
-        if unpacked_bytes > largest_size:
-            raise base.too_large(f"unpacked the file has more than {largest_size >> 20} MiB")
+        if unpacked_bytes > most_bytes:
+            raise base.too_large(f"unpacked the file has more than {most_bytes >> 20} MiB")
         position = end
 
 
-def _unpacked_bytes(packed: bytes, largest_size: int) -> int:
+def _unpacked_bytes(packed: bytes, most_bytes: int) -> int:
     """Number of bytes of a packed variable, counted up to a limit without keeping them."""
     stream = zlib.decompressobj()
     byte_count = 0
     remaining = packed
-    while remaining and byte_count <= largest_size:
+    while remaining and byte_count <= most_bytes:
         byte_count += len(stream.decompress(remaining, _CHUNK_BYTES))
         remaining = stream.unconsumed_tail
     return byte_count
@@ -129,7 +129,7 @@ def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
 def _table(
     run_name: str, variables: Mapping[str, Any], keys: Mapping[str, str]
 ) -> LoggedTable | None:
-    """The vectors of equal length among some variables as a table; else a matrix; None without."""
+    """A table of the vectors of equal length among some variables, or of a matrix; else None."""
     column_of_name = _vectors(variables) or _columns_of_matrix(variables)
     if not column_of_name:
         return None
@@ -156,7 +156,7 @@ def _table(
 
 
 def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
-    """The vectors of the most frequent length above 1; empty without numbers among them."""
+    """Name -> vector, for vectors of the most frequent length above 1; empty without numbers."""
     vector_of_name: dict[str, Values] = {}
     for name, value in variables.items():
         is_column = isinstance(value, np.ndarray) and value.ndim == 2 and min(value.shape) == 1
@@ -173,7 +173,7 @@ def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
 
 
 def _columns_of_matrix(variables: Mapping[str, Any]) -> dict[str, Values]:
-    """The columns of the only matrix with a cell array of as many names beside it."""
+    """Name -> column, for the only matrix beside a cell array of as many names; else empty."""
     matrices = [
         value
         for value in variables.values()

@@ -52,7 +52,7 @@ DEFINITION_IN_WORDS = {
     "over_faster": "the sliding speed over that of the faster body",
     "sliding_speed": "the sliding speed, the difference of both surface speeds",
 }
-# Names that are symbols of papers, as they are written there -> quantity and definition.
+# Spelling of a symbol in papers -> the symbol.
 _SYMBOL_OF_SPELLING = {
     **dict.fromkeys(("p", "P", "p0", "P0", "pmax", "p_max", "Pmax", "P_max", "PMAX", "p max"), "P"),
     **dict.fromkeys(
@@ -82,7 +82,7 @@ _QUANTITY_AND_DEFINITION_OF_SYMBOL = {
 _SUM_OR_DIFFERENCE_OF_SPEEDS = re.compile(r"u_?1\s*([+-])\s*u_?2|u_?2\s*(-)\s*u_?1", re.IGNORECASE)
 _WORD = re.compile(r"[^\W\d_]+")
 _CAMEL_CASE = re.compile(r"(?<=[a-zß-ÿ])(?=[A-Z])")
-# A unit in a name without brackets is written like this. A single letter may be a symbol.
+# Number of letters of a unit in a name without brackets: a single letter may be a symbol.
 _SHORTEST_UNIT = 2
 
 
@@ -479,9 +479,10 @@ def _time_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     return Meaning("time")
 
 
-# Takes the concepts of a name and its unit; gives a meaning, or None where the name has another.
+# Function of the concepts of a name and of its unit that gives a meaning; None where the name means
+# something else.
 _Rule = Callable[[frozenset[str], str], Meaning | None]
-# In this order: the first that knows the name counts.
+# The first rule that gives a meaning counts.
 _RULES: tuple[_Rule, ...] = (
     _coefficient_rule,
     _traction_rule,
@@ -494,14 +495,15 @@ _RULES: tuple[_Rule, ...] = (
 )
 
 
-# Ranks of meanings: words, then symbols, then what is open. Definitions and places are between.
+# Ranks of meanings: words come before symbols, and symbols before open meanings. Definitions and
+# locations of temperatures add small steps.
 _RANK_OF_WORDS, _RANK_OF_SYMBOL, RANK_OF_OPEN = 10, 50, 100
-# The place of a temperature that is taken before others.
+# Locations of temperatures, in the order in which they are preferred.
 _LOCATIONS = ("inlet", "bath", "oil", "")
 
 
 def rank_of(meaning: Meaning) -> int:
-    """The smaller, the sooner a column with this meaning is taken."""
+    """Rank of a meaning: the column with the smallest rank is taken."""
     if meaning.question:
         return RANK_OF_OPEN
     rank = _RANK_OF_SYMBOL if meaning.is_symbol else _RANK_OF_WORDS
@@ -535,7 +537,7 @@ class VocabularyInWords(Vocabulary):
     taken.
 
     Attributes:
-        meaning_of_name: What the user says, by name.
+        meaning_of_name: Name of a column -> its meaning, as the user says.
     """
 
     meaning_of_name: Mapping[str, Meaning] = field(default_factory=dict)

@@ -32,8 +32,8 @@ _LINES_SEARCHED = 40
 _SWEEP_TYPES = {"traction", "film"}
 # The surface speeds are computed: from both directions where both were measured.
 _SURFACE_SPEEDS = ("ball_speed", "disc_speed")
-# Column -> its declaration: `names` in exports, `logged` unit, `sampled` unit in the samples, and
-# `needed` where a step cannot be used without it.
+# Column of `pcs.yaml` -> its declaration: its `names` in exports, its unit in exports (`logged`)
+# and in the samples (`sampled`), and `needed` where a step cannot be used without it.
 _DECLARATION_OF_COLUMN: dict[str, dict[str, Any]] = yaml.safe_load(
     Path(__file__).with_name("pcs.yaml").read_text(encoding="utf-8")
 )
@@ -52,7 +52,7 @@ _FLOATING_POINT_ERROR = 1e-9
 
 @dataclass
 class _Step:
-    """One step of the file: names of its columns and lines of its rows."""
+    """One step of the file: number and type, names of its columns, and the lines of its rows."""
 
     number: int
     type: str = "unknown"
@@ -192,7 +192,7 @@ def _index_of_column(names: Sequence[str]) -> dict[str, int]:
 def _values_of_columns(
     cells_by_row: Sequence[Sequence[str]], index_of_column: Mapping[str, int]
 ) -> dict[str, FloatArray]:
-    """Numbers of each column of `pcs.yaml` and the surface speeds, shape (rows,).
+    """Column of `pcs.yaml`, or surface speed -> its numbers, shape (rows,).
 
     The time is NaN in rows that cannot be used.
     """
@@ -236,7 +236,7 @@ def _number(cells: Sequence[str], index: int) -> float:
 
 
 def _is_contradictory(values_of_column: Mapping[str, FloatArray]) -> BoolArray:
-    """Rows that contradict themselves by more than the rounding of their cells, shape (rows,).
+    """Mask of the rows that contradict themselves by more than the rounding of their cells.
 
     TF = (TF1 - TF2)/2; coefficient = |TF|/W; rolling = mean surface speed; sliding = disc minus
     ball, directions averaged; SRR = 100 sliding/rolling. Identities with a blank cell are not

@@ -52,7 +52,7 @@ class Labels:
 
     Attributes:
         run_id: Name of the run.
-        keys: Header keys; those of the sheet replace those of the header.
+        keys: Key -> text; the texts of the sheet replace those of the header.
         remarks: Contradictions between header and sheet.
         exclusion: Why the run is not to be used; None where it is used.
         problem: Why the run sheet cannot be followed; None where it can.
@@ -87,7 +87,7 @@ def matches(name: str, pattern: str) -> bool:
 
 
 def _agree(key: str, sheet_text: str, header_text: str, settings: Settings) -> bool:
-    """Whether the sheet and the header give a key the same value."""
+    """Whether the texts of a key in sheet and header have the same meaning."""
     if key == "oil":
         return sheet_text == oil_id(header_text, settings)
     if key not in SET_POINT_KEYS:
@@ -138,7 +138,7 @@ class RunSheet:
         Args:
             file: Name of the log.
             run_name: As for `rows_of_run`.
-            text_of_logged_key: Header lines by the keys of the log, as `plain_key` makes them.
+            text_of_logged_key: Key of the log, as `plain_key` makes it -> text of the header line.
             settings: Settings of the campaign.
         """
         run_id = f"{file}:{run_name}" if run_name else file
@@ -237,7 +237,7 @@ class RunSheet:
         return [Refusal(CONTRADICTION, reason, advice, run_id)]
 
     def plain(self, files: Iterable[str], *, remarks: bool) -> dict[str, Any]:
-        """The part for some logs as Snakemake's params hold it; empty where nothing is in it.
+        """The rows for some logs in plain types, for Snakemake's params; empty without any.
 
         Args:
             files: The logs.

@@ -11,7 +11,7 @@ import numpy as np
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.logs.base import LoggedRun
 
-# Blocks of rows are compared by their medians: so many at most.
+# Rows are compared in blocks, by the medians of these: so many blocks at most.
 _MOST_BLOCKS = 300
 # Blocks whose load and speed differ by less, relative, are at one level.
 _SAME_LEVEL = 0.04
@@ -25,7 +25,7 @@ _FEWEST_ROWS = 6
 
 
 def row_indices_of_set_points(run: LoggedRun) -> list[IndexArray]:
-    """The rows of each set point, as positions in the samples; one array where there is one.
+    """Indices of the samples of each set point; one array where a run has one set point.
 
     The rows are divided only where the slip is swept at each load and speed. A log whose speed
     follows the slip, or whose load is not held, has one set point.
@@ -33,7 +33,7 @@ def row_indices_of_set_points(run: LoggedRun) -> list[IndexArray]:
     all_rows = np.arange(len(run))
     # in blocks: the signals of all rows of a long log are too large
     has_level_in_blocks = [
-        np.isfinite(_log_load_log_speed_and_slip(run, row_index)).all(axis=0)
+        np.isfinite(_level_signals(run, row_index)).all(axis=0)
         for row_index in _blocks(all_rows, _MOST_BLOCKS)
     ]
     # at standstill and without load there is no level
@@ -42,31 +42,30 @@ def row_indices_of_set_points(run: LoggedRun) -> list[IndexArray]:
         return [all_rows]
     blocks = _blocks(usable_index, _MOST_BLOCKS)
     medians = np.stack(
-        [np.median(_log_load_log_speed_and_slip(run, row_index), axis=1) for row_index in blocks],
-        axis=1,
+        [np.median(_level_signals(run, row_index), axis=1) for row_index in blocks], axis=1
     )
     first_blocks = _first_block_of_each_sweep(medians)
     first_row_of_sweeps = [blocks[block_index][0] for block_index in first_blocks[1:]]
     index_of_stretches = np.split(usable_index, np.searchsorted(usable_index, first_row_of_sweeps))
     if len(index_of_stretches) < 2 or not _are_set_points(
-        _log_load_log_speed_and_slip(run, row_index)[:2] for row_index in index_of_stretches
+        _level_signals(run, row_index)[:2] for row_index in index_of_stretches
     ):
         return [all_rows]
     return np.split(all_rows, first_row_of_sweeps)
 
 
 def _blocks(row_index: IndexArray, most_blocks: int) -> list[IndexArray]:
-    """Rows in equal blocks, but for the last one; one empty block of no rows.
+    """Indices of rows in blocks of equal length, the last one perhaps shorter.
 
     Args:
-        row_index: The rows.
+        row_index: Indices of the rows; without any there is one empty block.
         most_blocks: Largest number of blocks.
     """
     rows_per_block = max(-(-len(row_index) // most_blocks), 1)
     return np.split(row_index, range(rows_per_block, len(row_index), rows_per_block))
 
 
-def _log_load_log_speed_and_slip(run: LoggedRun, row_index: IndexArray) -> FloatArray:
+def _level_signals(run: LoggedRun, row_index: IndexArray) -> FloatArray:
     """Logarithms of load and speed, and the slip, of some rows, shape (3, rows)."""
     load_n = run.samples["load_n"][row_index]
     ball_m_s = run.samples["ball_speed_m_s"][row_index]

@@ -93,7 +93,13 @@ def _is_pattern(cell: str) -> bool:
 
 
 class _SheetColumn(NamedTuple):
-    """A column: its name in the sheet, this name as the key of a header line, and its key."""
+    """A column of the run sheet.
+
+    Attributes:
+        name: Name in the sheet.
+        header_key: The name as the key of a header line, as `plain_key` makes it.
+        key: Key of the project.
+    """
 
     name: str
     header_key: str
@@ -101,7 +107,7 @@ class _SheetColumn(NamedTuple):
 
 
 class _SheetBeingRead:
-    """A run sheet while it is read: its settings, and the mistakes found so far."""
+    """A run sheet while it is read: the keys that it may have, and the mistakes found so far."""
 
     def __init__(self, path: Path, settings: Settings, kind: LogKind) -> None:
         self.path = path
@@ -128,7 +134,7 @@ class _SheetBeingRead:
         return _SheetColumn(name, header_key, key)
 
     def score_of_names(self, names: Sequence[str]) -> tuple[bool, int]:
-        """Whether one of some names is `file`, and how many are names of columns."""
+        """Score of a line of names: whether it has `file`, and the number of known names."""
         keys = [self.column(name).key for name in names]
         return "file" in keys, sum(key in self.keys for key in keys)
 
@@ -137,7 +143,7 @@ class _SheetBeingRead:
         self.mistakes.append(printable(f"{self.path}, {where}: {sentence}"))
 
     def raise_mistakes(self) -> None:
-        """End with all mistakes, if there are any.
+        """Raise an error that names all mistakes, if there are any.
 
         Raises:
             OilfilmError: There is a mistake.
@@ -220,16 +226,17 @@ def sheet_of_paths(
         OilfilmError: As by `read_run_sheet`.
     """
     resolved_raw_folder = raw_folder.resolve()
-    path_of_name_of_campaign: dict[str, dict[str, Path]] = {}
+    # name of a campaign -> name of a log in its folder -> path of the log as it is given
+    paths_of_campaign: dict[str, dict[str, Path]] = {}
     for path in paths:
         # not `resolve`, which fails on a link to itself: the reader has a sentence for it
         resolved_path = Path(os.path.realpath(path))
         if resolved_path.is_relative_to(resolved_raw_folder):
             campaign_name, *names = resolved_path.relative_to(resolved_raw_folder).parts
-            path_of_name_of_campaign.setdefault(campaign_name, {})["/".join(names)] = path
+            paths_of_campaign.setdefault(campaign_name, {})["/".join(names)] = path
     sheet_name = ""
     rows_of_log: dict[str, tuple[SheetRow, ...]] = {}
-    for campaign_name, path_of_name in path_of_name_of_campaign.items():
+    for campaign_name, path_of_name in paths_of_campaign.items():
         folder = raw_folder / campaign_name
         sheet_path = find_sheet(folder)
         if sheet_path is None:
@@ -246,7 +253,7 @@ def sheet_of_paths(
 
 
 def _numbered_sheet_rows(content: bytes, sheet: _SheetBeingRead) -> list[tuple[int, SheetRow]]:
-    """The rows with their numbers, as a spreadsheet counts them.
+    """Number of each row, as a spreadsheet counts them, and its content.
 
     Raises:
         OilfilmError: The sheet is too large, or has mistakes.
@@ -275,7 +282,7 @@ def _numbered_sheet_rows(content: bytes, sheet: _SheetBeingRead) -> list[tuple[i
 
 
 def _line_of_names(readings: Sequence[Cells], sheet: _SheetBeingRead) -> tuple[Cells, int]:
-    """The reading with the best line of names, and the index of this line; the first of equals."""
+    """The reading whose line of names has the best score, and the index of this line."""
     best_lines: Cells = [[]]
     best_index = 0
     best_score = (False, -1)
@@ -298,7 +305,7 @@ def _check_columns(
     Args:
         column_of_index: Index of a column -> the column.
         lines: All lines of the sheet.
-        row_in_words: The row of the names, in words.
+        row_in_words: The row of the names in words, as `row 3`.
         sheet: The sheet.
 
     Raises:
@@ -417,7 +424,7 @@ def _sheet_row(
     """The content of a row; its mistakes are added to those of the sheet.
 
     Args:
-        row_in_words: Number of the row, in words.
+        row_in_words: The row in words, as `row 3`.
         cells: Its cells.
         column_of_index: Index of a column -> the column.
         sheet: The sheet.

@@ -54,7 +54,7 @@ from oilfilm.settings.resolved import Settings
 def columns_by_quantity(
     names_and_units: Iterable[tuple[str, str]], vocabulary: Vocabulary
 ) -> dict[str, NamesAndUnits]:
-    """Names and units of the likely columns of a log, by quantity; several columns where in doubt.
+    """Quantity -> name and unit of its likely column; several columns where it is in doubt.
 
     A name that says the quantity comes before a symbol, and both before a name that leaves it open.
 
@@ -100,27 +100,27 @@ _SPEED_QUANTITIES = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
 _SET_POINT_BY_LOAD_UNIT = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 
 
-# Gives the source of the zero of the force from time, speeds of ball and disc, load, force; None
-# where no source is suitable.
+# Function of time, speeds of ball and disc, load and force that gives the name of the source of the
+# zero of the force; None where no source is suitable.
 ZeroSource = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None]
 
 
 @dataclass(frozen=True)
 class SniffedRun:
-    """One run of a log.
+    """What columns and header lines of one run of a log show.
 
     Attributes:
         name_in_file: Its name in its file; empty where the file is one run.
         oil_key: Key of the header line that names the oil; empty without one.
         oil: Name of the oil in the header.
         rig: Name of the rig in the header.
-        set_point_lines: Header lines of set points: key of the project -> name of the line, value.
-        measured_levels: Measured levels of load, speed and temperature, by set point; NaN where
-            none is held.
+        set_point_lines: Key of a set point -> name and value of its header line.
+        measured_levels: Key of a set point -> measured level of load, speed or temperature; NaN
+            where none is held.
         is_settled: Whether each row is a settled reading, so that its time has no meaning.
         zero_source: Source of the zero of the force, as `semantics` names it; empty where the
             columns do not show it, None where no source is suitable.
-        unit_of_quantity: Unit of each quantity.
+        unit_of_quantity: Quantity -> its unit in the run.
         log_kind: Kind of log in the header.
         is_slow: Whether the steps of the time are too long to be seconds.
     """
@@ -140,20 +140,20 @@ class SniffedRun:
 
 @dataclass(frozen=True)
 class SniffedLog:
-    """One log.
+    """What a log of a traction rig probably holds.
 
     Attributes:
         file: Its path below the campaign's folder.
         format_name: Its format; `none` where it is not known.
         form: How the text is written.
-        candidates: Likely columns of each quantity, each with its unit.
+        candidates: Quantity -> its likely columns, each with the unit beside its name.
         unit_in_name_of_quantity: Quantity -> the unit in the name of its only candidate, where the
             log has no unit beside the name; empty where the name has none.
         missing_quantities: Quantities without a certain column.
         names: Names of all columns.
         problem: Why the log cannot be read; empty where it can.
         runs: Its runs.
-        is_log: Whether the file may be a log, if a damaged one.
+        is_log: Whether the file may be a log, be it a damaged one.
     """
 
     file: str
@@ -361,7 +361,7 @@ def _sniffed_run(
 def _measured_levels(
     log: UsableLog, entrainment_speed: FloatArray, quantities_without_unit: Set[str]
 ) -> dict[str, float]:
-    """Set point -> its measured level; NaN where the signal is not held.
+    """Key of a set point -> its measured level; NaN where the signal is not held.
 
     Args:
         log: The rows of a run.
@@ -435,7 +435,7 @@ def _is_turning(speed: FloatArray) -> BoolArray:
 
 
 def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
-    """The header lines that give set points with their unit: set point -> name of line, value.
+    """Key of a set point -> name and value of the header line that gives it with its unit.
 
     Of two lines for one set point the first counts.
     """
@@ -470,7 +470,7 @@ def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
 
 
 def set_points(run: SniffedRun) -> dict[str, float]:
-    """Measured levels of a run whose set points its header does not give."""
+    """Key of a set point -> its measured level, without set points that the header gives."""
     keys_in_header = set(run.set_point_lines)
     # the load has one set point, as force or as pressure
     if keys_in_header & base.LOAD_KEYS:
@@ -499,7 +499,11 @@ _FEWEST_RECOGNISED_COLUMNS = 3
 
 
 def shipped_names(config_folder: str) -> dict[str, str]:
-    """Names of the rigs or oils that are part of oilfilm, by their plain form."""
+    """Plain name -> name of the rigs or oils that are part of oilfilm.
+
+    Args:
+        config_folder: `rigs` or `oils`.
+    """
     paths = (CONFIG / config_folder).glob("*.yaml")
     return {plain_key(path.stem): path.stem for path in paths if path.stem != "template"}
 
@@ -526,7 +530,7 @@ class Findings:
 
     @cached_property
     def column_names_of_quantity(self) -> dict[str, list[str]]:
-        """Names of the only candidate of each quantity, in all logs."""
+        """Quantity -> the names that its only candidate has in the logs."""
         names: list[tuple[str, str]] = []
         for log in self.logs_with_columns:
             for quantity, candidates in log.candidates.items():
@@ -574,7 +578,7 @@ class Findings:
 
     @property
     def header_names_of_key(self) -> dict[str, list[str]]:
-        """Key of the project -> names of its header lines, without lines with the key itself."""
+        """Key of the project -> other names that its header line has in the logs."""
         names = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
         for run in self.runs:
             names += [(key, name) for key, (name, _) in run.set_point_lines.items()]
@@ -665,7 +669,7 @@ class Findings:
 
 
 def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    """The different texts of each key, in the order in which they come."""
+    """Key -> its different texts, in the order in which they come."""
     texts_of_key: dict[str, list[str]] = {}
     for key, text in dict.fromkeys(pairs):
         texts_of_key.setdefault(key, []).append(text)

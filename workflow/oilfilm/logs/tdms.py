@@ -63,7 +63,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
 
 
 def _read_segments(content: bytes) -> tuple[Refusal | None, int]:
-    """A flaw where the last segment is not complete, and the bytes of values in all others."""
+    """A flaw where the last segment is incomplete, and the number of bytes of values before it."""
     position = 0
     segment_number = 0
     value_bytes = 0

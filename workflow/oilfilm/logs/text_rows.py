@@ -94,7 +94,7 @@ def encoding_of(content: bytes) -> str:
 
 
 def _is_common_chinese(sequence: bytes) -> bool:
-    """Whether bytes of 128 and above are common characters of GB 2312, two bytes each."""
+    """Whether a sequence of bytes of 128 and above is common characters of GB 2312."""
     return len(sequence) % 2 == 0 and _FIRST_BYTE_OF_GB2312 <= sequence[0] < _FIRST_BYTE_OF_LEVEL_2
 
 
@@ -112,7 +112,7 @@ def _detected_encoding(content: bytes) -> str:
 
 
 def without_zero_blocks(head: bytes) -> bytes:
-    """The beginning of a file without blocks of zeros, which a full disk or a logger leaves."""
+    """The first bytes of a file without blocks of zeros, which a full disk or a logger leaves."""
     return _ZERO_BLOCK.sub(b"", head)
 
 
@@ -231,7 +231,7 @@ class TextTable:
         return texts
 
     def _has_all_cells(self, misfit_row_numbers: Sequence[int]) -> BoolArray:
-        """Rows that are ended and have a cell for each column, shape (rows,)."""
+        """Mask of the rows that have a line end and a cell for each column, shape (rows,)."""
         has_all_cells = np.ones(self.row_count, dtype=bool)
         has_all_cells[np.array(misfit_row_numbers, dtype=int) - 1] = False
         if self.cut_row_cell_count:
@@ -239,7 +239,7 @@ class TextTable:
         return has_all_cells
 
     def row_text(self, row_index: int) -> str:
-        """The text of a row."""
+        """The text of the row with an index."""
         return self._lines[row_index].decode("utf-8", "replace")
 
     @cached_property
