@@ -244,7 +244,7 @@ def test_share_in_parts_gives_the_same(tmp_path: Path, monkeypatch: pytest.Monke
     pd.testing.assert_frame_equal(ingested.runs, whole.runs, check_exact=True)
     for name, frame in vars(expected).items():
         pd.testing.assert_frame_equal(getattr(curated, name), frame, check_exact=True)
-    for oil, frame in whole.samples.items():
+    for oil, frame in whole.samples_of_oil.items():
         path = tmp_path / f"{oil}.parquet"
         pd.testing.assert_frame_equal(tables.read("samples", path), frame, check_exact=True)
         file = parquet.ParquetFile(path).metadata

@@ -59,7 +59,7 @@ def test_written_values_come_back_in_si(config: Settings, example: SoundLog, nam
     reader, reading = read_log(write(example, name, 200), "log", config, example.kind.kind_of_logs)
     assert (reader, reading.row_count, reading.refusals) == (name, 200, [])
     (run,) = reading.runs
-    assert (run.run_id, run.oil, run.flaw) == ("log", "4102", None)
+    assert (run.run_id, run.oil_name, run.flaw) == ("log", "4102", None)
     assert run.samples["row"].tolist() == list(range(1, 201))
     for column, expected in in_si_units(example).items():
         # subtracting 273.15 K rounds to 3e-14

@@ -341,7 +341,7 @@ def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) ->
     (refusal,) = read_log(log, "log", ONE_OIL)[1].refusals
     assert (refusal.rule, "'4102'" in refusal.reason) == ("unknown_oil", True)
     (run,) = read_log(log, "log", CONFIG)[1].runs
-    assert run.oil == "4102"
+    assert run.oil_name == "4102"
     # no name of an oil
     assert header_keys({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"] == "4050"
 

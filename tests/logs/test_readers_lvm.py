@@ -39,7 +39,7 @@ def test_segments_are_runs_with_set_points_in_their_notes(read) -> None:
 def test_header_keys_may_be_fields_of_their_own(read) -> None:
     text = formats.lvm(VALUES, keys={}).decode()
     (run,) = read(text.replace("Time_Pref", "oil\t4102\r\nTime_Pref")).runs
-    assert run.oil == "4102"
+    assert run.oil_name == "4102"
 
 
 def test_without_an_x_column_time_follows_from_the_sampling_interval(read) -> None:

@@ -49,7 +49,7 @@ def assert_same_curves(export: Campaign, shipped: Campaign) -> None:
 
 def test_export_keeps_every_row_or_lists_it(exported: Campaign) -> None:
     # sweeps of 41 rows and one timed step of 60 (docs/physics.md, PCS logs)
-    (samples,) = exported.ingested.samples.values()
+    (samples,) = exported.ingested.samples_of_oil.values()
     assert (len(exported.ingested.runs), len(samples)) == (40, 40 * 41)
     timed = exported.curated.quarantine.query("rule == 'not_a_sweep'")
     assert timed["refused_rows"].tolist() == [60]
@@ -67,7 +67,7 @@ def test_export_as_published_gives_the_points_of_its_csv(real_pcs: Path, etm: Ca
     published = carried((real_pcs / "ETM_slim_mapper.txt").read_bytes())
     assert_same_curves(published, etm)
     # 20 560 data rows: 500 sweeps of 41 and one timed step of 60
-    assert sum(map(len, published.ingested.samples.values())) == 20_500
+    assert sum(map(len, published.ingested.samples_of_oil.values())) == 20_500
     listed = published.curated.quarantine
     assert sorted(listed["rule"]) == ["not_a_sweep"]
     assert listed["refused_rows"].sum() == 60

@@ -350,7 +350,7 @@ def test_part_of_a_share_changes_with_its_own_rows_alone() -> None:
     files = ["a.csv", "b.csv"]
 
     def parts(text: str) -> list[dict[str, Any]]:
-        return [sheet(text, files).plain([file], remarks=False) for file in files]
+        return [sheet(text, files).plain([file], with_remarks=False) for file in files]
 
     before = parts("file,oil,remarks\na.csv,4102,\nb.csv,4102,\n")
     assert RunSheet.of_plain(before[0]).rows_of_log == sheet("file,oil\na.csv,4102").rows_of_log

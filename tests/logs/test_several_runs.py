@@ -99,7 +99,7 @@ def test_column_of_oils_never_makes_one_oil_of_two(name: str) -> None:
     # rows of both oils alternate, as in a sorted table of readings
     labels = {name: ["4102", "4050"] * HALF}
     first, second = read(csv(labels)).runs
-    assert (first.oil, second.oil) == ("4102", "4050")
+    assert (first.oil_name, second.oil_name) == ("4102", "4050")
     np.testing.assert_array_equal(first.samples["row"], np.arange(1, ROWS + 1, 2))
     np.testing.assert_allclose(second.samples["load_n"], VALUES["load"][1::2] * 9.80665)
 
@@ -107,7 +107,7 @@ def test_column_of_oils_never_makes_one_oil_of_two(name: str) -> None:
 @pytest.mark.parametrize("column", ["Oil", "Lubricant"])
 def test_oil_in_a_column_and_the_same_in_the_header_is_used(column: str) -> None:
     (run,) = read(csv(blocks(column, "4102"), "# oil: 4102")).runs
-    assert run.oil == "4102"
+    assert run.oil_name == "4102"
 
 
 def test_column_with_very_many_oils_is_refused() -> None:
@@ -187,7 +187,7 @@ def test_repeated_header_blocks_are_runs_with_their_own_set_points() -> None:
     reading = read(above + "\n".join(block(load, step) for step, load in enumerate((20, 40, 60))))
     assert [run.run_id for run in reading.runs] == ["log:block1", "log:block2", "log:block3"]
     assert [run.set_points["load_n"] for run in reading.runs] == [20.0, 40.0, 60.0]
-    assert {run.oil for run in reading.runs} == {"4102"}
+    assert {run.oil_name for run in reading.runs} == {"4102"}
     assert reading.refusals == []
     assert reading.row_count == 18
 

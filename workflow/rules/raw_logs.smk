@@ -84,7 +84,7 @@ def keep_logs_found():
 def sheet_rows(folder, files, remarks=True):
     """The rows of the run sheet on some logs; remarks on it as a whole belong to one of the jobs."""
     sheet = SHEETS.get(folder)
-    return sheet.plain(files, remarks=remarks) if sheet else {}
+    return sheet.plain(files, with_remarks=remarks) if sheet else {}
 
 
 def digests_of_sheets():

@@ -540,7 +540,7 @@ def _rows_of_log(log: SniffedLog, findings: Findings) -> Iterator[dict[str, obje
             remarks.append("guess: set points are medians of the log")
         if findings.lacks_oil_in_some_logs:
             row["oil"] = ""
-            if not run.oil:
+            if not run.oil_name:
                 remarks.append("FILL IN: the oil")
         if run.is_settled and not run.log_kind:
             # a table of mu does not say that its rows are settled readings

@@ -613,7 +613,7 @@ def curate_share(
     logs: RawLogs,
     settings: Settings,
     sheet: RunSheet,
-    samples: Mapping[str, Path],
+    sample_file_of_oil: Mapping[str, Path],
     provenance: Mapping[str, Any],
 ) -> Curated:
     """Read a share of the logs, write its samples and curate them.
@@ -624,14 +624,14 @@ def curate_share(
         logs: The logs.
         settings: Settings of the run.
         sheet: The run sheet.
-        samples: File of each oil's samples.
+        sample_file_of_oil: File of each oil's samples.
         provenance: As for `tables.writing`.
     """
-    with sample_files(samples, provenance) as keep_run:
+    with sample_files(sample_file_of_oil, provenance) as keep_run:
         ingested = ingest_logs(
             logs, settings, sheet=sheet, keep_run=keep_run, known_digests=logs.digest_of_log
         )
-    parts = tables.read_parts("samples", *samples.values())
+    parts = tables.read_parts("samples", *sample_file_of_oil.values())
     return curate_parts(parts, ingested, TractionRig(settings))
 
 
@@ -793,12 +793,12 @@ def _explained_refusal(
         for hypothesis in rig.hypotheses(run_row["rig"])
         if run_row["rule"] in hypothesis.explains
     ]
-    mistakes_of_log = [hypothesis for hypothesis in hypotheses if not hypothesis.changes]
+    mistakes_of_log = [hypothesis for hypothesis in hypotheses if not hypothesis.changed_settings]
     passing = _passing(mistakes_of_log, samples, run_row, rig)
     for hypothesis in hypotheses:
         # the plausibility of settings does not need the levels, and to try them takes time
-        if hypothesis.changes and hypothesis.plausible(samples, 0):
-            changed_rig = type(rig)(rig.settings.with_changes(hypothesis.changes))
+        if hypothesis.changed_settings and hypothesis.plausible(samples, 0):
+            changed_rig = type(rig)(rig.settings.with_changes(hypothesis.changed_settings))
             passing += _passing([hypothesis], samples, run_row, changed_rig)
     if not passing:
         return None
@@ -931,8 +931,10 @@ def compare_runs(
     warnings: list[tuple[str, str]] = []
     if rig_kind.name == TRACTION_KIND:
         shape_refusals: list[Refusal] = []
-        for oil in sorted(set(runs.loc[runs["verdict"] == "accepted", "oil"])):
-            shapes = judged_shapes(campaign_tables.table("points", SHAPE_COLUMNS, oil=oil), runs)
+        for oil_name in sorted(set(runs.loc[runs["verdict"] == "accepted", "oil"])):
+            shapes = judged_shapes(
+                campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs
+            )
             shape_refusals += shapes.refusals
             warnings += shapes.warnings
         runs, quarantine = _with_refused_runs(runs, quarantine, shape_refusals, rig_kind)

@@ -33,7 +33,7 @@ class Hypothesis:
         undo: Gives the samples of the run without the mistake.
         explains: Rules whose refusals the mistake may cause.
         plausible: Whether samples, with a number of levels, may have the mistake.
-        changes: Changed settings, where the mistake is in the settings.
+        changed_settings: Changed settings, where the mistake is in the settings.
     """
 
     rule: str
@@ -41,7 +41,7 @@ class Hypothesis:
     undo: Callable[[Columns], Columns]
     explains: frozenset[str]
     plausible: Callable[[Columns, int], bool] = lambda samples, level_count: True
-    changes: Mapping[str, Any] = field(default_factory=dict)
+    changed_settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 # Where force or slip are wrong, limits of plateaus fail that a wrong time fails, too.

@@ -68,7 +68,9 @@ def _settled_readings(signals: Signals, rig: RigKind) -> Columns:
     averages: Columns = dict(signals.columns) | average(signals, rows, rows + 1, rig)
     averages["duration_s"] = unknown_values(count)
     averages["n_samples"] = np.ones(count, dtype=np.int64)
-    return rig.derive(averages, zero=np.zeros(count), zero_se=unknown_values(count))
+    return rig.derive(
+        averages, zero_of_plateau=np.zeros(count), zero_of_plateau_se=unknown_values(count)
+    )
 
 
 def _usable_phases(division: Division, rig: RigKind) -> tuple[list[slice], Refusal | None]:

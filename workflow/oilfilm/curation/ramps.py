@@ -642,8 +642,10 @@ def _best_lag(
     curve_columns, zero_columns = _design_columns(ramp, knots, zero_term_count)
     weighted_force_n = ramp.weight * ramp.force_n
 
-    def residual(lag: FloatArray) -> FloatArray:
-        logged_curve = _columns_as_logged(curve_columns, lag[0], lag[1], ramp.interval_s)
+    def residual(filter_and_delay_s: FloatArray) -> FloatArray:
+        logged_curve = _columns_as_logged(
+            curve_columns, filter_and_delay_s[0], filter_and_delay_s[1], ramp.interval_s
+        )
         weighted_columns = ramp.weight[:, np.newaxis] * np.hstack([logged_curve, zero_columns])
         coefficients, _ = _least_squares(weighted_columns, weighted_force_n)
         return np.asarray(weighted_force_n - weighted_columns @ coefficients)

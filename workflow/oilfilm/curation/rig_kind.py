@@ -262,7 +262,9 @@ class RigKind(Protocol):
         """
         return None
 
-    def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
+    def derive(
+        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> Columns:
         """Plateaus with the zero removed and the quantities that follow from a single plateau.
 
         Args:
@@ -270,8 +272,9 @@ class RigKind(Protocol):
                 `<column>_change` and `<column>_transient` of `columns_with_error`,
                 `columns_with_change` and `columns_with_transient`. Where each row is a settled
                 reading, every signal.
-            zero: The sensor's zero at each plateau, shape (plateaus,); NaN where there is none.
-            zero_se: Its standard error, shape (plateaus,).
+            zero_of_plateau: The sensor's zero at each plateau, shape (plateaus,); NaN where there
+                is none.
+            zero_of_plateau_se: Its standard error, shape (plateaus,).
         """
         ...
 

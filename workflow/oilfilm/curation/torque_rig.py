@@ -101,17 +101,19 @@ class TorqueRig(RigKind):
             short_level_refusals=short_level_refusals,
         )
 
-    def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
+    def derive(
+        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> Columns:
         """Torque above the zero, and how steady it is."""
         load_n = averages["axial_load_n"]
-        torque_n_m = averages["torque_n_m"] - zero
+        torque_n_m = averages["torque_n_m"] - zero_of_plateau
         load_size_n = np.where(load_n == 0, np.nan, np.abs(load_n))
         torque_size_n_m = np.where(torque_n_m == 0, np.nan, np.abs(torque_n_m))
         return {
             **averages,
-            "tare_n_m": zero,
+            "tare_n_m": zero_of_plateau,
             "torque_n_m": torque_n_m,
-            "torque_n_m_se": np.hypot(averages["torque_n_m_se"], zero_se),
+            "torque_n_m_se": np.hypot(averages["torque_n_m_se"], zero_of_plateau_se),
             "torque_change_n_m": averages["torque_n_m_change"],
             "torque_change": averages["torque_n_m_change"] / torque_size_n_m,
             "oil_temperature_change_c": averages["oil_temperature_c_change"],

@@ -335,7 +335,9 @@ class TractionRig(RigKind):
             run, self.zero_settings
         )
 
-    def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
+    def derive(
+        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
         slip = averages["slide_roll_ratio"]
         direction = np.ones(len(slip))
@@ -344,12 +346,12 @@ class TractionRig(RigKind):
         # mishaps
         if is_backwards.sum() >= self.gates.faulty_plateaus_min:
             direction[is_backwards] = -1.0
-        force_n = direction * (averages["traction_force_n"] - zero)
+        force_n = direction * (averages["traction_force_n"] - zero_of_plateau)
         load_n = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
         mu = force_n / load_n
-        force_se_n = np.hypot(averages["traction_force_n_se"], zero_se)
+        force_se_n = np.hypot(averages["traction_force_n_se"], zero_of_plateau_se)
         mu_se = np.hypot(force_se_n, mu * averages["load_n_se"]) / load_n
-        film_um = averages.get("measured_film_thickness_um", unknown_values(len(zero)))
+        film_um = averages.get("measured_film_thickness_um", unknown_values(len(zero_of_plateau)))
         unchanged_columns = (
             "first_row",
             "last_row",

@@ -180,8 +180,8 @@ class LoggedRun:
 
     Attributes:
         run_id: Unique name of the run.
-        oil: Id of the oil.
-        rig: Name of the rig file; of a torque log the bearing.
+        oil_name: Id of the oil.
+        rig_name: Name of the rig file; of a torque log the bearing.
         log_kind: `continuous` or `steps` (settled readings).
         set_points: Set points that the log, its sheet or the campaign states.
         samples: Its columns in the table of samples.
@@ -191,8 +191,8 @@ class LoggedRun:
     """
 
     run_id: str
-    oil: str
-    rig: str
+    oil_name: str
+    rig_name: str
     log_kind: str
     set_points: SetPoints
     samples: Columns

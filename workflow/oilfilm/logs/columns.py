@@ -281,7 +281,7 @@ def _flaw_of_rows(
     table: LoggedTable,
     labels: Labels,
     row_numbers: IndexArray,
-    values: Mapping[str, FloatArray],
+    values_of_quantity: Mapping[str, FloatArray],
     refusals: Sequence[base.Refusal],
     form: base.TextForm,
 ) -> base.Refusal | None:
@@ -291,7 +291,7 @@ def _flaw_of_rows(
         table: The table.
         labels: What is known of the run.
         row_numbers: Numbers of the good rows.
-        values: Their values by quantity.
+        values_of_quantity: Their values by quantity.
         refusals: The refusals of the other rows.
         form: How the text was read.
     """
@@ -300,8 +300,8 @@ def _flaw_of_rows(
     for refusal in refusals:
         if refusal.rule == "cut_row":
             return replace(refusal, run_id="", rule="truncated")
-    if "time" in values and labels.keys.get("log_kind") != "steps":
-        rate_change = _rate_change_flaw(values["time"], row_numbers)
+    if "time" in values_of_quantity and labels.keys.get("log_kind") != "steps":
+        rate_change = _rate_change_flaw(values_of_quantity["time"], row_numbers)
         if rate_change:
             return rate_change
     return _decimal_marks_flaw(table, refusals, form)

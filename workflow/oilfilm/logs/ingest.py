@@ -123,20 +123,20 @@ class Ingested:
     """The content of some raw files of a campaign.
 
     Attributes:
-        samples: Name of an oil -> table of the samples of its runs.
+        samples_of_oil: Name of an oil -> table of the samples of its runs.
         runs: Table of runs.
         quarantine: Table of quarantine.
         logs: How each file was understood.
     """
 
-    samples: dict[str, pd.DataFrame]
+    samples_of_oil: dict[str, pd.DataFrame]
     runs: pd.DataFrame
     quarantine: pd.DataFrame
     logs: list[ReadLog]
 
     def all_samples(self) -> pd.DataFrame:
         """The samples of all oils, the rows of a run together."""
-        frames = [frame for frame in self.samples.values() if len(frame)]
+        frames = [frame for frame in self.samples_of_oil.values() if len(frame)]
         if len(frames) == 1:
             return frames[0]
         return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")
@@ -164,7 +164,7 @@ def ingest_logs(
         OilfilmError: Runs of two logs have the same name.
         RuntimeError: A reader lost a row (a defect of oilfilm, never of the log).
     """
-    runs_of_oil: dict[str, list[base.LoggedRun]] = {oil: [] for oil in settings.oils}
+    runs_of_oil: dict[str, list[base.LoggedRun]] = {oil_name: [] for oil_name in settings.oils}
     run_rows: list[dict[str, Any]] = []
     quarantine_rows: list[dict[str, Any]] = []
     file_of_run: dict[str, str] = {}
@@ -193,13 +193,15 @@ def ingest_logs(
                 )
             run_rows.append(columns_of_file | _row_of_runs(run, reading.refusals))
             if keep_run is None:
-                runs_of_oil[run.oil].append(run)
+                runs_of_oil[run.oil_name].append(run)
             else:
                 keep_run(run)
         quarantine_rows += _quarantine_rows(reading.refusals, file, settings)
     quarantine_rows += _quarantine_rows(sheet.remarks, sheet.name, settings)
     return Ingested(
-        samples={oil: _table_of_samples(runs) for oil, runs in runs_of_oil.items()},
+        samples_of_oil={
+            oil_name: _table_of_samples(runs) for oil_name, runs in runs_of_oil.items()
+        },
         runs=tables.from_rows(run_rows, "runs"),
         quarantine=tables.from_rows(quarantine_rows, "quarantine"),
         logs=read_logs,
@@ -230,33 +232,37 @@ def sample_files(
     Yields:
         A function that takes one run after the other.
     """
-    waiting_runs_of_oil: dict[str, list[base.LoggedRun]] = {oil: [] for oil in path_of_oil}
-    run_digests_of_oil: dict[str, dict[str, str]] = {oil: {} for oil in path_of_oil}
+    waiting_runs_of_oil: dict[str, list[base.LoggedRun]] = {
+        oil_name: [] for oil_name in path_of_oil
+    }
+    run_digests_of_oil: dict[str, dict[str, str]] = {oil_name: {} for oil_name in path_of_oil}
     with ExitStack() as files:
         write_samples_of_oil = {}
-        for oil, path in path_of_oil.items():
+        for oil_name, path in path_of_oil.items():
             # filled while the samples are written; the footer is written last
-            footer = {**provenance, "content": run_digests_of_oil[oil]}
-            write_samples_of_oil[oil] = files.enter_context(tables.writing("samples", path, footer))
+            footer = {**provenance, "content": run_digests_of_oil[oil_name]}
+            write_samples_of_oil[oil_name] = files.enter_context(
+                tables.writing("samples", path, footer)
+            )
 
-        def write_waiting(oil: str) -> None:
-            if waiting_runs_of_oil[oil]:
-                samples = _table_of_samples(waiting_runs_of_oil[oil])
-                write_samples_of_oil[oil](samples)
-                run_digests_of_oil[oil].update(digests_of_runs(samples))
-                waiting_runs_of_oil[oil].clear()
+        def write_waiting(oil_name: str) -> None:
+            if waiting_runs_of_oil[oil_name]:
+                samples = _table_of_samples(waiting_runs_of_oil[oil_name])
+                write_samples_of_oil[oil_name](samples)
+                run_digests_of_oil[oil_name].update(digests_of_runs(samples))
+                waiting_runs_of_oil[oil_name].clear()
 
         def keep_run(run: base.LoggedRun) -> None:
             waiting_row_count = sum(
-                len(waiting_run) for waiting_run in waiting_runs_of_oil[run.oil]
+                len(waiting_run) for waiting_run in waiting_runs_of_oil[run.oil_name]
             )
             if waiting_row_count + len(run) > tables.ROW_GROUP:
-                write_waiting(run.oil)
-            waiting_runs_of_oil[run.oil].append(run)
+                write_waiting(run.oil_name)
+            waiting_runs_of_oil[run.oil_name].append(run)
 
         yield keep_run
-        for oil in path_of_oil:
-            write_waiting(oil)
+        for oil_name in path_of_oil:
+            write_waiting(oil_name)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -445,8 +451,8 @@ def _row_of_runs(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[
     )
     return {
         "run_id": run.run_id,
-        "oil": run.oil,
-        "rig": run.rig,
+        "oil": run.oil_name,
+        "rig": run.rig_name,
         "log_kind": run.log_kind,
         "label": printable(run.label)[:_LONGEST_LABEL],
         "columns": run.understood.names_with_units,

@@ -341,7 +341,7 @@ class UsableLog:
         keys: Header key -> its text.
         columns: As `Vocabulary.columns_of_run` gave them.
         row_numbers: Row numbers in the log, shape (n,).
-        values: Quantity -> numbers in the units of `columns`, each of shape (n,).
+        values_of_quantity: Quantity -> numbers in the units of `columns`, each of shape (n,).
         flaw: Why the run cannot be used; None where it can.
         understood: How its columns and header were understood.
     """
@@ -350,23 +350,27 @@ class UsableLog:
     keys: Mapping[str, str]
     columns: Sequence[LoggedColumn]
     row_numbers: IndexArray
-    values: Mapping[str, FloatArray]
+    values_of_quantity: Mapping[str, FloatArray]
     flaw: base.Refusal | None = None
     understood: base.Understood = base.NOTHING_UNDERSTOOD
 
     @property
-    def units(self) -> dict[str, str]:
+    def unit_of_quantity(self) -> dict[str, str]:
         """Unit of the values of each quantity."""
         return {column.quantity: column.conversion.unit for column in self.columns}
 
     def logged_run(
-        self, rig: str, samples: base.Columns, set_points: base.SetPoints, flaw: base.Refusal | None
+        self,
+        rig_name: str,
+        samples: base.Columns,
+        set_points: base.SetPoints,
+        flaw: base.Refusal | None,
     ) -> base.LoggedRun:
         """The run with these samples; `flaw` counts where the log itself has none."""
         return base.LoggedRun(
             run_id=self.run_id,
-            oil=self.keys.get("oil", ""),
-            rig=rig,
+            oil_name=self.keys.get("oil", ""),
+            rig_name=rig_name,
             log_kind=self.keys.get("log_kind", "continuous"),
             set_points=set_points,
             samples=samples,

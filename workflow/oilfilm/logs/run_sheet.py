@@ -236,19 +236,19 @@ class RunSheet:
         advice = "The run sheet is used. Correct the one that is wrong."
         return [Refusal(CONTRADICTION, reason, advice, run_id)]
 
-    def plain(self, files: Iterable[str], *, remarks: bool) -> dict[str, Any]:
+    def plain(self, files: Iterable[str], *, with_remarks: bool) -> dict[str, Any]:
         """The rows for some logs in plain types, for Snakemake's params; empty without any.
 
         Args:
             files: The logs.
-            remarks: Whether the part includes the remarks on the sheet itself.
+            with_remarks: Whether the part includes the remarks on the sheet itself.
         """
         rows_of_log = {
             file: [asdict(row) for row in self.rows_of_log[file]]
             for file in files
             if file in self.rows_of_log
         }
-        remarks_as_params = [asdict(remark) for remark in self.remarks] if remarks else []
+        remarks_as_params = [asdict(remark) for remark in self.remarks] if with_remarks else []
         if not rows_of_log and not remarks_as_params:
             return {}
         return {"name": self.name, "rows": rows_of_log, "remarks": remarks_as_params}

@@ -112,8 +112,8 @@ class SniffedRun:
     Attributes:
         name_in_file: Its name in its file; empty where the file is one run.
         oil_key: Key of the header line that names the oil; empty without one.
-        oil: Name of the oil in the header.
-        rig: Name of the rig in the header.
+        oil_name: Name of the oil in the header.
+        rig_name: Name of the rig in the header.
         set_point_lines: Key of a set point -> name and value of its header line.
         measured_levels: Key of a set point -> measured level of load, speed or temperature; NaN
             where none is held.
@@ -127,8 +127,8 @@ class SniffedRun:
 
     name_in_file: str = ""
     oil_key: str = ""
-    oil: str = ""
-    rig: str = ""
+    oil_name: str = ""
+    rig_name: str = ""
     set_point_lines: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     measured_levels: Mapping[str, float] = field(default_factory=dict)
     is_settled: bool = False
@@ -330,13 +330,15 @@ def _sniffed_run(
     keys = {key: text for key, text in log.keys.items() if key not in keys_of_settings}
     log_kind = keys.get("log_kind", "")
     is_settled = log_kind == "steps" or (
-        _TRACTION_COEFFICIENT in log.values and "time" not in log.values
+        _TRACTION_COEFFICIENT in log.values_of_quantity and "time" not in log.values_of_quantity
     )
     no_values = np.full(len(log.row_numbers), np.nan)
-    time_s = log.values.get("time", no_values)
-    load = log.values.get("load", no_values)
-    force = log.values.get("traction_force", no_values)
-    ball_speed, disc_speed = _surface_speeds(log.values, log.units, no_values)
+    time_s = log.values_of_quantity.get("time", no_values)
+    load = log.values_of_quantity.get("load", no_values)
+    force = log.values_of_quantity.get("traction_force", no_values)
+    ball_speed, disc_speed = _surface_speeds(
+        log.values_of_quantity, log.unit_of_quantity, no_values
+    )
     signals = (time_s, ball_speed, disc_speed, load, force)
     step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     has_clock = step_s > 0 and "time" not in quantities_without_unit and not is_settled
@@ -352,7 +354,7 @@ def _sniffed_run(
         ),
         is_settled=is_settled,
         zero_source=zero_source(*signals) if has_clock and np.isfinite(signals).all() else "",
-        unit_of_quantity=log.units,
+        unit_of_quantity=log.unit_of_quantity,
         log_kind=log_kind,
         is_slow=not is_settled and step_s > _LONGEST_INTERVAL_S,
     )
@@ -371,13 +373,18 @@ def _measured_levels(
     no_values = np.full(len(log.row_numbers), np.nan)
     signal_by_set_point: dict[str, FloatArray] = {}
     if "load" not in quantities_without_unit:
-        signal_by_set_point[_SET_POINT_BY_LOAD_UNIT[log.units.get("load", "N")]] = log.values.get(
-            "load", no_values
+        signal_by_set_point[_SET_POINT_BY_LOAD_UNIT[log.unit_of_quantity.get("load", "N")]] = (
+            log.values_of_quantity.get("load", no_values)
         )
-    if log.units.get("ball_speed") != "rpm" and not _SPEED_QUANTITIES & quantities_without_unit:
+    if (
+        log.unit_of_quantity.get("ball_speed") != "rpm"
+        and not _SPEED_QUANTITIES & quantities_without_unit
+    ):
         signal_by_set_point["entrainment_speed_m_s"] = entrainment_speed
     if "inlet_temperature" not in quantities_without_unit:
-        signal_by_set_point["inlet_temperature_c"] = log.values.get("inlet_temperature", no_values)
+        signal_by_set_point["inlet_temperature_c"] = log.values_of_quantity.get(
+            "inlet_temperature", no_values
+        )
     is_turning = _is_turning(entrainment_speed)
     # readings at standstill are no level of the run
     is_counted = is_turning if is_turning.any() else np.ones(len(log.row_numbers), dtype=bool)
@@ -587,7 +594,7 @@ class Findings:
     @cached_property
     def labels_of_oil(self) -> dict[str, list[str]]:
         """Id of each oil -> its names in the logs; one id where no log names an oil."""
-        labels = dict.fromkeys(run.oil for run in self.runs if run.oil)
+        labels = dict.fromkeys(run.oil_name for run in self.runs if run.oil_name)
         if not labels:
             return {"my-oil": []}
         return _grouped(
@@ -598,14 +605,16 @@ class Findings:
     @property
     def lacks_oil_in_some_logs(self) -> bool:
         """Whether only some logs name an oil, so that the others need it in the run sheet."""
-        return len(self.labels_of_oil) > 1 and any(not run.oil for run in self.runs)
+        return len(self.labels_of_oil) > 1 and any(not run.oil_name for run in self.runs)
 
     @cached_property
     def rig_names(self) -> list[str]:
         """Names of the rigs: of the logs, else of a PCS rig for its exports, else `my-rig`."""
         names_of_shipped = shipped_names("rigs")
         names = [
-            names_of_shipped.get(plain_key(run.rig), _slug(run.rig)) for run in self.runs if run.rig
+            names_of_shipped.get(plain_key(run.rig_name), _slug(run.rig_name))
+            for run in self.runs
+            if run.rig_name
         ]
         pcs_logs = [log for log in self.logs if log.format_name == "pcs"]
         if pcs_logs and not names:
@@ -659,7 +668,7 @@ class Findings:
             )
             # runs with an incomplete condition cannot be compared
             if has_all_levels:
-                conditions.append((run.oil, *sorted(levels.items())))
+                conditions.append((run.oil_name, *sorted(levels.items())))
         return len(set(conditions)) < len(conditions)
 
     @property

@@ -48,7 +48,7 @@ def _run(log: UsableLog, settings: Settings) -> LoggedRun:
     """The run of a log. Samples have `row` and the columns of the project; `rig` is the bearing."""
     samples: Columns = {"row": log.row_numbers}
     for name, (quantity, _) in _PROJECT_NAMES.items():
-        samples[name] = log.values[quantity]
+        samples[name] = log.values_of_quantity[quantity]
     bearing = torque_section(settings.campaign).bearing
     # the rows of a torque log are never settled readings, even if its header says so
     log = replace(log, keys={**log.keys, "log_kind": "continuous"})

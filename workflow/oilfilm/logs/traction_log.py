@@ -138,62 +138,71 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     semantics = settings.campaign.semantics_for(rig_name)
     set_points = stated_set_points(log.keys, settings)
     row_count = len(log.row_numbers)
-    values = dict(log.values)
+    values_of_quantity = dict(log.values_of_quantity)
     if log.keys.get("log_kind") == "steps":
         for quantity, value in _value_of_unneeded_quantity(set_points).items():
-            if quantity not in values:
-                values[quantity] = np.full(row_count, value)
+            if quantity not in values_of_quantity:
+                values_of_quantity[quantity] = np.full(row_count, value)
     # a load as maximum Hertz pressure is refused of a rig whose contact is not known
     contact = rig.contact()
-    if contact is not None and log.units.get("load") == "GPa":
-        values["load"] = contact.load_n(values["load"])
+    if contact is not None and log.unit_of_quantity.get("load") == "GPa":
+        values_of_quantity["load"] = contact.load_n(values_of_quantity["load"])
     # a torque is refused of a rig whose lever arm is not known
-    if log.units.get("traction_force") == _TORQUE_UNIT and rig.torque_arm_m is not None:
-        values["traction_force"] = values["traction_force"] / rig.torque_arm_m
-    if "traction_coefficient" in values:
-        force_n = semantics.direction * values["traction_coefficient"] * values["load"]
-        values["traction_force"] = force_n
-    ball_m_s, disc_m_s = _surface_speeds(values, log.units, rig, semantics)
+    if log.unit_of_quantity.get("traction_force") == _TORQUE_UNIT and rig.torque_arm_m is not None:
+        values_of_quantity["traction_force"] = (
+            values_of_quantity["traction_force"] / rig.torque_arm_m
+        )
+    if "traction_coefficient" in values_of_quantity:
+        force_n = (
+            semantics.direction
+            * values_of_quantity["traction_coefficient"]
+            * values_of_quantity["load"]
+        )
+        values_of_quantity["traction_force"] = force_n
+    ball_m_s, disc_m_s = _surface_speeds(values_of_quantity, log.unit_of_quantity, rig, semantics)
     # a broadcast number takes no memory
     unknown_values = np.broadcast_to(np.nan, row_count)
     samples: base.Columns = {name: unknown_values for name in tables.columns("samples")}
     del samples["run_id"]
     for quantity, column in _SAMPLE_COLUMN_OF_QUANTITY.items():
-        if quantity in values:
-            samples[column] = values[quantity]
+        if quantity in values_of_quantity:
+            samples[column] = values_of_quantity[quantity]
     samples["row"] = log.row_numbers
     samples["ball_speed_m_s"] = ball_m_s
     samples["disc_speed_m_s"] = disc_m_s
     flaw = _contradiction_flaw(
-        log.row_numbers, values, ball_m_s, disc_m_s, semantics, settings.logged_twice
+        log.row_numbers, values_of_quantity, ball_m_s, disc_m_s, semantics, settings.logged_twice
     )
-    flaw = flaw or _slip_unit_flaw(log, values)
+    flaw = flaw or _slip_unit_flaw(log, values_of_quantity)
     if contact is not None:
-        flaw = flaw or _rig_radius_flaw(values, set_points, contact, rig_name)
+        flaw = flaw or _rig_radius_flaw(values_of_quantity, set_points, contact, rig_name)
     if log.keys.get("log_kind") != "steps":
-        flaw = flaw or _settled_readings_flaw(values["time"], ball_m_s, disc_m_s)
+        flaw = flaw or _settled_readings_flaw(values_of_quantity["time"], ball_m_s, disc_m_s)
     return log.logged_run(rig_name, samples, set_points, flaw)
 
 
 def _rig_radius_flaw(
-    values: Mapping[str, FloatArray], set_points: base.SetPoints, contact: Contact, rig_name: str
+    values_of_quantity: Mapping[str, FloatArray],
+    set_points: base.SetPoints,
+    contact: Contact,
+    rig_name: str,
 ) -> base.Refusal | None:
     """A flaw where load and pressure are both stated, and the rig file gives another pressure.
 
     Args:
-        values: Quantity -> values, each of shape (rows,).
+        values_of_quantity: Quantity -> values, each of shape (rows,).
         set_points: Set points of the run.
         contact: The contact of the rig.
         rig_name: Name of the rig.
     """
     stated_gpa = set_points.get("max_hertz_pressure_gpa", np.nan)
     load_n = set_points.get("load_n", np.nan)
-    if _STATED_PRESSURE in values and len(values["load"]):
+    if _STATED_PRESSURE in values_of_quantity and len(values_of_quantity["load"]):
         # without the rows before the load is applied
-        is_loaded = values["load"] > values["load"].max() / 2
+        is_loaded = values_of_quantity["load"] > values_of_quantity["load"].max() / 2
         if is_loaded.any():
-            load_n = float(np.median(values["load"][is_loaded]))
-            stated_gpa = float(np.median(values[_STATED_PRESSURE][is_loaded]))
+            load_n = float(np.median(values_of_quantity["load"][is_loaded]))
+            stated_gpa = float(np.median(values_of_quantity[_STATED_PRESSURE][is_loaded]))
     if not (load_n > 0 and stated_gpa > 0):
         return None
     pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
@@ -210,12 +219,14 @@ def _rig_radius_flaw(
     )
 
 
-def _slip_unit_flaw(log: UsableLog, values: Mapping[str, FloatArray]) -> base.Refusal | None:
+def _slip_unit_flaw(
+    log: UsableLog, values_of_quantity: Mapping[str, FloatArray]
+) -> base.Refusal | None:
     """A flaw where the only slip of a log, in %, is so small that it may be a fraction."""
     column = next((column for column in log.columns if column.quantity == "slide_roll_ratio"), None)
     if column is None or column.is_spare or column.logged_unit != "%" or len(log.row_numbers) == 0:
         return None
-    largest_slip = float(np.max(np.abs(values["slide_roll_ratio"])))
+    largest_slip = float(np.max(np.abs(values_of_quantity["slide_roll_ratio"])))
     if not 0 < largest_slip < _SMALLEST_SWEEP:
         return None
     return base.Refusal(
@@ -300,22 +311,25 @@ def stated_set_points(keys: Mapping[str, str], settings: Settings) -> base.SetPo
 
 
 def _surface_speeds(
-    values: Mapping[str, FloatArray], units: Mapping[str, str], rig: Rig, semantics: Semantics
+    values_of_quantity: Mapping[str, FloatArray],
+    unit_of_quantity: Mapping[str, str],
+    rig: Rig,
+    semantics: Semantics,
 ) -> tuple[FloatArray, FloatArray]:
     """Surface speeds of ball and disc in m/s, each of shape (rows,).
 
     They are logged, or follow from entrainment speed and slide-roll ratio.
     """
-    if "ball_speed" in values:
-        ball_m_s, disc_m_s = values["ball_speed"], values["disc_speed"]
-        if units["ball_speed"] == "rpm" and rig.ball_track_radius_m is not None:
+    if "ball_speed" in values_of_quantity:
+        ball_m_s, disc_m_s = values_of_quantity["ball_speed"], values_of_quantity["disc_speed"]
+        if unit_of_quantity["ball_speed"] == "rpm" and rig.ball_track_radius_m is not None:
             ball_m_s = rpm_to_surface_speed(ball_m_s, rig.ball_track_radius_m)
-        if units["disc_speed"] == "rpm" and rig.disc_track_radius_m is not None:
+        if unit_of_quantity["disc_speed"] == "rpm" and rig.disc_track_radius_m is not None:
             disc_m_s = rpm_to_surface_speed(disc_m_s, rig.disc_track_radius_m)
         return ball_m_s, disc_m_s
-    entrainment_m_s = values["entrainment_speed"]
+    entrainment_m_s = values_of_quantity["entrainment_speed"]
     # a logged ratio is positive with the slower body slowed
-    slip = semantics.direction * semantics.over_mean(values["slide_roll_ratio"])
+    slip = semantics.direction * semantics.over_mean(values_of_quantity["slide_roll_ratio"])
     sliding_m_s = slip * entrainment_m_s
     return entrainment_m_s - sliding_m_s / 2, entrainment_m_s + sliding_m_s / 2
 
@@ -342,7 +356,7 @@ class _LoggedTwice(NamedTuple):
 
 def _contradiction_flaw(
     row_numbers: IndexArray,
-    values: Mapping[str, FloatArray],
+    values_of_quantity: Mapping[str, FloatArray],
     ball_m_s: FloatArray,
     disc_m_s: FloatArray,
     semantics: Semantics,
@@ -352,22 +366,28 @@ def _contradiction_flaw(
 
     Args:
         row_numbers: Row numbers, shape (rows,).
-        values: Quantity -> values, each of shape (rows,).
+        values_of_quantity: Quantity -> values, each of shape (rows,).
         ball_m_s: Surface speed of the ball in m/s, shape (rows,).
         disc_m_s: Surface speed of the disc in m/s, shape (rows,).
         semantics: Definitions of the logged signals.
         limits: Largest differences.
     """
-    if not values.keys() & {"entrainment_speed", "slide_roll_ratio", "traction_force_1"}:
+    if not values_of_quantity.keys() & {
+        "entrainment_speed",
+        "slide_roll_ratio",
+        "traction_force_1",
+    }:
         # nothing is logged twice
         return None
     turning_index = np.arange(len(row_numbers))
-    if "ball_speed" in values:
+    if "ball_speed" in values_of_quantity:
         # near standstill a slip is noise
         entrainment_m_s = np.abs(ball_m_s + disc_m_s) / 2
         fast_m_s = np.quantile(entrainment_m_s, 0.9) if len(row_numbers) else 0.0
         turning_index = np.flatnonzero(entrainment_m_s > fast_m_s / 2)
-    turning_values = {quantity: column[turning_index] for quantity, column in values.items()}
+    turning_values = {
+        quantity: column[turning_index] for quantity, column in values_of_quantity.items()
+    }
     quantities_logged_twice = _logged_twice(
         turning_values, ball_m_s[turning_index], disc_m_s[turning_index], semantics, limits
     )
@@ -393,7 +413,7 @@ def _contradiction_flaw(
 
 
 def _logged_twice(
-    values: Mapping[str, FloatArray],
+    values_of_quantity: Mapping[str, FloatArray],
     ball_m_s: FloatArray,
     disc_m_s: FloatArray,
     semantics: Semantics,
@@ -401,12 +421,12 @@ def _logged_twice(
 ) -> list[_LoggedTwice]:
     """The quantities of a log that also follow from other columns."""
     quantities_logged_twice: list[_LoggedTwice] = []
-    if "ball_speed" in values:
+    if "ball_speed" in values_of_quantity:
         entrainment_m_s = (ball_m_s + disc_m_s) / 2
         sliding_m_s = semantics.direction * (disc_m_s - ball_m_s)
         speeds_in_words = "the speeds of ball and disc"
-        if "entrainment_speed" in values:
-            logged_values = values["entrainment_speed"]
+        if "entrainment_speed" in values_of_quantity:
+            logged_values = values_of_quantity["entrainment_speed"]
             largest_median = limits.entrainment_speed
             quantities_logged_twice.append(
                 _LoggedTwice(
@@ -418,8 +438,8 @@ def _logged_twice(
                     speeds_in_words,
                 )
             )
-        if "slide_roll_ratio" in values:
-            logged_values = semantics.over_mean(values["slide_roll_ratio"])
+        if "slide_roll_ratio" in values_of_quantity:
+            logged_values = semantics.over_mean(values_of_quantity["slide_roll_ratio"])
             largest_median = limits.slide_roll_ratio
             slip = sliding_m_s / entrainment_m_s
             quantities_logged_twice.append(
@@ -432,13 +452,15 @@ def _logged_twice(
                     speeds_in_words,
                 )
             )
-    if "traction_force" in values and values.keys() >= set(_FORCES_OF_DIRECTIONS):
-        force_disc_faster = values["traction_force_1"]
-        force_ball_faster = values["traction_force_2"]
+    if "traction_force" in values_of_quantity and values_of_quantity.keys() >= set(
+        _FORCES_OF_DIRECTIONS
+    ):
+        force_disc_faster = values_of_quantity["traction_force_1"]
+        force_ball_faster = values_of_quantity["traction_force_2"]
         quantities_logged_twice.append(
             _LoggedTwice(
                 "traction_force",
-                logged_values=values["traction_force"],
+                logged_values=values_of_quantity["traction_force"],
                 expected_values=(force_disc_faster - force_ball_faster) / 2,
                 scale=(np.abs(force_disc_faster) + np.abs(force_ball_faster)) / 2,
                 largest_median=limits.traction_force,
