@@ -132,7 +132,7 @@ def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curate
     paths = {oil: out / f"samples/oil={oil}/part-{share}.parquet" for oil in config.oils}
     logs = ((file, read_bytes(folder / file)) for file in shares_in(folder)[share])
     with sample_files(paths, PROVENANCE) as keep:
-        found = ingest_logs(logs, config, keep=keep)
+        found = ingest_logs(logs, config, keep_run=keep)
     samples = tables.read_parts("samples", *paths.values())
     curated = curate_parts(samples, found, TractionRig(config))
     for name, frame in vars(curated).items():

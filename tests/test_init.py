@@ -269,7 +269,7 @@ def test_unknown_names_and_units_are_asked_for(tmp_path: Path) -> None:
     assert re.search(r"unit: *}", made_project.lines_by_key["load"])
     # the rest is known all the same, and nothing follows from a load in an unknown unit
     assert {"ball_track_radius_m", "disc_track_radius_m"} <= made_project.lines_by_key.keys()
-    assert made_project.new_project.findings.oils == {"oel-b-12": ["Öl B-12"]}
+    assert made_project.new_project.findings.labels_of_oil == {"oel-b-12": ["Öl B-12"]}
     assert "load_n" not in made_project.sheet_lines[0]
 
 
@@ -291,7 +291,7 @@ def test_export_of_a_pcs_rig(tmp_path: Path, real_pcs: Path) -> None:
     assert names == "file,run,load_n,inlet_temperature_c,exclude,remarks"
     celsius = [float(row.split(",")[3]) for row in rows]
     assert celsius == pytest.approx([40, 60, 80], abs=1)
-    assert made_project.new_project.findings.rigs == ["pcs-rig"]
+    assert made_project.new_project.findings.rig_names == ["pcs-rig"]
 
 
 def test_logs_are_copied_and_a_given_run_sheet_is_kept(tmp_path: Path) -> None:

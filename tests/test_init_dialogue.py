@@ -226,14 +226,14 @@ def test_rolling_rig_with_a_column_of_wear_is_no_sliding_rig(tmp_path: Path) -> 
     extra = {"wear": np.zeros(len(values["time"])), "frequency": np.ones(len(values["time"]))}
     (tmp_path / "log.csv").write_bytes(csv({**values, **extra}, units, {"oil": "B-12"}))
     new_project = make_project(tmp_path / "p", [tmp_path / "log.csv"])
-    assert new_project.findings.named
+    assert new_project.findings.logs_with_columns
 
 
 def test_export_of_a_traction_rig_rolls_whatever_its_columns(tmp_path: Path) -> None:
     """Exports of PCS rigs have a column of the sliding speed, as pin-on-disc rigs have."""
     (tmp_path / "export.txt").write_bytes(pcs())
     new_project = make_project(tmp_path / "p", [tmp_path / "export.txt"])
-    assert new_project.findings.logs[0].format == "pcs"
+    assert new_project.findings.logs[0].format_name == "pcs"
 
 
 def test_meaning_that_a_name_leaves_open_is_confirmed_never_taken(tmp_path: Path) -> None:

@@ -228,7 +228,7 @@ LOGS = [
 def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested, Curated]:
     paths = {oil: folder / f"{oil}.parquet" for oil in CONFIG.oils}
     with sample_files(paths, ABOUT) as keep:
-        ingested = ingest_logs(logs, CONFIG, keep=keep)
+        ingested = ingest_logs(logs, CONFIG, keep_run=keep)
     samples = tables.read_parts("samples", *paths.values())
     return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)
 
@@ -244,7 +244,7 @@ def test_share_in_parts_gives_the_same(tmp_path: Path, monkeypatch: pytest.Monke
     pd.testing.assert_frame_equal(ingested.runs, whole.runs, check_exact=True)
     for name, frame in vars(expected).items():
         pd.testing.assert_frame_equal(getattr(curated, name), frame, check_exact=True)
-    for oil, frame in whole.samples.items():
+    for oil, frame in whole.samples_of_oil.items():
         path = tmp_path / f"{oil}.parquet"
         pd.testing.assert_frame_equal(tables.read("samples", path), frame, check_exact=True)
         file = parquet.ParquetFile(path).metadata

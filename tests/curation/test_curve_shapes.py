@@ -191,7 +191,7 @@ def test_no_oil_is_beyond_the_limits_that_hold_for_any(designs):
     named = []
     for truth, slips in itertools.product(TRUTHS, designs):
         verdicts = judged_shapes(*tables_of(truth, latin(), slips, same_oil=False))
-        assert verdicts.refused == []
+        assert verdicts.refusals == []
         named += [(truth, len(slips), run) for run, _ in verdicts.warnings]
     # a kink of a curve looks like a wrong level
     assert {truth for truth, _, _ in named} <= {"pw"}
@@ -209,8 +209,8 @@ def test_curves_that_are_far_from_each_other_are_said_to_be_not_judged():
         ]
     )
     verdicts = judged_shapes(*tables_of("mix", conditions, TEN_SLIPS, same_oil=True))
-    assert verdicts.refused == []
-    assert verdicts.not_judged
+    assert verdicts.refusals == []
+    assert verdicts.unjudged_ids
     for _, sentence in verdicts.warnings:
         assert sentence.startswith("shape_not_judged")
 
@@ -219,6 +219,6 @@ def test_points_without_pressure_are_not_judged_by_others():
     points, runs = tables_of("sol", TWELVE, TEN_SLIPS, same_oil=True)
     is_scuffed = (points["run_id"] == "03") & (points["slide_roll_ratio"] > 0.05)
     points.loc[is_scuffed, "traction_coefficient"] *= 1.5
-    assert [refusal.run_id for refusal in judged_shapes(points, runs).refused] == ["03"]
+    assert [refusal.run_id for refusal in judged_shapes(points, runs).refusals] == ["03"]
     unknown = points.assign(max_hertz_pressure_gpa=np.nan)
-    assert judged_shapes(unknown, runs).refused == []
+    assert judged_shapes(unknown, runs).refusals == []

@@ -17,7 +17,7 @@ HALF_REVERSED_STEPS = [
 
 def test_every_measured_row_is_kept_or_listed(etm: Campaign) -> None:
     # 20 560 data rows: 500 sweeps of 41 and one timed step of 60 (docs/physics.md, PCS logs)
-    (samples,) = etm.ingested.samples.values()
+    (samples,) = etm.ingested.samples_of_oil.values()
     assert (len(etm.ingested.runs), len(samples)) == (500, 20_500)
     assert set(etm.ingested.runs["log_kind"]) == {"steps"}
     assert set(etm.ingested.runs["refused_rows"]) == {0}
@@ -39,7 +39,7 @@ def test_exactly_the_half_reversed_rows_are_refused(etm: Campaign) -> None:
 
 def test_force_is_half_the_difference_of_both_directions(etm: Campaign) -> None:
     # docs/physics.md, PCS logs: TF = (TF1 - TF2)/2, all three to 1e-4 N
-    (samples,) = etm.ingested.samples.values()
+    (samples,) = etm.ingested.samples_of_oil.values()
     half = (samples["traction_force_1_n"] - samples["traction_force_2_n"]) / 2
     np.testing.assert_allclose(samples["traction_force_n"], half, rtol=0, atol=1.001e-4)
 
@@ -53,7 +53,7 @@ def test_speed_spike_is_refused_and_nothing_else(etm: Campaign) -> None:
 
 
 def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> None:
-    (samples,) = etm.ingested.samples.values()
+    (samples,) = etm.ingested.samples_of_oil.values()
     runs = etm.ingested.runs.iloc[:20]
     samples = samples[samples["run_id"].isin(runs["run_id"])]
     strict = curate(samples, runs, TractionRig(without(etm.config, "film_unjudged")))

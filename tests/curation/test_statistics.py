@@ -66,7 +66,7 @@ def test_stretches_of_any_lengths_give_what_each_gives_alone(
     values = stretches.cut(log)
     found = stretches.spikes(values, THRESHOLD)
     inside = ~found
-    first = stretches.first_part(inside, SHARE)
+    first = stretches.is_in_first_part(inside, SHARE)
     alone = [log[start:stop] for start, stop in zip(starts, stops, strict=True)]
     spikes_alone = [spikes(part) for part in alone]
     kept = [part[~spike] for part, spike in zip(alone, spikes_alone, strict=True)]
@@ -89,7 +89,7 @@ def test_error_of_a_stretch_that_is_transformed_in_blocks_is_that_of_the_definit
     monkeypatch: pytest.MonkeyPatch, turns: float
 ) -> None:
     # 0.2 turns are correlated over several blocks, 3 over less than one
-    monkeypatch.setattr(statistics, "_MOST_TRANSFORMED", 100)
+    monkeypatch.setattr(statistics, "_MOST_SAMPLES_TRANSFORMED", 100)
     noise = np.random.default_rng(1).standard_normal(950)
     values = np.sin(turns * np.linspace(0, 2 * np.pi, 950)) + noise / 10
     _, error = mean_with_error(values)
@@ -104,4 +104,4 @@ def test_no_stretch_gives_no_number() -> None:
     means = stretches.means(values, inside)
     assert len(means) == 0
     assert len(stretches.standard_errors(values, inside, means)) == 0
-    assert len(stretches.first_part(inside, SHARE)) == 0
+    assert len(stretches.is_in_first_part(inside, SHARE)) == 0

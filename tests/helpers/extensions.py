@@ -140,7 +140,7 @@ def too_long(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
 '''
 
 RULE = """  too_long:
-    judges: traction torque
+    rig_kinds: traction torque
     finds: 'a level is held for up to {most[duration_s]:.0f} s; expected at most
       {gates.duration_max_s:g} s'
     advice: Hold each {level} for a shorter time.

@@ -143,7 +143,7 @@ def test_channel_that_begins_later_is_paired_by_time(
     # before, there is no force
     assert time[0] >= later_s - INTERVAL_S
     assert len(time) == pytest.approx(ROWS - later_s / INTERVAL_S, abs=1)
-    assert reading.rows == ROWS
+    assert reading.row_count == ROWS
 
 
 @pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)
@@ -155,7 +155,7 @@ def test_channels_that_were_never_read_together_are_refused(
     (refusal,) = reading.refusals
     assert refusal.rule == "clocks"
     assert "same time" in refusal.reason
-    assert refusal.refused_rows == reading.rows
+    assert refusal.refused_rows == reading.row_count
 
 
 @pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)

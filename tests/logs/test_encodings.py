@@ -70,7 +70,7 @@ def test_log_of_a_country_is_read(language: str, encoding: str) -> None:
     values = "\r\n".join([*lines, ""]).encode(encoding)
     _, reading = read_log(values, "log", config)
     (run,) = reading.runs
-    assert (run.oil, len(run)) == ("4102", 30)
+    assert (run.oil_name, len(run)) == ("4102", 30)
     np.testing.assert_allclose(run.samples["load_n"], VALUES["load"], atol=5e-4)
     if not encoding.startswith("utf"):
         assert reading.form.encoding == encoding

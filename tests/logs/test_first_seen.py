@@ -70,9 +70,13 @@ def test_pasted_lines_with_a_reason_keep_the_first_digest(seen: FirstSeen, tmp_p
 
 
 def test_log_of_an_earlier_run_that_is_gone_is_named(seen: FirstSeen) -> None:
-    assert seen.gone([LOG.as_posix(), OTHER.as_posix(), "data/raw/june/new.csv"]) == ""
-    assert seen.gone([LOG.as_posix()]).startswith("1 logs that an earlier run has read are gone")
-    assert OTHER.as_posix() in seen.gone([LOG.as_posix()])
+    assert (
+        seen.sentence_on_missing([LOG.as_posix(), OTHER.as_posix(), "data/raw/june/new.csv"]) == ""
+    )
+    assert seen.sentence_on_missing([LOG.as_posix()]).startswith(
+        "1 logs that an earlier run has read are gone"
+    )
+    assert OTHER.as_posix() in seen.sentence_on_missing([LOG.as_posix()])
 
 
 def test_damaged_listing_is_no_empty_one(seen: FirstSeen, tmp_path: Path) -> None:
@@ -87,4 +91,6 @@ def test_last_line_of_an_edited_listing_counts_without_a_line_end(
 ) -> None:
     path = tmp_path / "june.sha256"
     path.write_text(path.read_text(encoding="utf-8").rstrip("\n"), encoding="utf-8")
-    assert LOG.as_posix() in FirstSeen("june", folder=tmp_path).gone([OTHER.as_posix()])
+    assert LOG.as_posix() in FirstSeen("june", folder=tmp_path).sentence_on_missing(
+        [OTHER.as_posix()]
+    )

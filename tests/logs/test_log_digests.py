@@ -29,7 +29,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def of_run(folder: Path, keep: bool = False) -> dict[str, str]:
     """The digests that one run finds."""
     digests = LogDigests(folder.with_name("kept.json"))
-    found = digests.by_name(folder, ["a.csv", "b.csv"])
+    found = digests.digest_of_name(folder, ["a.csv", "b.csv"])
     if keep:
         digests.keep()
     return found
@@ -99,9 +99,9 @@ def test_log_that_changed_a_moment_ago_is_read_by_the_next_run_too(
 
 def test_log_that_another_workflow_brings_during_a_run_has_its_digest(folder: Path) -> None:
     digests = LogDigests(folder.with_name("kept.json"))
-    digests.by_name(folder, ["a.csv"])
+    digests.digest_of_name(folder, ["a.csv"])
     (folder / "a.csv").write_text("log a, and more", encoding="utf-8")
-    assert digests.by_name(folder, ["a.csv"]) == {"a.csv": file_digest(folder / "a.csv")}
+    assert digests.digest_of_name(folder, ["a.csv"]) == {"a.csv": file_digest(folder / "a.csv")}
 
 
 def test_log_that_cannot_be_read_has_no_digest(folder: Path) -> None:

@@ -19,7 +19,13 @@ from oilfilm.api.table_fit import (
     StatedByUser,
     read_mu_table,
 )
-from oilfilm.logs.meaning import DEFINITIONS, UNIT_BY_QUANTITY, is_unit_of, meaning_of, stated_unit
+from oilfilm.logs.meaning import (
+    DEFINITIONS_OF_QUANTITY,
+    UNIT_BY_QUANTITY,
+    is_unit_of,
+    meaning_of,
+    stated_unit,
+)
 
 CORPUS = yaml.safe_load(Path(__file__).with_name("column_names.yaml").read_text(encoding="utf-8"))
 # Meaning -> its names.
@@ -134,7 +140,7 @@ def test_no_unstated_meaning_becomes_a_number(said: str, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("quantity", "definition"),
-    [(quantity, each) for quantity, all_of in DEFINITIONS.items() for each in all_of],
+    [(quantity, each) for quantity, all_of in DEFINITIONS_OF_QUANTITY.items() for each in all_of],
 )
 def test_stated_definition_gives_the_truth(quantity: str, definition: str) -> None:
     """The user states what an open name means."""

@@ -39,7 +39,7 @@ def spoilt(cells: list[str], spoil: tuple[str, str | int] | None) -> list[str]:
 
 def assert_all_there(content: bytes, written: int, settings: Settings = CONFIG) -> None:
     ingested = ingest_logs([("log", content)], settings)
-    rows = sum(map(len, ingested.samples.values()))
+    rows = sum(map(len, ingested.samples_of_oil.values()))
     assert rows + ingested.quarantine["refused_rows"].sum() == written
     assert rows == ingested.runs["samples"].sum()
 

@@ -130,16 +130,16 @@ def test_logs_are_read_with_the_digests_that_a_job_expects_or_the_twin_wrote(
         folder, paths, expected = Path("data/raw/june"), {"a.csv": log}, {"a.csv": ABC}
         return raw_files.RawLogs(folder, paths, expected, **options)
 
-    read = logs(inputs=inputs)
+    read = logs(provenance_digests=inputs)
     assert list(read) == [("a.csv", b"abc")]
-    assert read.by_path() == {"data/raw/june/a.csv": ABC}
+    assert read.digest_of_path() == {"data/raw/june/a.csv": ABC}
     assert inputs == {"data/raw/june/a.csv": ABC[:16]}
-    assert list(logs(simulated=True)) == [("a.csv", b"abc")]
+    assert list(logs(is_simulated=True)) == [("a.csv", b"abc")]
     log.write_text("abd")
     with pytest.raises(OilfilmError, match=r"june/a\.csv: "):
         list(logs())
     with pytest.raises(OilfilmError, match=r"a\.csv: .*Delete"):
-        list(logs(simulated=True))
+        list(logs(is_simulated=True))
     log.unlink()
     with pytest.raises(OilfilmError, match=r"a\.csv: cannot be read .* put it back, or run"):
         list(logs())

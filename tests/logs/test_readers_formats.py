@@ -51,15 +51,15 @@ def in_si_units(example: SoundLog) -> dict[str, np.ndarray]:
 
 
 def read(content: bytes, config: Settings, example: SoundLog) -> Reading:
-    return read_log(content, "log", config, example.kind.logs)[1]
+    return read_log(content, "log", config, example.kind.kind_of_logs)[1]
 
 
 @every_log
 def test_written_values_come_back_in_si(config: Settings, example: SoundLog, name: str) -> None:
-    reader, reading = read_log(write(example, name, 200), "log", config, example.kind.logs)
-    assert (reader, reading.rows, reading.refusals) == (name, 200, [])
+    reader, reading = read_log(write(example, name, 200), "log", config, example.kind.kind_of_logs)
+    assert (reader, reading.row_count, reading.refusals) == (name, 200, [])
     (run,) = reading.runs
-    assert (run.run_id, run.oil, run.flaw) == ("log", "4102", None)
+    assert (run.run_id, run.oil_name, run.flaw) == ("log", "4102", None)
     assert run.samples["row"].tolist() == list(range(1, 201))
     for column, expected in in_si_units(example).items():
         # subtracting 273.15 K rounds to 3e-14
@@ -78,13 +78,13 @@ def test_settled_readings_of_a_rig_that_reverses_slip_are_read(config: Settings,
     units = {**example.units, **dict.fromkeys(both_ways, "kN"), "traction_force": "kN"}
     log = WRITERS[name](values, units, {**KEYS, "log_kind": "steps"})
     (run,) = read(log, config, example).runs
-    assert (run.kind, run.flaw) == ("steps", None)
+    assert (run.log_kind, run.flaw) == ("steps", None)
     for column, given in both_ways.items():
         np.testing.assert_allclose(run.samples[f"{column}_n"], 1000 * given)
     values["traction_force_2"][4] = np.nan
     cut = read(WRITERS[name](values, units, KEYS), config, example)
     assert [refusal.first_row for refusal in cut.refusals] == [5]
-    assert cut.runs[0].kind == "continuous"
+    assert cut.runs[0].log_kind == "continuous"
 
 
 @every_log
@@ -92,9 +92,11 @@ def test_compressed_files_are_read_in_place(config: Settings, example: SoundLog,
     content = write(example, name, 5)
     for packed in (gzip.compress(content), arrow.compress(content, "zstd", asbytes=True)):
         # whatever the name says
-        reader, reading = read_log(packed, "log.csv", config, example.kind.logs)
+        reader, reading = read_log(packed, "log.csv", config, example.kind.kind_of_logs)
         assert (reader, len(reading.runs[0])) == (name, 5)
-        runs = ingest_logs([("plain", content), ("packed", packed)], config, example.kind.logs).runs
+        runs = ingest_logs(
+            [("plain", content), ("packed", packed)], config, example.kind.kind_of_logs
+        ).runs
         assert runs["sha256"].nunique() == 2
         assert runs["content_sha256"].nunique() == 1  # what refuses the copy
 
@@ -127,13 +129,13 @@ def test_unusable_log_is_refused_whole(config: Settings, example: SoundLog, name
         (refusal,) = reading.refusals
         assert refusal.rule == rule
         assert sentence in refusal.reason
-        assert (reading.rows, refusal.refused_rows, reading.runs) == (7, 7, [])
+        assert (reading.row_count, refusal.refused_rows, reading.runs) == (7, 7, [])
 
 
 @every_log
 def test_log_without_rows_says_so(config: Settings, example: SoundLog, name: str) -> None:
     reading = read(write(example, name, 0), config, example)
-    assert reading.rows == 0
+    assert reading.row_count == 0
     assert [run for run in reading.runs if len(run)] == []
     # a run without rows is refused when it is judged
     assert reading.runs or [refusal.rule for refusal in reading.refusals] == ["no_rows"]

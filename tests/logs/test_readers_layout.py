@@ -16,7 +16,7 @@ import formats
 from bad_logs import CONFIG
 from oilfilm.logs import ingest, raw_files
 from oilfilm.logs.base import Reading, UnreadableLogError
-from oilfilm.logs.header import header_keys, misspelt_key, named_keys
+from oilfilm.logs.header import header_keys, misspelt_key_problem, named_keys
 from oilfilm.logs.ingest import ingest_logs, read_log, unpack
 from oilfilm.settings.resolved import Settings
 
@@ -341,7 +341,7 @@ def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) ->
     (refusal,) = read_log(log, "log", ONE_OIL)[1].refusals
     assert (refusal.rule, "'4102'" in refusal.reason) == ("unknown_oil", True)
     (run,) = read_log(log, "log", CONFIG)[1].runs
-    assert run.oil == "4102"
+    assert run.oil_name == "4102"
     # no name of an oil
     assert header_keys({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"] == "4050"
 
@@ -356,18 +356,18 @@ def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) ->
     ],
 )
 def test_misspelt_key_is_named_unless_the_set_point_is_known(key: str, meant: str) -> None:
-    refusal = misspelt_key({key: "30"}, CONFIG)
+    refusal = misspelt_key_problem({key: "30"}, CONFIG)
     assert refusal is not None
     assert repr(key) in refusal.reason and repr(meant) in refusal.reason
     # the load has one set point, as force or as pressure
     other = {"load": "max_hertz_pressure_gpa", "max_herz_pressure_gpa": "load_n"}.get(key, meant)
-    assert misspelt_key({key: "30", other: "80"}, CONFIG) is None
-    assert misspelt_key({key: "30"}, with_campaign(set_points={other: 1.0})) is None
+    assert misspelt_key_problem({key: "30", other: "80"}, CONFIG) is None
+    assert misspelt_key_problem({key: "30"}, with_campaign(set_points={other: 1.0})) is None
 
 
 def test_word_of_its_own_is_no_slip_of_the_pen() -> None:
     keys = "laod_n oil_temperature_c outlet_temperature_c mean_hertz_pressure_gpa load_no operator"
-    assert misspelt_key(dict.fromkeys(keys.split(), "30"), CONFIG) is None
+    assert misspelt_key_problem(dict.fromkeys(keys.split(), "30"), CONFIG) is None
 
 
 @pytest.mark.parametrize(

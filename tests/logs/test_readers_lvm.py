@@ -32,14 +32,14 @@ def test_segments_are_runs_with_set_points_in_their_notes(read) -> None:
     lines += formats.lvm_segment(VALUES, formats.UNITS, ".", "inlet_temperature_c: 70")
     reading = read("\n".join(lines))
     assert [run.run_id for run in reading.runs] == ["log:segment1", "log:segment2"]
-    assert [run.nominal["inlet_temperature_c"] for run in reading.runs] == [25, 70]
+    assert [run.set_points["inlet_temperature_c"] for run in reading.runs] == [25, 70]
     assert reading.runs[1].samples["row"].tolist() == list(range(41, 81))
 
 
 def test_header_keys_may_be_fields_of_their_own(read) -> None:
     text = formats.lvm(VALUES, keys={}).decode()
     (run,) = read(text.replace("Time_Pref", "oil\t4102\r\nTime_Pref")).runs
-    assert run.oil == "4102"
+    assert run.oil_name == "4102"
 
 
 def test_without_an_x_column_time_follows_from_the_sampling_interval(read) -> None:
@@ -83,7 +83,7 @@ def test_file_cut_in_mid_row_is_flawed_and_keeps_its_good_rows(read) -> None:
     reading = read(cut)
     assert [refusal.rule for refusal in reading.refusals] == ["cut_row"]
     assert reading.runs[0].flaw.rule == "truncated"
-    assert reading.rows == len(reading.runs[0]) + 1
+    assert reading.row_count == len(reading.runs[0]) + 1
 
 
 def test_file_cut_at_a_line_end_is_noticed_by_the_announced_samples(read) -> None:
@@ -101,7 +101,7 @@ def test_bad_row_is_refused_by_number_and_its_neighbours_are_kept(read, bad: str
     reading = read("\n".join(lines))
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unreadable_row", 39, 39)
-    assert (reading.rows, len(reading.runs[0])) == (41, 40)
+    assert (reading.row_count, len(reading.runs[0])) == (41, 40)
 
 
 @pytest.mark.parametrize("beside", ["\n", "\ta note"])
@@ -109,4 +109,4 @@ def test_empty_lines_and_comments_beside_rows_do_no_harm(read, beside: str) -> N
     lines = formats.lvm(VALUES).decode().split("\r\n")
     lines[-3] += beside
     reading = read("\n".join(lines))
-    assert (reading.rows, reading.refusals, len(reading.runs[0])) == (40, [], 40)
+    assert (reading.row_count, reading.refusals, len(reading.runs[0])) == (40, [], 40)

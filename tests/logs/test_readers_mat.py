@@ -47,7 +47,7 @@ FORMS = {
 def test_form_of_a_log_is_read(read, variables: dict[str, Any], compressed: bool) -> None:
     reading = read(mat(variables, do_compression=compressed))
     (run,) = reading.runs
-    assert (run.run_id, run.oil, len(run)) == ("log", "4102", ROWS)
+    assert (run.run_id, run.oil_name, len(run)) == ("log", "4102", ROWS)
     np.testing.assert_allclose(run.samples["load_n"], VALUES["load"])
     assert reading.refusals == []
 
@@ -72,7 +72,7 @@ def test_structures_and_their_arrays_are_runs(read) -> None:
     first = {**NAMED, "oil": "4102", "load_n_set": 20}
     second = {**{name: column[:10] for name, column in NAMED.items()}, "oil": "4050"}
     runs = read(mat({"a": first, "b": second})).runs
-    assert [(run.run_id, run.oil, len(run)) for run in runs] == [
+    assert [(run.run_id, run.oil_name, len(run)) for run in runs] == [
         ("log:a", "4102", 30),
         ("log:b", "4050", 10),
     ]
@@ -83,14 +83,17 @@ def test_structures_and_their_arrays_are_runs(read) -> None:
             both[name][index] = column
         both["oil"][index] = oil
     runs = read(mat({"run": both})).runs
-    assert [(run.run_id, run.oil) for run in runs] == [("log:run1", "4102"), ("log:run2", "4050")]
+    assert [(run.run_id, run.oil_name) for run in runs] == [
+        ("log:run1", "4102"),
+        ("log:run2", "4050"),
+    ]
 
 
 def test_column_of_runs_and_restart_of_time_divide_it(read) -> None:
     labelled = {**NAMED, "run": np.repeat([1, 2, 3], 10), "oil": "4102"}
     assert [run.run_id for run in read(mat(labelled)).runs] == ["log:1", "log:2", "log:3"]
     oils = np.array(["4102", "4050"] * 15, dtype=object)
-    assert {run.oil for run in read(mat({**NAMED, "oil": oils})).runs} == {"4102", "4050"}
+    assert {run.oil_name for run in read(mat({**NAMED, "oil": oils})).runs} == {"4102", "4050"}
     again = {**NAMED, "time_s": np.tile(np.arange(15) / 50, 2), "oil": "4102"}
     assert [run.run_id for run in read(mat(again)).runs] == ["log:part1", "log:part2"]
 

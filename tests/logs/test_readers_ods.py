@@ -33,7 +33,7 @@ def test_numbers_and_header_of_a_sheet_are_those_of_a_text_log(read) -> None:
     oil = row(cell("Oil"), cell("4102"))
     reading = read(spreadsheet(document(Log=oil + rows_of_log(ROWS) + rest_of_sheet)))
     (run,) = reading.runs
-    assert (run.run_id, run.oil) == ("log", "4102")
+    assert (run.run_id, run.oil_name) == ("log", "4102")
     np.testing.assert_array_equal(run.samples["time_s"], VALUES["time"])
     np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
     assert reading.refusals == []

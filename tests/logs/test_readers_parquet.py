@@ -46,7 +46,7 @@ def test_column_of_anything_else_is_refused_in_words(read, column: Any) -> None:
     (refusal,) = reading.refusals
     assert refusal.rule == "columns"
     assert "'load' does not hold numbers" in refusal.reason
-    assert (reading.rows, refusal.refused_rows) == (40, 40)
+    assert (reading.row_count, refusal.refused_rows) == (40, 40)
 
 
 def test_bit_changed_in_a_page_with_a_checksum_is_found(read) -> None:
@@ -100,7 +100,7 @@ def test_frame_of_pandas_with_attributes_and_own_names_is_a_log(read) -> None:
     (run,) = read(buffer.getvalue()).runs
     np.testing.assert_allclose(run.samples["time_s"], VALUES["time"], atol=1e-9)
     np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
-    assert run.nominal["max_hertz_pressure_gpa"] == 1.25
+    assert run.set_points["max_hertz_pressure_gpa"] == 1.25
 
 
 def test_other_columns_of_any_type_are_not_read_and_doubled_ones_refused(read) -> None:

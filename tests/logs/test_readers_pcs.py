@@ -49,7 +49,7 @@ def assert_same_curves(export: Campaign, shipped: Campaign) -> None:
 
 def test_export_keeps_every_row_or_lists_it(exported: Campaign) -> None:
     # sweeps of 41 rows and one timed step of 60 (docs/physics.md, PCS logs)
-    (samples,) = exported.ingested.samples.values()
+    (samples,) = exported.ingested.samples_of_oil.values()
     assert (len(exported.ingested.runs), len(samples)) == (40, 40 * 41)
     timed = exported.curated.quarantine.query("rule == 'not_a_sweep'")
     assert timed["refused_rows"].tolist() == [60]
@@ -67,7 +67,7 @@ def test_export_as_published_gives_the_points_of_its_csv(real_pcs: Path, etm: Ca
     published = carried((real_pcs / "ETM_slim_mapper.txt").read_bytes())
     assert_same_curves(published, etm)
     # 20 560 data rows: 500 sweeps of 41 and one timed step of 60
-    assert sum(map(len, published.ingested.samples.values())) == 20_500
+    assert sum(map(len, published.ingested.samples_of_oil.values())) == 20_500
     listed = published.curated.quarantine
     assert sorted(listed["rule"]) == ["not_a_sweep"]
     assert listed["refused_rows"].sum() == 60
@@ -103,7 +103,7 @@ def test_films_of_a_wrong_fringe_order_are_found_in_an_export() -> None:
 def test_film_export_as_published_has_its_slopes_and_its_wrong_orders(real_pcs: Path) -> None:
     content = (real_pcs / "demo_12.txt").read_bytes()
     reading = read(content)
-    assert reading.rows == 94
+    assert reading.row_count == 94
     # docs/physics.md, PCS logs: slopes at 40, 60, 80 degC; seven wrong orders, 228 to 251 nm
     np.testing.assert_allclose(film_slopes(reading, 0.2), [0.74, 0.72, 0.78], atol=0.01)
     points = carried(content).curated.points
@@ -143,7 +143,7 @@ HALF_A_ROW = "\t".join(PCS_ROW.split("\t")[:2])
 )
 def test_cut_row_is_counted_and_refused(log: bytes, rows: int, rule: str) -> None:
     reading = read(log)
-    assert reading.rows == rows
+    assert reading.row_count == rows
     assert [(r.rule, r.first_row) for r in reading.refusals] == [(rule, 2)]
 
 
@@ -165,7 +165,7 @@ def test_table_without_its_line_of_names_is_refused_row_by_row() -> None:
     for damaged in (names[5], next(start for start in starts if start > names[5])):
         spoiled = b"\n".join([*lines[:damaged], b"#?", *lines[damaged + 1 :]])
         reading = read_log(spoiled, "log", PCS_CONFIG)[1]
-        assert reading.rows == 60 + 10 * 41  # a timed step and ten sweeps
+        assert reading.row_count == 60 + 10 * 41  # a timed step and ten sweeps
         rows = np.concatenate([run.samples["row"] for run in reading.runs])
         assert len(np.unique(rows)) == len(rows)
 

@@ -34,12 +34,12 @@ def test_groups_are_runs_with_their_own_set_points_and_rows_counted_through(read
     reading = read(content)
     # names are made printable and stay apart
     assert [run.run_id for run in reading.runs] == ["log:a?", "log:a?-2"]
-    assert [run.nominal["inlet_temperature_c"] for run in reading.runs] == [25, 70]
+    assert [run.set_points["inlet_temperature_c"] for run in reading.runs] == [25, 70]
     assert reading.runs[1].samples["row"].tolist() == list(range(35, 55))
     # a group that is no run is listed
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.run_id, refusal.refused_rows) == ("columns", "log:notes", 4)
-    assert (refusal.first_row, refusal.last_row, reading.rows) == (31, 34, 54)
+    assert (refusal.first_row, refusal.last_row, reading.row_count) == (31, 34, 54)
 
 
 def test_time_follows_from_the_sampling_interval_where_no_channel_has_it(read) -> None:
@@ -66,7 +66,7 @@ def test_rows_that_only_some_channels_have_are_refused_by_range(read) -> None:
     reading = read(formats.tdms(values))
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unreadable_row", 45, 50)
-    assert (reading.rows, len(reading.runs[0])) == (50, 44)
+    assert (reading.row_count, len(reading.runs[0])) == (50, 44)
 
 
 @pytest.mark.parametrize("share", [0.35, 0.5, 0.65, 0.8, 0.95, 0.999])
@@ -82,7 +82,7 @@ def test_incomplete_final_segment_is_reported_and_rows_before_it_kept(read, shar
     assert 0 < complete <= kept < complete + 60
     assert run.samples["time_s"].tolist() == values["time"][:kept].tolist()
     np.testing.assert_allclose(run.samples["load_n"] / 9.80665, values["load"][:kept], rtol=1e-12)
-    assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.rows
+    assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.row_count
 
 
 def test_cut_within_a_lead_in_is_noticed_although_no_row_is_lost(read) -> None:
@@ -109,7 +109,7 @@ def test_changed_bit_in_the_length_of_the_names_loses_no_row(read, bit: int) -> 
 def test_absurd_count_of_values_neither_fills_the_memory_nor_invents_rows(read) -> None:
     content = formats.tdms(formats.columns(60))
     reading = read(content.replace(struct.pack("<Q", 60), struct.pack("<Q", 1 << 40)))
-    assert reading.rows <= 60
+    assert reading.row_count <= 60
 
 
 @pytest.mark.parametrize("name", ["NI_Number_Of_Scales", "NI_Scale[0]_Table_Scaled_Values_Size"])

@@ -40,7 +40,7 @@ def book(**sheets: Sequence[Sequence[Any]]) -> bytes:
 def test_numbers_and_header_of_a_sheet_are_those_of_a_text_log(read) -> None:
     reading = read(book(Log=[["Oil", "4102"], [], NAMES, *ROWS]))
     (run,) = reading.runs
-    assert (run.run_id, run.oil) == ("log", "4102")
+    assert (run.run_id, run.oil_name) == ("log", "4102")
     np.testing.assert_array_equal(run.samples["time_s"], VALUES["time"])
     np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665, rtol=1e-12)
     assert reading.refusals == []
@@ -54,7 +54,7 @@ def test_each_sheet_with_columns_is_a_run_and_others_are_named(read) -> None:
             second=[["Oil", "4050"], NAMES, *ROWS[10:]],
         )
     )
-    assert [(run.run_id, run.oil, len(run)) for run in reading.runs] == [
+    assert [(run.run_id, run.oil_name, len(run)) for run in reading.runs] == [
         ("log:first", "4102", 10),
         ("log:second", "4050", 20),
     ]
@@ -69,7 +69,7 @@ def test_column_of_runs_and_repeated_headers_divide_a_sheet(read) -> None:
     assert [run.run_id for run in runs] == ["log:0", "log:1", "log:2"]
     block = [["Load (N)", 20], NAMES, *ROWS[:10]]
     runs = read(book(Log=[["Oil", "4102"], *block, [], ["Load (N)", 40], *block[1:]])).runs
-    assert [run.nominal["load_n"] for run in runs] == [20, 40]
+    assert [run.set_points["load_n"] for run in runs] == [20, 40]
 
 
 def test_instants_of_a_sheet_are_seconds(read) -> None:

@@ -273,7 +273,7 @@ FILES = ["a.csv", "june/a.csv", "june/b.csv", "july/c.csv.gz", "july/b.csv", "r[
     ],
 )
 def test_row_means_the_logs_that_fit_its_cell(cell: str, found: list[str]) -> None:
-    assert sheet(f"file,oil\n{cell},4102\n", FILES).rows.keys() == {*found}
+    assert sheet(f"file,oil\n{cell},4102\n", FILES).rows_of_log.keys() == {*found}
 
 
 def test_rows_and_logs_without_each_other_are_named() -> None:
@@ -350,10 +350,10 @@ def test_part_of_a_share_changes_with_its_own_rows_alone() -> None:
     files = ["a.csv", "b.csv"]
 
     def parts(text: str) -> list[dict[str, Any]]:
-        return [sheet(text, files).plain([file], remarks=False) for file in files]
+        return [sheet(text, files).plain([file], with_remarks=False) for file in files]
 
     before = parts("file,oil,remarks\na.csv,4102,\nb.csv,4102,\n")
-    assert RunSheet.of_plain(before[0]).rows == sheet("file,oil\na.csv,4102").rows
+    assert RunSheet.of_plain(before[0]).rows_of_log == sheet("file,oil\na.csv,4102").rows_of_log
     # a remark, a row of no log and the order change no result
     again = "file,oil,remarks\nz.csv,4102,\nb.csv,4102,warm day\na.csv,4102,\n"
     assert parts(again) == before

@@ -99,7 +99,7 @@ def test_column_of_oils_never_makes_one_oil_of_two(name: str) -> None:
     # rows of both oils alternate, as in a sorted table of readings
     labels = {name: ["4102", "4050"] * HALF}
     first, second = read(csv(labels)).runs
-    assert (first.oil, second.oil) == ("4102", "4050")
+    assert (first.oil_name, second.oil_name) == ("4102", "4050")
     np.testing.assert_array_equal(first.samples["row"], np.arange(1, ROWS + 1, 2))
     np.testing.assert_allclose(second.samples["load_n"], VALUES["load"][1::2] * 9.80665)
 
@@ -107,7 +107,7 @@ def test_column_of_oils_never_makes_one_oil_of_two(name: str) -> None:
 @pytest.mark.parametrize("column", ["Oil", "Lubricant"])
 def test_oil_in_a_column_and_the_same_in_the_header_is_used(column: str) -> None:
     (run,) = read(csv(blocks(column, "4102"), "# oil: 4102")).runs
-    assert run.oil == "4102"
+    assert run.oil_name == "4102"
 
 
 def test_column_with_very_many_oils_is_refused() -> None:
@@ -186,16 +186,16 @@ def test_repeated_header_blocks_are_runs_with_their_own_set_points() -> None:
     above = "Traction test\nLubricant\t4102\n\n"
     reading = read(above + "\n".join(block(load, step) for step, load in enumerate((20, 40, 60))))
     assert [run.run_id for run in reading.runs] == ["log:block1", "log:block2", "log:block3"]
-    assert [run.nominal["load_n"] for run in reading.runs] == [20.0, 40.0, 60.0]
-    assert {run.oil for run in reading.runs} == {"4102"}
+    assert [run.set_points["load_n"] for run in reading.runs] == [20.0, 40.0, 60.0]
+    assert {run.oil_name for run in reading.runs} == {"4102"}
     assert reading.refusals == []
-    assert reading.rows == 18
+    assert reading.row_count == 18
 
 
 def test_set_point_of_the_first_block_is_not_that_of_a_block_without_one() -> None:
     without = block(0, 2).replace("Load (N)\t0\n", "")
     runs = read("Lubricant\t4102\n" + block(20, 1) + without + block(60, 3)).runs
-    assert [run.nominal.get("load_n") for run in runs] == [20.0, None, 60.0]
+    assert [run.set_points.get("load_n") for run in runs] == [20.0, None, 60.0]
 
 
 def test_names_that_a_logger_repeats_while_time_goes_on_begin_no_run() -> None:
@@ -259,9 +259,9 @@ def test_rows_of_a_log_with_zeros_near_its_top_are_counted() -> None:
     content = with_decimals().encode() + b"\n"
     damaged = content[:150] + bytes(64) + content[214:]
     reading = read(damaged)
-    assert reading.rows >= ROWS - 2
+    assert reading.row_count >= ROWS - 2
     kept = sum(len(run) for run in reading.runs)
-    assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.rows
+    assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.row_count
 
 
 # ---------------------------------------------------------------- change of set point

@@ -103,7 +103,7 @@ def test_coefficient_is_never_taken_for_a_force_and_names_keep_their_blanks() ->
         "traction_coefficient": [("Traction Coeff (-)", "-")],
         "inlet_temperature": [("Lube temperature (degC)", "degC")],
     }
-    assert found.missing == []
+    assert found.missing_quantities == []
     assert [run.is_settled for run in found.runs] == [True]
 
 

@@ -62,7 +62,7 @@ def before(make: Make) -> Path:
 @pytest.fixture(scope="module")
 def miscalibrated(demo: Campaign, frames: dict[str, pd.DataFrame], make: Make) -> Path:
     """The same after the load cell read 1 % too much in every run of 4102."""
-    samples, runs = demo.ingested.samples["4102"], demo.ingested.runs.query("oil == '4102'")
+    samples, runs = demo.ingested.samples_of_oil["4102"], demo.ingested.runs.query("oil == '4102'")
     heavier = samples.assign(load_n=1.01 * samples["load_n"])
     curated = collect(curate(heavier, runs, TractionRig(demo.config)), demo.config)
     again = tables_of(replace(demo, curated=curated), OILS[:1])

@@ -156,7 +156,7 @@ def test_log_or_run_sheet_of_a_page_is_read(content: str, config: Settings) -> N
         logs = re.findall(r"(?m)^([\w/*]+\.\w+)[,;]", content)
         names = [name.replace("*", "_9") for name in logs]
         sheet = read_run_sheet(content.encode(), Path("runs.csv"), names, config, TRACTION)
-        assert set(sheet.rows) == set(names)
+        assert set(sheet.rows_of_log) == set(names)
     else:
         kind = TORQUE if "torque_n_m" in content else TRACTION
         ingested = ingest_logs([("a.csv", content.encode())], config, kind)

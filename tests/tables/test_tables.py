@@ -262,7 +262,7 @@ def test_campaign_without_torque_logs_has_empty_tables_of_torque(tmp_path: Path)
 @pytest.fixture(scope="module")
 def samples(demo: Campaign) -> pd.DataFrame:
     """Of four runs, the rows of a run together."""
-    of_oil = next(iter(demo.ingested.samples.values()))
+    of_oil = next(iter(demo.ingested.samples_of_oil.values()))
     few = of_oil[of_oil["run_id"].isin(of_oil["run_id"].unique()[:4])]
     return few.astype({"run_id": str}).reset_index(drop=True)
 

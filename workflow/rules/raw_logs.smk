@@ -81,7 +81,7 @@ def digests_of_logs(folder, log_names):
     return (
         dict.fromkeys(log_names)
         if folder in SIMULATED_FOLDERS
-        else LOG_DIGESTS.by_name(folder, log_names)
+        else LOG_DIGESTS.digest_of_name(folder, log_names)
     )
 
 
@@ -96,7 +96,7 @@ def keep_logs_found():
 def sheet_rows(folder, log_names, remarks=True):
     """The rows of the run sheet on some logs; remarks on it as a whole belong to one of the jobs."""
     sheet = RUN_SHEETS.get(folder)
-    return sheet.plain(log_names, remarks=remarks) if sheet else {}
+    return sheet.plain(log_names, with_remarks=remarks) if sheet else {}
 
 
 def digests_of_sheets():

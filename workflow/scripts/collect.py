@@ -20,7 +20,7 @@ with run.job(snakemake) as job:
         digests = read_listings(*map(Path, inputs.digests))
         first_seen = FirstSeen(job.settings.campaign.name, folder=Path(params.first_seen))
         first_seen.check_and_add(digests, params.acknowledged)
-        removed_logs = first_seen.gone(digests)
+        removed_logs = first_seen.sentence_on_missing(digests)
         if removed_logs:
             run.say(removed_logs)
     job.provenance["inputs"] |= params.run_sheet

@@ -15,4 +15,4 @@ with run.job(snakemake) as job:
     sheet = RunSheet.of_plain(snakemake.params.sheet)
     curated = curate_share(logs, job.settings, sheet, samples, job.provenance)
     job.write({"points": curated.points, "runs": curated.runs, "quarantine": curated.quarantine})
-    write_text(listing(logs.by_path()), Path(outputs.logs))
+    write_text(listing(logs.digest_of_path()), Path(outputs.logs))

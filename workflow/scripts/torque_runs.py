@@ -14,13 +14,13 @@ with run.job(snakemake) as job:
     folder = f"{job.settings.campaign.name}-torque"
     logs = job.raw_logs(folder)
     curated = check_logs(logs, job.settings, TorqueRig, RunSheet.of_plain(snakemake.params.sheet))
-    digests = logs.by_path()
-    if not logs.simulated:
+    digests = logs.digest_of_path()
+    if not logs.is_simulated:
         first_seen = FirstSeen(
             job.settings.campaign.name, folder, folder=Path(snakemake.params.first_seen)
         )
         first_seen.check_and_add(digests, snakemake.params.acknowledged)
-        removed_logs = first_seen.gone(digests)
+        removed_logs = first_seen.sentence_on_missing(digests)
         if removed_logs:
             run.say(removed_logs)
     job.provenance["inputs"] = run.digests_by_folder(job.provenance["inputs"])

@@ -59,14 +59,16 @@ def _section(gate: Gate[Any], settings: Config) -> str:
     lines = [
         f"### {gate.name}\n",
         f"{meaning}\n",
-        f"- **Judges** logs of {_names(gate.judges.split())} rigs.",
+        f"- **Judges** logs of {_names(gate.rig_kinds.split())} rigs.",
     ]
     if gate in PLATEAU_GATES and not gate.blames_run:
         lines.append("- **Blames** no run: only the plateaus that fail are refused.")
     if gate.needs:
         lines.append(f"- **Needs** `{gate.needs}`; without it the gate cannot be applied.")
     lines += [f"- **Limit** {limit}" for limit in _limits(gate, settings)]
-    lines += [f"- **What to do**: {advice}" for advice in _advice(gate.name, gate.judges.split())]
+    lines += [
+        f"- **What to do**: {advice}" for advice in _advice(gate.name, gate.rig_kinds.split())
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -92,7 +94,9 @@ def _limits(gate: Gate[Any], settings: Config) -> Iterator[str]:
         if group == "stuck_settings":
             yield _limit("curation.stuck", key, settings.curation.stuck)
         else:
-            yield from (_limit(of_rig[rig][0], key, of_rig[rig][1]) for rig in gate.judges.split())
+            yield from (
+                _limit(of_rig[rig][0], key, of_rig[rig][1]) for rig in gate.rig_kinds.split()
+            )
 
 
 def _keys(gate: Gate[Any]) -> list[tuple[str, str]]:

@@ -46,7 +46,7 @@ from oilfilm.tables import failed_gates
 # Columns of plateaus whose range a check reports, by kind of rig.
 _MEASURED_COLUMNS_BY_KIND = {
     TRACTION_KIND: (*SET_POINT_KEYS, "slide_roll_ratio", "traction_coefficient", "lambda_ratio"),
-    TORQUE_KIND: TorqueRig.means,
+    TORQUE_KIND: TorqueRig.mean_columns,
 }
 _REFUSAL_COLUMNS = ["run_id", "rule", "reason", "advice", "first_row", "last_row", "refused_rows"]
 _RUN_COLUMNS = ["run_id", "label", "oil", "rig", "verdict", "warning", "plateaus"]
@@ -219,7 +219,9 @@ def _sentences_on_missing_logs(campaign_name: str, raw_folder: Path) -> Iterator
         first_seen = FirstSeen(campaign_name, folder_name, folder=raw_folder.parent / "first_seen")
         folder = raw_folder / folder_name
         logs_now = named_logs(folder) if folder.is_dir() else ()
-        sentence = first_seen.gone(f"data/raw/{folder_name}/{name}" for name, _ in logs_now)
+        sentence = first_seen.sentence_on_missing(
+            f"data/raw/{folder_name}/{name}" for name, _ in logs_now
+        )
         if sentence:
             yield sentence
 
@@ -281,7 +283,7 @@ def _reports_and_points(
         paths = [path for path in reader_by_path if rig_kind_of(path, settings) is rig_kind]
         if paths:
             sheet = sheet_of_paths(
-                [Path(path) for path in paths], raw_folder, settings, rig_kind.logs
+                [Path(path) for path in paths], raw_folder, settings, rig_kind.kind_of_logs
             )
             contents = ((path, reader_by_path[path]()) for path in paths)
             reports_of_kind, curated = _reports_and_tables(contents, settings, rig_kind, sheet)
@@ -337,7 +339,7 @@ def _reports_and_tables(
     logs: Iterable[Log], settings: Settings, rig_kind: type[RigKind], run_sheet: RunSheet
 ) -> tuple[list[JsonObject], Curated]:
     """The reports of `reports_on_logs_of_kind`, and the tables behind them."""
-    ingested = ingest_logs(logs, settings, rig_kind.logs, run_sheet)
+    ingested = ingest_logs(logs, settings, rig_kind.kind_of_logs, run_sheet)
     curated = curate_ingested(ingested, rig_kind(settings))
     reports = []
     for read_log in ingested.logs:
@@ -350,12 +352,14 @@ def _reports_and_tables(
             "campaign": settings.campaign.name,
             "verdict": "accepted" if is_accepted else "refused",
             "rig_kind": rig_kind.name,
-            "format": read_log.format,
+            "format": read_log.format_name,
             # encoding, delimiter and decimal mark
             **asdict(read_log.form),
-            "rows": read_log.rows,
+            "rows": read_log.row_count,
             "refused_rows": int(refusals["refused_rows"].sum()),
-            "run_sheet_rows": len(run_sheet.rows[path]) if path in run_sheet.rows else None,
+            "run_sheet_rows": len(run_sheet.rows_of_log[path])
+            if path in run_sheet.rows_of_log
+            else None,
             "refusals": tables.rows(refusals[_REFUSAL_COLUMNS]),
             "runs": [_report_on_run(run, read_log, curated, settings, rig_kind) for run in runs],
         }
@@ -372,14 +376,14 @@ def _report_on_run(
 ) -> JsonObject:
     """The report on one run of a log, as plain values."""
     points = curated.points[curated.points["run_id"] == run["run_id"]]
-    understood = read_log.runs.get(run["run_id"], NOTHING_UNDERSTOOD)
-    source_by_key = understood.sources
+    understood = read_log.understood_of_run.get(run["run_id"], NOTHING_UNDERSTOOD)
+    source_by_key = understood.source_of_key
     is_traction = rig_kind.name == TRACTION_KIND
     ranges = points[list(_MEASURED_COLUMNS_BY_KIND[rig_kind.name])].agg(["min", "max"])
     run_report: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
     warnings = [*run["warning"]]
     if not is_traction:
-        warnings += radial_load_warnings(understood.unused)
+        warnings += radial_load_warnings(understood.unused_names)
     run_report["warning"] = "; ".join(warnings)
     run_report["oil_source"] = source_by_key.get("oil", _FROM_CAMPAIGN)
     run_report["rig_source"] = source_by_key.get(
@@ -388,7 +392,7 @@ def _report_on_run(
     run_report["rows"] = run["samples"]
     run_report["accepted_plateaus"] = run["accepted_points"]
     run_report["columns"] = [asdict(column) for column in understood.columns]
-    run_report["unused_columns"] = [name for name in understood.unused if name]
+    run_report["unused_columns"] = [name for name in understood.unused_names if name]
     run_report["set_points"] = _set_point_values(run, source_by_key) if is_traction else {}
     run_report["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
     run_report["failed_gates"] = list(_failed_gate_reports(points, rig_kind))

@@ -18,7 +18,7 @@ from oilfilm.base.units import FloatArray, possible_conversion
 from oilfilm.logs.header import split_unit
 from oilfilm.logs.meaning import (
     DEFINITION_IN_WORDS,
-    DEFINITIONS,
+    DEFINITIONS_OF_QUANTITY,
     UNIT_BY_QUANTITY,
     Meaning,
     meaning_of,
@@ -122,7 +122,7 @@ def stated_meanings(text: str | Mapping[str, str]) -> dict[str, Meaning]:
         if quantity not in (*UNIT_BY_QUANTITY, NOTHING):
             expected = ", ".join((*UNIT_BY_QUANTITY, NOTHING))
             raise OilfilmError(f"--columns: found {quantity!r}; expected one of {expected}.")
-        definitions = DEFINITIONS.get(quantity, ())
+        definitions = DEFINITIONS_OF_QUANTITY.get(quantity, ())
         name_and_unit, separator, last_part = column_text.rpartition(",")
         definition = last_part.strip() if separator and last_part.strip() in definitions else ""
         # only a unit in brackets: the user types the name as the table has it
@@ -212,7 +212,7 @@ def _completed_meaning(stated_meaning: Meaning, column_name: str, unit_beside: s
     """What the user says of a column, completed by unit and definition from its name."""
     unit = stated_meaning.unit or unit_beside or stated_unit(column_name)[1]
     definition = stated_meaning.definition
-    definitions = DEFINITIONS.get(stated_meaning.quantity, ())
+    definitions = DEFINITIONS_OF_QUANTITY.get(stated_meaning.quantity, ())
     if not definition and definitions:
         definition = definitions[0]
         likely_meaning = meaning_of(column_name, unit_beside)
@@ -235,7 +235,7 @@ def _line_to_paste(column: TableColumn) -> str:
     )
     unit = meaning.unit or unit_of_name or usual_unit
     unit_in_brackets = "" if unit == "1" else f" [{unit}]"
-    definitions = DEFINITIONS.get(meaning.quantity, ())
+    definitions = DEFINITIONS_OF_QUANTITY.get(meaning.quantity, ())
     definition_part = f", {meaning.definition or definitions[0]}" if definitions else ""
     line = f'--columns "{meaning.quantity}={bare_name}{unit_in_brackets}{definition_part}"'
     if len(definitions) > 1 and not meaning.definition:

@@ -37,7 +37,7 @@ from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.meaning import Meaning, NamesInWords, label_of, meaning_of
+from oilfilm.logs.meaning import Meaning, VocabularyInWords, label_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.traction import LAWS, PAPER_LAW
@@ -60,7 +60,7 @@ _QUANTITY_AND_UNIT_BY_COLUMN = {
     for column, quantity in TRACTION.vocabulary.project_names.items()
     if column in _POINT_COLUMNS
 }
-VOCABULARY = NamesInWords("traction", "columns", _QUANTITY_AND_UNIT_BY_COLUMN, ())
+VOCABULARY = VocabularyInWords("traction", "columns", _QUANTITY_AND_UNIT_BY_COLUMN, ())
 # Column of the points by the quantity that a name means.
 _COLUMN_BY_QUANTITY = {
     "max_hertz_pressure": PRESSURE,
@@ -384,7 +384,7 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
         OilfilmError: As by `read_mu_table`.
     """
     try:
-        vocabulary = replace(VOCABULARY, stated=stated_by_user.meaning_by_name)
+        vocabulary = replace(VOCABULARY, meaning_of_name=stated_by_user.meaning_by_name)
         text_form, logged_tables = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
@@ -416,7 +416,7 @@ def _add_labels(
         read_names: Names of the columns that are quantities.
         delimiter: Sign between the cells of a line; None for blanks.
     """
-    if logged_table.show is None:
+    if logged_table.show_row is None:
         return
     # columns without a name are no labels
     names_in_use = {plain_key(name) for name in read_names} | {""}
@@ -425,8 +425,8 @@ def _add_labels(
         if column_index is None:
             continue
         labels = []
-        for row_index in range(logged_table.rows):
-            cells = logged_table.show(row_index).split(delimiter)
+        for row_index in range(logged_table.row_count):
+            cells = logged_table.show_row(row_index).split(delimiter)
             labels.append(cells[column_index].strip(' "') if column_index < len(cells) else "")
         mu_table.points[label_column] = labels
 
@@ -487,7 +487,7 @@ def _add_points(
         for index, (name, unit) in enumerate(zip(names, units, strict=True))
         if meaning_of(name, unit) is not None or stated_name_of(name, stated) is not None
     ]
-    values_of_columns = zip(column_indices, logged_table.values(column_indices), strict=True)
+    values_of_columns = zip(column_indices, logged_table.read_values(column_indices), strict=True)
     numbers_by_index = {
         index: np.asarray(values, dtype=float)
         for index, values in values_of_columns

@@ -361,7 +361,7 @@ def _column_of_answer(key: str, answer: str, column_names: Sequence[str]) -> dic
     if unit:
         return {"name": [column_name]}
     _, unit = stated_unit(column_name)
-    is_known = unit != "" and VOCABULARY.fits(key, unit)
+    is_known = unit != "" and VOCABULARY.is_convertible(key, unit)
     return {"name": [column_name], "unit": unit if is_known else None}
 
 

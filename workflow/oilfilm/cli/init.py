@@ -26,7 +26,7 @@ from oilfilm.base.units import conversion
 from oilfilm.cli.dialogue import ProjectCheck, check_project, converse, open_lines, outcome_lines
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.cli.sliding_rigs import why_not_rolling
-from oilfilm.curation.traction_rig import BEST_FIRST, zero_source
+from oilfilm.curation.traction_rig import ZERO_SOURCES_BEST_FIRST, zero_source
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.meaning import concepts_in, meaning_of, stated_unit
@@ -34,7 +34,7 @@ from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
 from oilfilm.logs.sniff import (
     VOCABULARY,
     Findings,
-    Sniffed,
+    SniffedLog,
     rows_of_sheet,
     set_points,
     shipped_names,
@@ -85,7 +85,7 @@ class NewProject:
 
     campaign_name: str
     findings: Findings
-    other_files: Sequence[Sniffed]
+    other_files: Sequence[SniffedLog]
     text_by_path: Mapping[str, str]
 
     @property
@@ -144,7 +144,7 @@ def _opening_lines(project: NewProject, folder: str) -> Iterator[str]:
         yield f"  {line}"
     for log in project.other_files:
         yield f"  {log.file} is no log and was not copied: {log.problem}"
-    for quantity, names in project.findings.columns.items():
+    for quantity, names in project.findings.column_names_of_quantity.items():
         yield f"  {quantity}: {', '.join(names)} (guess)"
     yield f"Written: {', '.join(project.text_by_path)}"
     yield from lines_on_abilities(project.findings)
@@ -170,7 +170,7 @@ def _closing_lines(
 
 def lines_on_abilities(findings: Findings) -> Iterator[str]:
     """What the logs can give and what they cannot give, as far as their columns show it."""
-    unnamed_quantities = [quantity.replace("_", " ") for quantity in findings.doubtful]
+    unnamed_quantities = [quantity.replace("_", " ") for quantity in findings.names_to_choose_from]
     if unnamed_quantities:
         quantities_in_words = ", ".join(unnamed_quantities)
         yield f"The logs give no curve until these columns are named: {quantities_in_words}."
@@ -180,7 +180,7 @@ def lines_on_abilities(findings: Findings) -> Iterator[str]:
     what_is_missing = []
     if runs and all(run.is_settled for run in runs):
         what_is_missing.append("whether a reading was steady (each row is one settled reading)")
-    if None in findings.zeros:
+    if None in findings.run_count_of_zero_source:
         what_is_missing.append("the zero of the force (neither pure rolling nor standstill)")
     if findings.needs_contact:
         what_is_missing.append("the pressure, without the ball's radius and the moduli")
@@ -259,7 +259,9 @@ def _write_project(
         ) from error
 
 
-def _findings_and_other_files(path_by_log_name: dict[str, Path]) -> tuple[Findings, list[Sniffed]]:
+def _findings_and_other_files(
+    path_by_log_name: dict[str, Path],
+) -> tuple[Findings, list[SniffedLog]]:
     """Guesses from the logs, and the other files, which are no logs.
 
     Raises:
@@ -268,7 +270,7 @@ def _findings_and_other_files(path_by_log_name: dict[str, Path]) -> tuple[Findin
     settings = resolve(CONFIG, {"campaign": "etm-slim"})
     settings_by_source = {
         source: settings.with_changes({"campaign": {"semantics": {"zero": source}}})
-        for source in BEST_FIRST
+        for source in ZERO_SOURCES_BEST_FIRST
     }
     source_of_zero = partial(zero_source, settings_by_source=settings_by_source)
     sniffed_files = [
@@ -277,7 +279,7 @@ def _findings_and_other_files(path_by_log_name: dict[str, Path]) -> tuple[Findin
     ]
     findings = Findings([log for log in sniffed_files if log.is_log])
     _refuse_sliding_rigs(sniffed_files, path_by_log_name)
-    if not findings.named:
+    if not findings.logs_with_columns:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed_files)
         raise OilfilmError(
             "Nothing was written, because nothing can be understood as a log of a traction rig:\n"
@@ -288,7 +290,7 @@ def _findings_and_other_files(path_by_log_name: dict[str, Path]) -> tuple[Findin
 
 
 def _refuse_sliding_rigs(
-    sniffed_files: Sequence[Sniffed], path_by_log_name: Mapping[str, Path]
+    sniffed_files: Sequence[SniffedLog], path_by_log_name: Mapping[str, Path]
 ) -> None:
     """Refuse logs of which none is of a rig that rolls.
 
@@ -347,7 +349,7 @@ def _text_by_path(campaign_name: str, findings: Findings) -> dict[str, str]:
         "config/config.yaml": template_text("config.yaml.jinja", name=campaign_name),
         f"config/campaigns/{campaign_name}.yaml": campaign_yaml(campaign_name, findings),
     }
-    for rig_name in findings.rigs:
+    for rig_name in findings.rig_names:
         if rig_name not in shipped_names("rigs").values():
             rig_text = template_text(
                 "rig.yaml.jinja",
@@ -356,7 +358,7 @@ def _text_by_path(campaign_name: str, findings: Findings) -> dict[str, str]:
                 needs_radii=_needs_radii(findings),
             )
             text_by_path[f"config/rigs/{rig_name}.yaml"] = rig_text
-    for oil_name in findings.oils:
+    for oil_name in findings.labels_of_oil:
         if oil_name not in shipped_names("oils").values():
             text_by_path[f"config/oils/{oil_name}.yaml"] = oil_yaml(oil_name, findings)
     return text_by_path
@@ -368,15 +370,15 @@ def _needs_radii(findings: Findings) -> bool:
         return True
     body_speeds = {"ball_speed", "disc_speed"}
     column_names: Iterable[str] = ()
-    if body_speeds & findings.doubtful.keys():
-        column_names = chain.from_iterable(log.names for log in findings.named)
+    if body_speeds & findings.names_to_choose_from.keys():
+        column_names = chain.from_iterable(log.names for log in findings.logs_with_columns)
     return any(_converted_unit(column_name, "ball_speed") == "rpm" for column_name in column_names)
 
 
 def _converted_unit(column_name: str, quantity: str) -> str:
     """The unit of a quantity to which the unit in a column's name converts; empty without one."""
     _, unit = stated_unit(column_name)
-    if not unit or not VOCABULARY.fits(quantity, unit):
+    if not unit or not VOCABULARY.is_convertible(quantity, unit):
         return ""
     return conversion(unit, tuple(VOCABULARY.quantities[quantity])).unit
 
@@ -400,14 +402,14 @@ def template_text(file_name: str, /, **values: object) -> str:
 def campaign_yaml(campaign_name: str, findings: Findings) -> str:
     """Text of `config/campaigns/<name>.yaml`."""
     all_shipped = shipped_names("oils").values()
-    shipped_oil_names = [oil_name for oil_name in findings.oils if oil_name in all_shipped]
-    own_oil_names = [oil_name for oil_name in findings.oils if oil_name not in all_shipped]
+    shipped_oil_names = [oil_name for oil_name in findings.labels_of_oil if oil_name in all_shipped]
+    own_oil_names = [oil_name for oil_name in findings.labels_of_oil if oil_name not in all_shipped]
     unnamed_oil_comment = ""
-    if findings.oils == {"my-oil": []}:
+    if findings.labels_of_oil == {"my-oil": []}:
         unnamed_oil_comment = "guess: no log names its oil; "
-    has_known_contacts = all(_has_known_contact(rig_name) for rig_name in findings.rigs)
+    has_known_contacts = all(_has_known_contact(rig_name) for rig_name in findings.rig_names)
     labels_by_oil = {}
-    for oil_name, labels in findings.oils.items():
+    for oil_name, labels in findings.labels_of_oil.items():
         if labels and labels != [oil_name]:
             labels_by_oil[oil_name] = labels
     return template_text(
@@ -423,7 +425,9 @@ def campaign_yaml(campaign_name: str, findings: Findings) -> str:
         film_is_unknown=bool(own_oil_names) or not has_known_contacts,
         lines_by_group={
             "columns": list(_column_lines(findings)),
-            "header": [Line(key, names, "guess") for key, names in findings.header.items()],
+            "header": [
+                Line(key, names, "guess") for key, names in findings.header_names_of_key.items()
+            ],
             "semantics": list(_semantics_lines(findings)),
         },
     )
@@ -438,7 +442,7 @@ def _has_known_contact(rig_name: str) -> bool:
 
 def lines_on_forms(findings: Findings) -> Iterator[str]:
     """The forms of the logs with their numbers, one line per form; then the unreadable logs."""
-    log_count_by_form = Counter((log.format, log.form) for log in findings.logs).most_common()
+    log_count_by_form = Counter((log.format_name, log.form) for log in findings.logs).most_common()
     for (format_name, form), count in log_count_by_form:
         attributes = [format_name]
         if form.encoding:
@@ -454,10 +458,12 @@ def lines_on_forms(findings: Findings) -> Iterator[str]:
 def _column_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `columns`."""
     for quantity in VOCABULARY.quantities:
-        column_names = findings.columns.get(quantity)
-        unit, unit_is_unknown = findings.unit(quantity)
-        if quantity in findings.doubtful:
-            offered_names = [_offered_name(name, quantity) for name in findings.doubtful[quantity]]
+        column_names = findings.column_names_of_quantity.get(quantity)
+        unit, unit_is_unknown = findings.unit_for_campaign_file(quantity)
+        if quantity in findings.names_to_choose_from:
+            offered_names = [
+                _offered_name(name, quantity) for name in findings.names_to_choose_from[quantity]
+            ]
             choices = ", ".join(offered_names) or "no column is left"
             comment = f"{FILL_IN}: the name of the column; perhaps {choices}"
             yield Line(quantity, {"name": column_names}, comment)
@@ -478,7 +484,7 @@ def _column_lines(findings: Findings) -> Iterator[Line]:
 
 def _open_question(findings: Findings, quantity: str) -> str:
     """What names and units of a quantity's columns leave open; empty where it is nothing."""
-    for log in findings.named:
+    for log in findings.logs_with_columns:
         for name, unit in log.candidates.get(quantity, ()):
             meaning = meaning_of(name, unit)
             if meaning is not None and meaning.question:
@@ -495,16 +501,18 @@ def _offered_name(column_name: str, quantity: str) -> str:
 
 def _semantics_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `semantics`."""
-    if findings.zeros:
-        ((source, count),) = findings.zeros.most_common(1)
-        run_count = findings.zeros.total()
+    if findings.run_count_of_zero_source:
+        ((source, count),) = findings.run_count_of_zero_source.most_common(1)
+        run_count = findings.run_count_of_zero_source.total()
         which_runs = "the runs" if count == run_count else f"{count} of {run_count} runs"
         reason = _COMMENT_BY_ZERO_SOURCE[source].format(which=which_runs)
         if findings.needs_radii and source in ("rolling_phases", "opening_phase"):
             reason += "; true where the radii of the tracks make the beginning pure rolling"
         yield Line("zero", source, reason)
     if findings.slip_is_logged:
-        column_names = findings.columns.get("slide_roll_ratio", ["slide_roll_ratio"])
+        column_names = findings.column_names_of_quantity.get(
+            "slide_roll_ratio", ["slide_roll_ratio"]
+        )
         meanings = [meaning_of(name) for name in column_names]
         if all(meaning is not None and meaning.definition == "over_mean" for meaning in meanings):
             yield Line("slide_roll_ratio", "over_mean", "as the name says")
@@ -515,7 +523,7 @@ def _semantics_lines(findings: Findings) -> Iterator[Line]:
 
 def oil_yaml(oil_name: str, findings: Findings) -> str:
     """Text of `config/oils/<id>.yaml`: the shipped template without its numbers."""
-    label = next(iter(findings.oils[oil_name]), oil_name)
+    label = next(iter(findings.labels_of_oil[oil_name]), oil_name)
     own_value_by_key = {
         "id": oil_name,
         "name": label,
@@ -550,14 +558,14 @@ def run_sheet_text(findings: Findings) -> str:
     columns = ["file", *used_columns, "exclude", "remarks"]
     return rows.reindex(columns=columns).to_csv(
         index=False,
-        sep=";" if findings.decimal_comma else ",",
-        decimal="," if findings.decimal_comma else ".",
+        sep=";" if findings.uses_decimal_comma else ",",
+        decimal="," if findings.uses_decimal_comma else ".",
         float_format="%g",
         lineterminator="\n",
     )
 
 
-def _rows_of_log(log: Sniffed, findings: Findings) -> Iterator[dict[str, object]]:
+def _rows_of_log(log: SniffedLog, findings: Findings) -> Iterator[dict[str, object]]:
     """Rows of the run sheet for one log."""
     for run in rows_of_sheet(log):
         row: dict[str, object] = {"file": log.file}
@@ -568,9 +576,9 @@ def _rows_of_log(log: Sniffed, findings: Findings) -> Iterator[dict[str, object]
         if median_by_set_point:
             row |= median_by_set_point
             remarks.append("guess: set points are medians of the log")
-        if findings.unnamed_oil:
+        if findings.lacks_oil_in_some_logs:
             row["oil"] = ""
-            if not run.oil:
+            if not run.oil_name:
                 remarks.append("FILL IN: the oil")
         if run.is_settled and not run.log_kind:
             # a table of mu does not say that its rows are settled readings

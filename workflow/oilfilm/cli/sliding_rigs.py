@@ -7,9 +7,9 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 
-from oilfilm.logs.likely_names import likely_names
+from oilfilm.logs.likely_names import likely_line_of_names
 from oilfilm.logs.meaning import concepts_in
-from oilfilm.logs.sniff import VOCABULARY, Sniffed
+from oilfilm.logs.sniff import VOCABULARY, SniffedLog
 
 # Words in the names of the columns of a rig, in small letters, by its kind. A word of up to four
 # letters must be a word of its own. English, German, French, Spanish, Italian, Russian, Chinese,
@@ -31,7 +31,7 @@ _MAX_SHOWN_NAMES = 4
 _MAX_SEARCHED_LINES = 200
 
 
-def why_not_rolling(log: Sniffed, content: bytes) -> str:
+def why_not_rolling(log: SniffedLog, content: bytes) -> str:
     """Why the rig of a log does not roll; empty where it rolls, or where nothing shows it.
 
     Args:
@@ -41,7 +41,7 @@ def why_not_rolling(log: Sniffed, content: bytes) -> str:
     column_names = list(log.names)
     if not column_names:
         lines = content.decode("utf-8", "replace").splitlines()[:_MAX_SEARCHED_LINES]
-        likely_line = likely_names(lines)
+        likely_line = likely_line_of_names(lines)
         column_names = re.split(r"[\t;|,]", likely_line[1]) if likely_line else []
     if _rolls(log, column_names):
         return ""
@@ -58,9 +58,9 @@ def why_not_rolling(log: Sniffed, content: bytes) -> str:
     return ""
 
 
-def _rolls(log: Sniffed, column_names: Iterable[str]) -> bool:
+def _rolls(log: SniffedLog, column_names: Iterable[str]) -> bool:
     """Whether format or names of columns show a rolling speed, or the speeds of two bodies."""
-    if log.format == "pcs":
+    if log.format_name == "pcs":
         # an export of a traction rig, whatever its columns
         return True
     quantities = set(log.candidates)

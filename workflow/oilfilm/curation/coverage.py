@@ -20,8 +20,8 @@ from oilfilm.tables.set_points import (
     with_levels,
 )
 
-_PLATEAU_GATES = {gate.name for gate in PLATEAU_GATES}
-_COUNTS = ["runs_accepted", "runs_refused", "points_accepted", "points_refused"]
+_PLATEAU_GATE_NAMES = {gate.name for gate in PLATEAU_GATES}
+_COUNT_COLUMNS = ["runs_accepted", "runs_refused", "points_accepted", "points_refused"]
 
 
 def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
@@ -35,12 +35,12 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
         runs: Table of runs with their verdicts.
         settings: The campaign and its rigs.
     """
-    rigs = settings.campaign.rigs
+    rig_names = settings.campaign.rigs
     planned = planned_conditions(settings).assign(planned=True)
-    tested = _counts_by_condition(with_levels(runs, settings))
-    conditions = tested.merge(planned, on=CONDITION_COLUMNS, how="outer")
-    values_if_untested: dict[str, Any] = dict.fromkeys(_COUNTS, 0)
-    values_if_untested["rig"] = rigs[0] if len(rigs) == 1 else ""
+    tested_conditions = _counts_by_condition(with_levels(runs, settings))
+    conditions = tested_conditions.merge(planned, on=CONDITION_COLUMNS, how="outer")
+    values_if_untested: dict[str, Any] = dict.fromkeys(_COUNT_COLUMNS, 0)
+    values_if_untested["rig"] = rig_names[0] if len(rig_names) == 1 else ""
     values_if_untested["planned"] = False
     conditions = conditions.fillna(values_if_untested).astype({"planned": bool})
     state = np.select(
@@ -65,10 +65,10 @@ def runs_of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
 def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
     """One row per planned condition, all rigs together: oil, set points and the best state."""
     rank_of_state = {"accepted": 0, "refused": 1, "missing": 2}
-    planned = coverage[coverage["planned"]]
-    rank = planned["state"].map(rank_of_state)
-    planned = planned.loc[rank.sort_values(kind="stable").index]
-    return planned.drop_duplicates(["oil", *NOMINAL_COLUMNS]).sort_index()
+    planned_conditions = coverage[coverage["planned"]]
+    rank = planned_conditions["state"].map(rank_of_state)
+    planned_conditions = planned_conditions.loc[rank.sort_values(kind="stable").index]
+    return planned_conditions.drop_duplicates(["oil", *NOMINAL_COLUMNS]).sort_index()
 
 
 def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
@@ -83,19 +83,19 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
         runs_refused=0,
     )
     # curation of a traction rig refuses whole runs in the quarantine
-    refuses_run = quarantine["stage"] == "curate"
-    quarantined = quarantine.assign(points=0, runs_refused=refuses_run.astype(int))
+    is_refused_run = quarantine["stage"] == "curate"
+    quarantined = quarantine.assign(points=0, runs_refused=is_refused_run.astype(int))
     refusals = pd.concat([quarantined, refused_points])
     if refusals.empty:
         return tables.empty("gate_counts")
-    by_plateau_gate = refusals["rule"].isin(_PLATEAU_GATES)
-    by_curation = refusals["stage"] == "curate"
+    is_by_plateau_gate = refusals["rule"].isin(_PLATEAU_GATE_NAMES)
+    is_by_curation = refusals["stage"] == "curate"
     # a file that cannot be read has no run
-    without_run = refusals["run_id"] == ""
+    is_without_run = refusals["run_id"] == ""
     judged_unit = np.select(
-        [by_plateau_gate, by_curation, without_run], ["point", "run", "file"], "rows"
+        [is_by_plateau_gate, is_by_curation, is_without_run], ["point", "run", "file"], "rows"
     )
-    refusals = refusals.assign(what=judged_unit, run_id=refusals["run_id"].mask(without_run))
+    refusals = refusals.assign(what=judged_unit, run_id=refusals["run_id"].mask(is_without_run))
     counts = refusals.groupby(["stage", "rule", "what"], as_index=False).agg(
         files=("file", "nunique"),
         runs=("run_id", "nunique"),
@@ -109,12 +109,16 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
 
 def _counts_by_condition(runs: pd.DataFrame) -> pd.DataFrame:
     """Counts of runs and points by condition and rig."""
-    accepted = runs["verdict"] == "accepted"
-    counts = runs.assign(
-        runs_accepted=accepted.astype(int),
-        runs_refused=(~accepted).astype(int),
+    is_accepted = runs["verdict"] == "accepted"
+    runs_with_counts = runs.assign(
+        runs_accepted=is_accepted.astype(int),
+        runs_refused=(~is_accepted).astype(int),
         points_accepted=runs["accepted_points"],
         points_refused=runs["plateaus"] - runs["accepted_points"],
     )
-    key = ["oil", "rig", *NOMINAL_COLUMNS]
-    return counts.groupby(key, dropna=False)[_COUNTS].sum().reset_index()
+    condition_columns = ["oil", "rig", *NOMINAL_COLUMNS]
+    return (
+        runs_with_counts.groupby(condition_columns, dropna=False)[_COUNT_COLUMNS]
+        .sum()
+        .reset_index()
+    )

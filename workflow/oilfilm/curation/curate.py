@@ -54,11 +54,11 @@ from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
 # ---------------------------------------------------------------- repeats
 
 # Last plateaus by whose load, speed and temperature copies are looked up among all runs.
-_PLATEAUS_LOOKED_UP = 3
+_LAST_PLATEAUS_LOOKED_UP = 3
 # Campaigns without copies in which a run is taken for one: at most this share of them.
-_CHANCE_OF_A_COPY = 1e-3
+_CHANCE_OF_A_FALSE_COPY = 1e-3
 # Column of plateaus and its key of a rig's `full_scale`.
-_FULL_SCALE_KEYS = {
+_FULL_SCALE_KEY_OF_COLUMN = {
     "load_n": "load_n",
     "traction_force_n": "traction_force_n",
     "entrainment_speed_m_s": "surface_speed_m_s",
@@ -70,48 +70,48 @@ _ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
 _CONDITION_COLUMNS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
-def repeated(
-    shares: CampaignTables, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+def refusals_of_repeats(
+    campaign_tables: CampaignTables, runs: pd.DataFrame, rig_kind: type[RigKind], settings: Settings
 ) -> list[Refusal]:
     """Refusals of accepted runs that repeat or contradict others, those of copies first.
 
     A torque rig may measure a condition again, and so may a campaign that declares repeats.
 
     Args:
-        shares: The table `points`, of which each rule reads the columns that it compares.
+        campaign_tables: The table `points`, of which each rule reads the columns that it compares.
         runs: Table of runs.
-        kind: The kind of rig.
+        rig_kind: The kind of rig.
         settings: Settings of the run.
     """
-    remaining = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
-    refused: dict[str, Refusal] = {}
-    for refusal in _refusals_of_same_readings(shares, remaining, kind, settings):
-        refused.setdefault(refusal.run_id, refusal)
-    if kind.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
-        remaining = remaining[~remaining["run_id"].isin(refused)]
-        refused |= {
+    remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
+    refusal_of_run: dict[str, Refusal] = {}
+    for refusal in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_kind, settings):
+        refusal_of_run.setdefault(refusal.run_id, refusal)
+    if rig_kind.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
+        remaining_runs = remaining_runs[~remaining_runs["run_id"].isin(refusal_of_run)]
+        refusal_of_run |= {
             refusal.run_id: refusal
-            for refusal in _refusals_of_same_conditions(shares, remaining, settings)
+            for refusal in _refusals_of_same_conditions(campaign_tables, remaining_runs, settings)
         }
-    return list(refused.values())
+    return list(refusal_of_run.values())
 
 
 def _refusals_of_same_readings(
-    shares: CampaignTables, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+    campaign_tables: CampaignTables, runs: pd.DataFrame, rig_kind: type[RigKind], settings: Settings
 ) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
-    pairs = list(_pairs_with_same_readings(shares, runs, kind, settings))
-    for first, later in pairs:
-        if first.oil == later.oil:
-            yield fault("duplicate_log", run_id=later.run_id, kept=first.run_id)
+    pairs = list(_pairs_with_same_readings(campaign_tables, runs, rig_kind, settings))
+    for first_run, later_run in pairs:
+        if first_run.oil == later_run.oil:
+            yield fault("duplicate_log", run_id=later_run.run_id, kept=first_run.run_id)
     for pair in pairs:
-        for run, other in (pair, pair[::-1]):
-            if run.oil != other.oil:
-                yield fault("conflicting_labels", run_id=run.run_id, other=other)
+        for refused_run, other_run in (pair, pair[::-1]):
+            if refused_run.oil != other_run.oil:
+                yield fault("conflicting_labels", run_id=refused_run.run_id, other=other_run)
 
 
 def _refusals_of_same_conditions(
-    shares: CampaignTables, runs: pd.DataFrame, settings: Settings
+    campaign_tables: CampaignTables, runs: pd.DataFrame, settings: Settings
 ) -> Iterator[Refusal]:
     """Runs of one condition: curves that contradict each other, and all but one of the others.
 
@@ -119,175 +119,201 @@ def _refusals_of_same_conditions(
     by less is odd where the others agree far better with each other than with it.
     """
     gates = settings.gates
-    allowed, odd_from = gates.repeat_difference_max, gates.repeat_odd_min
-    for run_ids, differences in _compared_conditions(shares, runs, settings):
-        kept = []
-        largest_among_others = _largest_without_each(differences)
-        for index, run_id in enumerate(run_ids):
-            others = np.delete(np.arange(len(run_ids)), index)
-            to_others = differences[index, others]
-            difference_of_others = largest_among_others[index]
-            limit = allowed
-            if len(others) > 1:
-                limit = max(odd_from, gates.repeat_odd_factor * difference_of_others)
-            contradicting = others[to_others > allowed]
-            if len(contradicting) <= len(others) / 2:
-                contradicting = others[to_others > limit]
-                if len(contradicting) < len(others):
-                    kept.append(index)
+    allowed_difference, odd_from = gates.repeat_difference_max, gates.repeat_odd_min
+    for run_ids, differences in _differences_by_condition(campaign_tables, runs, settings):
+        kept_index: list[int] = []
+        largest_among_others = _largest_difference_of_others(differences)
+        for run_index, run_id in enumerate(run_ids):
+            other_index = np.delete(np.arange(len(run_ids)), run_index)
+            differences_to_others = differences[run_index, other_index]
+            difference_of_others = largest_among_others[run_index]
+            largest_difference = allowed_difference
+            if len(other_index) > 1:
+                largest_difference = max(odd_from, gates.repeat_odd_factor * difference_of_others)
+            contradicting_index = other_index[differences_to_others > allowed_difference]
+            if len(contradicting_index) <= len(other_index) / 2:
+                contradicting_index = other_index[differences_to_others > largest_difference]
+                if len(contradicting_index) < len(other_index):
+                    kept_index.append(run_index)
                     continue
-            more = f" (and {len(contradicting) - 1} more)" if len(contradicting) > 1 else ""
+            more = (
+                f" (and {len(contradicting_index) - 1} more)"
+                if len(contradicting_index) > 1
+                else ""
+            )
             agree = ""
-            if len(others) > 1:
+            if len(other_index) > 1:
                 agree = f"; the others agree within {difference_of_others:.1%}"
-            numbers = dict(
-                other=run_ids[contradicting[0]],
-                apart=differences[index, contradicting[0]],
+            fields = dict(
+                other=run_ids[contradicting_index[0]],
+                apart=differences[run_index, contradicting_index[0]],
                 more=more,
                 agree=agree,
-                allowed=min(limit, allowed),
+                allowed=min(largest_difference, allowed_difference),
             )
-            yield fault("conflicting_condition", run_id=run_id, **numbers)
-        for later in kept[1:]:
-            numbers = dict(kept=run_ids[kept[0]], apart=differences[kept[0], later])
-            yield fault("duplicate_condition", run_id=run_ids[later], **numbers)
+            yield fault("conflicting_condition", run_id=run_id, **fields)
+        for later_index in kept_index[1:]:
+            fields = dict(
+                kept=run_ids[kept_index[0]], apart=differences[kept_index[0], later_index]
+            )
+            yield fault("duplicate_condition", run_id=run_ids[later_index], **fields)
 
 
-def _largest_without_each(differences: FloatArray) -> FloatArray:
-    """The largest difference between two runs without a third one, for each of these.
+def _largest_difference_of_others(differences: FloatArray) -> FloatArray:
+    """For each run, the largest difference between two of the other runs, shape (n,).
 
     Args:
         differences: Differences of n runs, shape (n, n), symmetric.
     """
-    count = len(differences)
-    largest = np.full(count, differences.max())
+    run_count = len(differences)
+    largest_of_others = np.full(run_count, differences.max())
     # only the two runs that are farthest apart have another largest difference
-    for farthest in np.unravel_index(np.argmax(differences), differences.shape):
-        others = np.delete(np.arange(count), farthest)
-        largest[farthest] = differences[np.ix_(others, others)].max()
-    return largest
+    for run_index in np.unravel_index(np.argmax(differences), differences.shape):
+        other_index = np.delete(np.arange(run_count), run_index)
+        largest_of_others[run_index] = differences[np.ix_(other_index, other_index)].max()
+    return largest_of_others
 
 
-def _compared_conditions(
-    shares: CampaignTables, runs: pd.DataFrame, settings: Settings
+def _differences_by_condition(
+    campaign_tables: CampaignTables, runs: pd.DataFrame, settings: Settings
 ) -> Iterator[tuple[list[str], FloatArray]]:
-    """Runs of the same oil, rig and set points, and how far the curves of each two are apart.
+    """For each condition of several runs: their ids, and the differences of their curves.
+
+    A condition is an oil, a rig and set points. The differences are those of `_curve_differences`.
 
     A load counts by the pressure that it makes, where the rig's contact is known: a pressure that
     is rounded by 0.5 % is a load that is off by 1.5 %.
     """
-    pressure, load = NOMINAL_COLUMNS[:2]
-    noted = with_levels(runs, settings)
-    noted = noted[noted[[pressure, load]].notna().any(axis=1)]
+    pressure_column, load_column = NOMINAL_COLUMNS[:2]
+    runs_with_levels = with_levels(runs, settings)
+    runs_with_levels = runs_with_levels[
+        runs_with_levels[[pressure_column, load_column]].notna().any(axis=1)
+    ]
     # one of the two is unknown, and unknown values would not be compared
-    noted = noted.fillna({pressure: -1, load: -1})
-    groups = list(_groups_with_same_values(noted, ["oil", "rig", *NOMINAL_COLUMNS]))
-    if not groups:
+    runs_with_levels = runs_with_levels.fillna({pressure_column: -1, load_column: -1})
+    runs_by_condition = list(
+        _runs_with_same_values(runs_with_levels, ["oil", "rig", *NOMINAL_COLUMNS])
+    )
+    if not runs_by_condition:
         return
     columns = ["run_id", "accepted", *_MEAN_COLUMNS, "traction_coefficient_se"]
-    points = shares.table("points", columns)
-    has_repeats = points["run_id"].isin({run.run_id for group in groups for run in group})
-    accepted = points[points["accepted"] & has_repeats]
-    rows_by_run = accepted.groupby("run_id").indices
-    for group in groups:
-        run_ids = [run.run_id for run in group]
-        curves = [_curve(accepted.iloc[rows_by_run[run_id]]) for run_id in run_ids]
+    points = campaign_tables.table("points", columns)
+    is_of_condition = points["run_id"].isin(
+        {run.run_id for runs_of_condition in runs_by_condition for run in runs_of_condition}
+    )
+    accepted_points = points[points["accepted"] & is_of_condition]
+    point_index_of_run = accepted_points.groupby("run_id").indices
+    for runs_of_condition in runs_by_condition:
+        run_ids = [run.run_id for run in runs_of_condition]
+        curves = [
+            _curve_of_run(accepted_points.iloc[point_index_of_run[run_id]]) for run_id in run_ids
+        ]
         yield run_ids, _curve_differences(curves, settings.gates.sign_slip_min)
 
 
-def _groups_with_same_values(runs: pd.DataFrame, key: list[str]) -> Iterator[list[Any]]:
-    """Runs with the same values of some columns, two or more; empty values are not compared."""
-    with_values = runs[runs[key].notna().all(axis=1) & (runs[key] != "").all(axis=1)]
-    # a group takes its time, and hardly any run has a second one in its own
-    for _, group in with_values[with_values.duplicated(key, keep=False)].groupby(key, sort=False):
-        yield list(group.itertuples())
+def _runs_with_same_values(runs: pd.DataFrame, columns: list[str]) -> Iterator[list[Any]]:
+    """Groups of two or more runs with the same values of some columns.
+
+    Runs with an empty value are left out.
+    """
+    with_values = runs[runs[columns].notna().all(axis=1) & (runs[columns] != "").all(axis=1)]
+    # most runs have values of their own: to make a group for each would take long
+    for _, runs_of_group in with_values[with_values.duplicated(columns, keep=False)].groupby(
+        columns, sort=False
+    ):
+        yield list(runs_of_group.itertuples())
 
 
 def _pairs_with_same_readings(
-    shares: CampaignTables, runs: pd.DataFrame, kind: type[RigKind], settings: Settings
+    campaign_tables: CampaignTables, runs: pd.DataFrame, rig_kind: type[RigKind], settings: Settings
 ) -> Iterator[tuple[Any, Any]]:
-    """Pairs of runs out of files of one content, or with plateaus of the same noise."""
-    run_by_id: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
+    """Pairs of runs: from files of the same content, or with plateaus of the same noise."""
+    run_of_id: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
     # a file may hold several runs
-    places_in_files = [f"in {run_id.removeprefix(run.file)}" for run_id, run in run_by_id.items()]
-    runs_with_places = runs.assign(place=places_in_files)
-    for first, *others in _groups_with_same_values(runs_with_places, ["content_sha256", "place"]):
-        yield from ((first, later) for later in others)
-    if kind.name == TRACTION_KIND:
+    names_in_files = [f"in {run_id.removeprefix(run.file)}" for run_id, run in run_of_id.items()]
+    runs_with_names = runs.assign(name_in_file=names_in_files)
+    for first_run, *other_runs in _runs_with_same_values(
+        runs_with_names, ["content_sha256", "name_in_file"]
+    ):
+        yield from ((first_run, later_run) for later_run in other_runs)
+    if rig_kind.name == TRACTION_KIND:
         copies = settings.gates.copies
-        ids_of_runs = pd.Index(runs["run_id"])
+        run_ids = pd.Index(runs["run_id"])
         columns = ["run_id", *_MEAN_COLUMNS, *_ERROR_COLUMNS, *_CONDITION_COLUMNS]
         last_points = []
-        for part in shares.parts("points", columns):
-            has_errors = (part[_ERROR_COLUMNS] > 0).all(axis=1)
-            compared = part[_is_of_runs(part, ids_of_runs) & has_errors]
-            last_points.append(compared.groupby("run_id").tail(copies.plateaus + 1))
-        remaining = pd.concat(last_points, ignore_index=True)
-        for first_id, later_id in _pairs_with_same_noise(remaining, copies):
-            yield run_by_id[first_id], run_by_id[later_id]
+        for points in campaign_tables.parts("points", columns):
+            has_errors = (points[_ERROR_COLUMNS] > 0).all(axis=1)
+            compared_points = points[_is_point_of_runs(points, run_ids) & has_errors]
+            last_points.append(compared_points.groupby("run_id").tail(copies.plateaus + 1))
+        points_of_all = pd.concat(last_points, ignore_index=True)
+        for first_id, later_id in _pairs_with_same_noise(points_of_all, copies):
+            yield run_of_id[first_id], run_of_id[later_id]
 
 
-def _is_of_runs(points: pd.DataFrame, run_ids: pd.Index) -> BoolArray:
-    """Which points are of some runs, shape (points,); many parts share one look-up of the runs."""
+def _is_point_of_runs(points: pd.DataFrame, run_ids: pd.Index) -> BoolArray:
+    """Whether each point is of one of some runs, shape (points,).
+
+    An index of the ids is faster than `isin`, because many parts of the points share it.
+    """
     return np.asarray(run_ids.get_indexer(pd.Index(points["run_id"])) >= 0)
 
 
 def _pairs_with_same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[str, str]]:
-    """Pairs of runs whose plateaus differ by far less than their own errors, whatever the rows.
+    """Ids of pairs of runs whose plateaus differ by far less than their own standard errors.
 
-    The same readings, cut off elsewhere or rounded, keep the errors of their means; other readings
-    of the same condition have other ones. The last plateaus of both are compared, but for the very
-    last: it ends where the log does, or in a step that is found to within a few rows.
+    Two tests of the same condition differ by about their errors. The same readings do not, even if
+    they are rounded or cut off at other rows. The last plateaus of both runs are compared, without
+    the very last one: it ends with the log, or with a step that is found to within a few rows.
     """
     points_by_run = points.groupby("run_id")
-    counts = points_by_run.size()
-    run_ids = counts.index[counts > copies.plateaus]
+    point_counts = points_by_run.size()
+    run_ids = point_counts.index[point_counts > copies.plateaus]
     last_points = points_by_run.tail(copies.plateaus + 1)
     last_points = last_points.drop(points_by_run.tail(1).index)
     last_points = last_points[last_points["run_id"].isin(run_ids)]
     if len(run_ids) < 2:
         return
 
-    def of_plateaus(columns: list[str]) -> FloatArray:
+    def last_values(columns: list[str]) -> FloatArray:
         """Values of the last plateaus of each run, shape (runs, plateaus, columns)."""
         return last_points[columns].to_numpy(float).reshape(len(run_ids), copies.plateaus, -1)
 
-    values = of_plateaus(_MEAN_COLUMNS)
-    se = of_plateaus(_ERROR_COLUMNS)
-    conditions = of_plateaus(_CONDITION_COLUMNS)
-    conditions = np.nan_to_num(conditions[:, -_PLATEAUS_LOOKED_UP:].reshape(len(run_ids), -1))
+    means = last_values(_MEAN_COLUMNS)
+    se = last_values(_ERROR_COLUMNS)
+    conditions = last_values(_CONDITION_COLUMNS)
+    conditions = np.nan_to_num(conditions[:, -_LAST_PLATEAUS_LOOKED_UP:].reshape(len(run_ids), -1))
     # two conditions are near where they differ by less than 1 once they are scaled
-    condition_reach = copies.condition * np.abs(conditions).max(axis=0)
-    scaled_conditions = conditions / np.where(condition_reach > 0, condition_reach, 1.0)
+    condition_tolerance = copies.condition * np.abs(conditions).max(axis=0)
+    scaled_conditions = conditions / np.where(condition_tolerance > 0, condition_tolerance, 1.0)
     tree = scipy.spatial.cKDTree(scaled_conditions)
     pair_count = (int(tree.count_neighbors(tree, 1.0, p=np.inf)) - len(run_ids)) // 2
-    allowed = np.array([copies.slip_errors, _allowed_traction_errors(copies, pair_count)])
-    # between neighbouring plateaus no zero counts: these differences of mu find the pairs that may
-    # be copies. Two plateaus have the sum of squares of all at most
-    contrasts = np.diff(values[..., 1], axis=1)
-    contrast_reach = 2 * allowed[1] * np.sqrt(copies.plateaus) * se[..., 1].max()
-    scaled = np.concatenate([scaled_conditions, contrasts / contrast_reach], axis=1)
-    tree = scipy.spatial.cKDTree(scaled)
-    for first, second in sorted(tree.query_pairs(1.0, p=np.inf)):
-        difference = values[first] - values[second]
+    largest_rms = np.array([copies.slip_errors, _allowed_traction_errors(copies, pair_count)])
+    # steps of mu between neighbouring plateaus do not depend on the zero: pairs with similar steps
+    # may be copies. The tolerance of one step is the largest sum of squares of all plateaus
+    mu_steps = np.diff(means[..., 1], axis=1)
+    mu_step_tolerance = 2 * largest_rms[1] * np.sqrt(copies.plateaus) * se[..., 1].max()
+    coordinates = np.concatenate([scaled_conditions, mu_steps / mu_step_tolerance], axis=1)
+    tree = scipy.spatial.cKDTree(coordinates)
+    for run_index, other_index in sorted(tree.query_pairs(1.0, p=np.inf)):
+        difference = means[run_index] - means[other_index]
         # the zero of the force may be that of other rows, and rounding moves the speeds
         difference -= np.median(difference, axis=0)
-        relative = difference / np.hypot(se[first], se[second])
-        rms = np.sqrt(np.mean(relative**2, axis=0))
-        if (rms < allowed).all():
-            yield run_ids[first], run_ids[second]
+        difference_in_errors = difference / np.hypot(se[run_index], se[other_index])
+        rms = np.sqrt(np.mean(difference_in_errors**2, axis=0))
+        if (rms < largest_rms).all():
+            yield run_ids[run_index], run_ids[other_index]
 
 
 def _allowed_traction_errors(copies: CopySettings, pair_count: int) -> float:
     """Largest rms difference of mu over its standard errors at which a pair is a copy.
 
-    The more pairs are compared, the smaller the differences that occur by chance. So small ones as
-    this occur in one of a thousand campaigns without copies. The sum of squares of m differences,
-    less their mean, has the chi-squared distribution of m - 1 degrees of freedom.
+    The more pairs are compared, the smaller are the differences that occur by chance. A difference
+    below this limit occurs by chance in one of a thousand campaigns. The sum of squares of m
+    differences, less their mean, has the chi-squared distribution of m - 1 degrees of freedom.
     """
-    chance = _CHANCE_OF_A_COPY / max(pair_count, 1)
-    squares = scipy.stats.chi2.ppf(chance, copies.plateaus - 1)
-    return min(copies.traction_errors, float(np.sqrt(squares / copies.plateaus)))
+    chance_per_pair = _CHANCE_OF_A_FALSE_COPY / max(pair_count, 1)
+    sum_of_squares = scipy.stats.chi2.ppf(chance_per_pair, copies.plateaus - 1)
+    return min(copies.traction_errors, float(np.sqrt(sum_of_squares / copies.plateaus)))
 
 
 class _Curve(NamedTuple):
@@ -311,32 +337,36 @@ def _curve_differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatA
         Shape (n, n), symmetric; 0 where two curves have no slips in common.
     """
     differences = np.zeros((len(curves), len(curves)))
-    lengths = np.array([len(curve.slip) for curve in curves])
-    all_slip = np.concatenate([curve.slip for curve in curves])
-    all_mu = np.concatenate([curve.mu for curve in curves])
-    all_se = np.concatenate([curve.mu_se for curve in curves])
-    for index, (slip, mu, mu_se) in enumerate(curves[:-1]):
+    point_counts = np.array([len(curve.slip) for curve in curves])
+    slip_of_curves = np.concatenate([curve.slip for curve in curves])
+    mu_of_curves = np.concatenate([curve.mu for curve in curves])
+    mu_se_of_curves = np.concatenate([curve.mu_se for curve in curves])
+    for curve_index, (slip, mu, mu_se) in enumerate(curves[:-1]):
         # the curves behind it, one after the other
-        later = slice(lengths[: index + 1].sum(), None)
-        later_slip = all_slip[later]
+        later_points = slice(point_counts[: curve_index + 1].sum(), None)
+        later_slip = slip_of_curves[later_points]
         is_shared = (later_slip >= max(slip.min(), smallest_slip)) & (later_slip <= slip.max())
         later_slip = later_slip[is_shared]
-        later_mu = all_mu[later][is_shared]
+        later_mu = mu_of_curves[later_points][is_shared]
         expected_mu = np.interp(later_slip, slip, mu)
         expected_se = np.interp(later_slip, slip, mu_se)
-        error = np.nan_to_num(2 * np.hypot(all_se[later][is_shared], expected_se))
+        error = np.nan_to_num(2 * np.hypot(mu_se_of_curves[later_points][is_shared], expected_se))
         excess = np.maximum(np.abs(later_mu - expected_mu) - error, 0.0)
         mean_size = (np.abs(later_mu) + np.abs(expected_mu)) / 2
-        curve_of_point = np.repeat(np.arange(index + 1, len(curves)), lengths[index + 1 :])
+        curve_of_point = np.repeat(
+            np.arange(curve_index + 1, len(curves)), point_counts[curve_index + 1 :]
+        )
         curve_of_point = curve_of_point[is_shared]
-        compared_curves, starts = np.unique(curve_of_point, return_index=True)
-        stretches = Stretches(starts, np.append(starts[1:], len(curve_of_point)))
+        compared_curves, start_index = np.unique(curve_of_point, return_index=True)
+        stretches = Stretches(start_index, np.append(start_index[1:], len(curve_of_point)))
         medians = stretches.medians(excess / mean_size) if len(compared_curves) else 0.0
-        differences[index, compared_curves] = differences[compared_curves, index] = medians
+        differences[curve_index, compared_curves] = differences[compared_curves, curve_index] = (
+            medians
+        )
     return differences
 
 
-def _curve(points: pd.DataFrame) -> _Curve:
+def _curve_of_run(points: pd.DataFrame) -> _Curve:
     """The curve of a run."""
     ordered = points.sort_values("slide_roll_ratio", kind="stable")
     return _Curve(
@@ -352,59 +382,73 @@ RunWarning = tuple[str, str]
 
 def with_campaign_warnings(
     runs: pd.DataFrame,
-    shares: CampaignTables,
-    kind: type[RigKind],
+    campaign_tables: CampaignTables,
+    rig_kind: type[RigKind],
     settings: Settings,
     shape_warnings: Iterable[RunWarning],
 ) -> pd.DataFrame:
-    """Runs with warnings that only the other runs of their rig, or its file, can give.
+    """The table of runs with the warnings that need more than the run itself.
+
+    They follow from the other runs of a rig, and from the files of rigs and oils.
 
     Args:
         runs: Table of runs.
-        shares: The table `points`, of which each rule reads the columns that it compares.
-        kind: The kind of rig.
+        campaign_tables: The table `points`, of which each rule reads the columns that it compares.
+        rig_kind: The kind of rig.
         settings: Settings of the run.
         shape_warnings: Warnings about the shapes of curves: id of the run and a sentence.
     """
-    if kind.name != TRACTION_KIND:
+    if rig_kind.name != TRACTION_KIND:
         return runs
-    accepted = runs[runs["verdict"] == "accepted"].set_index("run_id")
-    sentences_by_run = {
-        run_id: list(own_sentences) for run_id, own_sentences in accepted["warning"].items()
+    accepted_runs = runs[runs["verdict"] == "accepted"].set_index("run_id")
+    sentences_of_run = {
+        run_id: list(own_sentences) for run_id, own_sentences in accepted_runs["warning"].items()
     }
 
-    def parts(*columns: str) -> Iterator[pd.DataFrame]:
+    def accepted_points(*columns: str) -> Iterator[pd.DataFrame]:
         """Some columns of the points of accepted runs, some rows at a time."""
-        for part in shares.parts("points", ["run_id", *columns]):
-            yield part[_is_of_runs(part, accepted.index)]
+        for points in campaign_tables.parts("points", ["run_id", *columns]):
+            yield points[_is_point_of_runs(points, accepted_runs.index)]
 
     for run_id, sentence in chain(
         shape_warnings,
-        _channel_warnings(parts("load_n", "inlet_temperature_c"), accepted, settings.gates),
-        _rig_warnings(parts(*_FULL_SCALE_KEYS), accepted["rig"], settings),
-        spin_warnings(parts("accepted", *_MEAN_COLUMNS, "load_n"), accepted["rig"], settings),
-        _oil_warnings(accepted["oil"], settings),
+        _channel_warnings(
+            accepted_points("load_n", "inlet_temperature_c"), accepted_runs, settings.gates
+        ),
+        _rig_warnings(accepted_points(*_FULL_SCALE_KEY_OF_COLUMN), accepted_runs["rig"], settings),
+        spin_warnings(
+            accepted_points("accepted", *_MEAN_COLUMNS, "load_n"), accepted_runs["rig"], settings
+        ),
+        _oil_warnings(accepted_runs["oil"], settings),
         _speed_warnings(
-            lambda: parts("accepted", "entrainment_speed_m_s", "slide_roll_ratio"),
-            accepted,
+            lambda: accepted_points("accepted", "entrainment_speed_m_s", "slide_roll_ratio"),
+            accepted_runs,
             settings.gates,
         ),
     ):
-        sentences_by_run[run_id].append(sentence)
-    warnings = [tuple(sentences_by_run.get(run_id, ())) for run_id in runs["run_id"]]
+        sentences_of_run[run_id].append(sentence)
+    warnings = [tuple(sentences_of_run.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.list_column(warnings, runs.index))
 
 
 def _rig_warnings(
-    parts: Iterable[pd.DataFrame], rigs: "pd.Series[str]", settings: Settings
+    points_in_parts: Iterable[pd.DataFrame], rig_name_of_run: "pd.Series[str]", settings: Settings
 ) -> Iterator[RunWarning]:
-    """Warnings from the rig's file: readings beyond the full scale, impossible materials."""
-    columns = list(_FULL_SCALE_KEYS)
-    largest_of_parts = [part[columns].abs().groupby(part["run_id"]).max() for part in parts]
+    """Warnings from the files of rigs: readings beyond the full scale, impossible materials.
+
+    Args:
+        points_in_parts: Points of accepted runs, some of them at a time.
+        rig_name_of_run: Name of the rig of each run, by the id of the run.
+        settings: The rigs.
+    """
+    columns = list(_FULL_SCALE_KEY_OF_COLUMN)
+    largest_in_parts = [
+        points[columns].abs().groupby(points["run_id"]).max() for points in points_in_parts
+    ]
     # the rows of a run may be in two parts
-    largest_readings = pd.concat(largest_of_parts).groupby(level=0).max()
-    by_rig = largest_readings.groupby(rigs.reindex(largest_readings.index))
-    for rig_name, readings_of_rig in by_rig:
+    largest_readings = pd.concat(largest_in_parts).groupby(level=0).max()
+    readings_by_rig = largest_readings.groupby(rig_name_of_run.reindex(largest_readings.index))
+    for rig_name, readings_of_rig in readings_by_rig:
         rig = settings.rigs.get(str(rig_name))
         if rig is None:
             continue
@@ -414,77 +458,106 @@ def _rig_warnings(
                 yield str(run_id), f"unusual_rig: {doubt}; {advice}"
         if rig.full_scale is None:
             continue
-        for column, key in _FULL_SCALE_KEYS.items():
+        for column, key in _FULL_SCALE_KEY_OF_COLUMN.items():
             full_scale = getattr(rig.full_scale, key)
-            readings = readings_of_rig[column]
-            for run_id, largest in readings[exceeds(readings, full_scale)].items():
-                numbers = dict(column=column, of=largest, full=full_scale, key=key)
-                yield str(run_id), f"{fault('full_scale', **numbers).reason}; {advice}"
+            largest_readings_of_column = readings_of_rig[column]
+            for run_id, largest_reading in largest_readings_of_column[
+                exceeds(largest_readings_of_column, full_scale)
+            ].items():
+                fields = dict(column=column, of=largest_reading, full=full_scale, key=key)
+                yield str(run_id), f"{fault('full_scale', **fields).reason}; {advice}"
 
 
-def _oil_warnings(oils: "pd.Series[str]", settings: Settings) -> Iterator[RunWarning]:
-    """Warnings from the files of the oils."""
-    for oil_name, runs in oils.groupby(oils):
+def _oil_warnings(oil_name_of_run: "pd.Series[str]", settings: Settings) -> Iterator[RunWarning]:
+    """Warnings from the files of oils.
+
+    Args:
+        oil_name_of_run: Name of the oil of each run, by the id of the run.
+        settings: The oils.
+    """
+    for oil_name, oil_name_of_its_runs in oil_name_of_run.groupby(oil_name_of_run):
         oil = settings.oils[str(oil_name)]
         for doubt in oil.doubts() if oil else ():
-            for run_id in runs.index:
+            for run_id in oil_name_of_its_runs.index:
                 yield str(run_id), f"unusual_oil: {doubt}; correct {oil_name}.yaml"
 
 
 def _speed_warnings(
-    parts: Callable[[], Iterable[pd.DataFrame]], runs: pd.DataFrame, gates: GateSettings
+    read_points: Callable[[], Iterable[pd.DataFrame]], runs: pd.DataFrame, gates: GateSettings
 ) -> Iterator[RunWarning]:
-    """Warnings about runs in which a rig holds the speed of one body."""
-    set_speeds = runs["nominal_entrainment_speed_m_s"]
-    runs_off: set[str] = set()
-    for part in parts():
+    """Warnings about runs in which a rig holds the speed of one body.
+
+    Args:
+        read_points: Gives the points of accepted runs, some of them at a time. It is called twice.
+        runs: Accepted runs, by their ids.
+        gates: `speed_tolerance`.
+    """
+    set_speed_of_run = runs["nominal_entrainment_speed_m_s"]
+    ids_of_runs_off: set[str] = set()
+    for part in read_points():
         points = part[part["accepted"]]
-        set_speed_of_points = set_speeds.reindex(points["run_id"]).to_numpy()
+        set_speed_of_points = set_speed_of_run.reindex(points["run_id"]).to_numpy()
         deviation = (points["entrainment_speed_m_s"] - set_speed_of_points).abs()
         is_off = exceeds(deviation, gates.speed_tolerance * set_speed_of_points)
-        runs_off |= set(points.loc[is_off, "run_id"])
-    if not runs_off:
+        ids_of_runs_off |= set(points.loc[is_off, "run_id"])
+    if not ids_of_runs_off:
         return
-    points_off = pd.concat([part[part["run_id"].isin(runs_off)] for part in parts()])
+    points_off = pd.concat([part[part["run_id"].isin(ids_of_runs_off)] for part in read_points()])
     for run_id, points_of_run in points_off[points_off["accepted"]].groupby("run_id"):
-        mean_speeds = points_of_run["entrainment_speed_m_s"]
-        held_speeds = held_speed(points_of_run)
+        mean_speed_m_s = points_of_run["entrainment_speed_m_s"]
+        held_speed_m_s = held_speed(points_of_run)
         speed_by_name = controlled_speeds(points_of_run).items()
-        control = next(name for name, speed in speed_by_name if speed.equals(held_speeds))
-        numbers = dict(
-            control=control, set=set_speeds[run_id], least=mean_speeds.min(), most=mean_speeds.max()
+        speed_name = next(name for name, speed in speed_by_name if speed.equals(held_speed_m_s))
+        fields = dict(
+            control=speed_name,
+            set=set_speed_of_run[run_id],
+            least=mean_speed_m_s.min(),
+            most=mean_speed_m_s.max(),
         )
-        yield str(run_id), fault("body_at_set_speed", **numbers).reason
+        yield str(run_id), fault("body_at_set_speed", **fields).reason
 
 
 def _channel_warnings(
-    parts: Iterable[pd.DataFrame], runs: pd.DataFrame, gates: GateSettings
+    points_in_parts: Iterable[pd.DataFrame], runs: pd.DataFrame, gates: GateSettings
 ) -> Iterator[RunWarning]:
-    """Warnings about a channel that is one number in all plateaus, and moves in most other runs."""
-    channels = {"load_n": "load", "inlet_temperature_c": "inlet temperature"}
+    """Warnings about a channel that is one number in all plateaus, and moves in most other runs.
+
+    Args:
+        points_in_parts: Points of accepted runs, some of them at a time.
+        runs: Accepted runs, by their ids.
+        gates: `constant_channel_plateaus` and `constant_channel_runs`.
+    """
+    channel_name_of_column = {"load_n": "load", "inlet_temperature_c": "inlet temperature"}
     ranges_of_parts = pd.concat(
-        [part.groupby("run_id")[list(channels)].agg(["min", "max", "size"]) for part in parts]
+        [
+            points.groupby("run_id")[list(channel_name_of_column)].agg(["min", "max", "size"])
+            for points in points_in_parts
+        ]
     )
-    for column, name in channels.items():
+    for column, channel_name in channel_name_of_column.items():
         # the rows of a run may be in two parts
-        by_run = pd.DataFrame(ranges_of_parts[column]).groupby(level=0)
+        ranges_by_run = pd.DataFrame(ranges_of_parts[column]).groupby(level=0)
         ranges = pd.DataFrame(
-            {"min": by_run["min"].min(), "max": by_run["max"].max(), "size": by_run["size"].sum()}
+            {
+                "min": ranges_by_run["min"].min(),
+                "max": ranges_by_run["max"].max(),
+                "size": ranges_by_run["size"].sum(),
+            }
         )
         judged_ranges = ranges[ranges["size"] >= gates.constant_channel_plateaus]
         is_constant = pd.Series(
             reaches(judged_ranges["min"], judged_ranges["max"]), judged_ranges.index
         )
-        rigs = runs["rig"].reindex(judged_ranges.index)
-        for _, is_constant_of_rig in is_constant.groupby(rigs):
+        rig_name_of_run = runs["rig"].reindex(judged_ranges.index)
+        for _, is_constant_of_rig in is_constant.groupby(rig_name_of_run):
             run_count = len(is_constant_of_rig)
             moving_count = (~is_constant_of_rig).sum()
             if run_count < gates.constant_channel_runs or is_constant_of_rig.mean() >= 1 / 2:
                 continue
-            numbers = dict(name=name, others=moving_count, runs=run_count)
+            fields = dict(name=channel_name, others=moving_count, runs=run_count)
             for run_id in is_constant_of_rig.index[is_constant_of_rig]:
                 value = ranges["min"].loc[run_id]
-                yield str(run_id), fault("constant_channel", value=value, **numbers).reason
+                yield str(run_id), fault("constant_channel", value=value, **fields).reason
 
 
 # ---------------------------------------------------------------- the engine
@@ -502,7 +575,7 @@ class Curated:
 def check_logs(
     logs: Iterable[tuple[str, bytes]],
     settings: Settings,
-    kind: type[RigKind] = TractionRig,
+    rig_kind: type[RigKind] = TractionRig,
     sheet: RunSheet = NO_SHEET,
 ) -> Curated:
     """Ingest and curate logs.
@@ -510,13 +583,15 @@ def check_logs(
     Args:
         logs: Name and bytes of each log.
         settings: Settings of the run.
-        kind: The kind of rig.
+        rig_kind: The kind of rig.
         sheet: The run sheet.
 
     Raises:
         OilfilmError: As by `ingest_logs`, or a table is not as it is declared.
     """
-    return curate_ingested(ingest_logs(logs, settings, kind.logs, sheet), kind(settings))
+    return curate_ingested(
+        ingest_logs(logs, settings, rig_kind.kind_of_logs, sheet), rig_kind(settings)
+    )
 
 
 def curate_ingested(ingested: Ingested, rig: RigKind) -> Curated:
@@ -530,7 +605,7 @@ def curate_ingested(ingested: Ingested, rig: RigKind) -> Curated:
     # tables that the workflow could not write must not pass here
     if rig.name == TractionRig.name:
         tables.conform(samples, "samples", "samples of these logs")
-    tables.conform(curated.points, rig.table, "plateaus of these logs")
+    tables.conform(curated.points, rig.table_name, "plateaus of these logs")
     return curated
 
 
@@ -538,7 +613,7 @@ def curate_share(
     logs: RawLogs,
     settings: Settings,
     sheet: RunSheet,
-    samples: Mapping[str, Path],
+    sample_file_of_oil: Mapping[str, Path],
     provenance: Mapping[str, Any],
 ) -> Curated:
     """Read a share of the logs, write its samples and curate them.
@@ -549,20 +624,24 @@ def curate_share(
         logs: The logs.
         settings: Settings of the run.
         sheet: The run sheet.
-        samples: File of each oil's samples.
+        sample_file_of_oil: File of each oil's samples.
         provenance: As for `tables.writing`.
     """
-    with sample_files(samples, provenance) as keep:
-        ingested = ingest_logs(logs, settings, sheet=sheet, keep=keep, verified=logs.digests)
-    parts = tables.read_parts("samples", *samples.values())
+    with sample_files(sample_file_of_oil, provenance) as keep_run:
+        ingested = ingest_logs(
+            logs, settings, sheet=sheet, keep_run=keep_run, known_digests=logs.digest_of_log
+        )
+    parts = tables.read_parts("samples", *sample_file_of_oil.values())
     return curate_parts(parts, ingested, TractionRig(settings))
 
 
-def curate_parts(samples: Iterable[pd.DataFrame], ingested: Ingested, rig: RigKind) -> Curated:
+def curate_parts(
+    samples_in_parts: Iterable[pd.DataFrame], ingested: Ingested, rig: RigKind
+) -> Curated:
     """Curate samples that come in parts, of which one at a time is in memory.
 
     Args:
-        samples: Parts of the table of samples, each with complete runs.
+        samples_in_parts: Parts of the table of samples, each with complete runs.
         ingested: The logs of the samples.
         rig: The rig.
 
@@ -570,17 +649,19 @@ def curate_parts(samples: Iterable[pd.DataFrame], ingested: Ingested, rig: RigKi
         The quarantine has the refusals of ingest too.
     """
     runs = ingested.runs
-    without_rows = runs["run_id"]
-    parts: list[Curated] = []
-    for samples_of_part in samples:
-        run_ids = samples_of_part["run_id"].unique()
-        without_rows = without_rows[~without_rows.isin(run_ids)]
-        parts.append(curate(samples_of_part, runs[runs["run_id"].isin(run_ids)], rig))
-    parts.append(curate(tables.empty("samples"), runs.loc[without_rows.index], rig))
-    quarantine = [ingested.quarantine, *(part.quarantine for part in parts)]
+    ids_without_rows = runs["run_id"]
+    curated_parts: list[Curated] = []
+    for samples_of_runs in samples_in_parts:
+        run_ids = samples_of_runs["run_id"].unique()
+        ids_without_rows = ids_without_rows[~ids_without_rows.isin(run_ids)]
+        curated_parts.append(curate(samples_of_runs, runs[runs["run_id"].isin(run_ids)], rig))
+    curated_parts.append(curate(tables.empty("samples"), runs.loc[ids_without_rows.index], rig))
+    quarantine = [ingested.quarantine, *(curated_part.quarantine for curated_part in curated_parts)]
     return Curated(
-        points=pd.concat([part.points for part in parts], ignore_index=True),
-        runs=pd.concat([part.runs for part in parts], ignore_index=True),
+        points=pd.concat(
+            [curated_part.points for curated_part in curated_parts], ignore_index=True
+        ),
+        runs=pd.concat([curated_part.runs for curated_part in curated_parts], ignore_index=True),
         quarantine=pd.concat(quarantine, ignore_index=True),
     )
 
@@ -596,34 +677,34 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig: RigKind) -> Curated:
     samples_of_run = _samples_by_run(samples)
     measured = _measure_runs(samples_of_run, runs, rig)
     judged = _judge(measured)
-    explanations: dict[str, Refusal] = {}
-    for row in tables.rows(judged.runs[judged.runs["rule"].isin(DOUBTFUL)]):
-        run_id = row["run_id"]
+    explained_refusals: dict[str, Refusal] = {}
+    for run_row in tables.rows(judged.runs[judged.runs["rule"].isin(DOUBTFUL)]):
+        run_id = run_row["run_id"]
         if run_id in samples_of_run:
-            explanation = _explanation(samples_of_run[run_id], row, rig)
-            if explanation is not None:
-                explanations[run_id] = explanation
-    if not explanations:
+            explained_refusal = _explained_refusal(samples_of_run[run_id], run_row, rig)
+            if explained_refusal is not None:
+                explained_refusals[run_id] = explained_refusal
+    if not explained_refusals:
         return judged
-    return _judge(replace(measured, refused=measured.refused | explanations))
+    return _judge(replace(measured, refusal_of_run=measured.refusal_of_run | explained_refusals))
 
 
 @dataclass(frozen=True)
 class _MeasuredRuns:
-    """Plateaus of runs, and the findings of the gates of runs.
+    """Runs with their plateaus, judged by the gates of runs; their plateaus are not judged yet.
 
     Attributes:
         points: Table of plateaus.
         runs: Table of runs, with their warnings.
-        refused: Id of a run -> its refusal.
-        too_short: Refusals of levels that give no plateau.
+        refusal_of_run: Id of a run -> its refusal.
+        short_level_refusals: Refusals of levels that give no plateau.
         rig: The rig.
     """
 
     points: pd.DataFrame
     runs: pd.DataFrame
-    refused: dict[str, Refusal]
-    too_short: list[Refusal]
+    refusal_of_run: dict[str, Refusal]
+    short_level_refusals: list[Refusal]
     rig: RigKind
 
 
@@ -637,60 +718,64 @@ def _measure_runs(
         runs: Table of runs as ingested.
         rig: The rig.
     """
-    refused: dict[str, Refusal] = {}
-    too_short: list[Refusal] = []
+    refusal_of_run: dict[str, Refusal] = {}
+    short_level_refusals: list[Refusal] = []
     plateaus_of_run: dict[str, Columns] = {}
     warnings: list[tuple[str, ...]] = []
-    for row in tables.rows(runs):
-        run_id = row["run_id"]
+    for run_row in tables.rows(runs):
+        run_id = run_row["run_id"]
         # the signals of one run at a time are in memory
         run = None
         if run_id in samples_of_run:
-            run = _measured(samples_of_run[run_id], row, rig)
+            run = _measured_run(samples_of_run[run_id], run_row, rig)
             plateaus_of_run[run_id] = run.plateaus
-        refusal = _refusal_before_plateaus(row, run)
+        refusal = _refusal_before_plateaus(run_row, run)
         if refusal is not None:
-            refused[run_id] = refusal
+            refusal_of_run[run_id] = refusal
         if run is None or refusal is not None:
             warnings.append(())
         else:
             warnings.append(warnings_about(run))
-            too_short += [replace(level, run_id=run_id) for level in run.too_short]
+            short_level_refusals += [
+                replace(refusal, run_id=run_id) for refusal in run.short_level_refusals
+            ]
     runs = runs.assign(warning=tables.list_column(warnings, runs.index))
     points = _table_of_plateaus(plateaus_of_run, runs.set_index("run_id"), rig)
-    return _MeasuredRuns(points, runs, refused, too_short, rig)
+    return _MeasuredRuns(points, runs, refusal_of_run, short_level_refusals, rig)
 
 
-def _measured(samples: Columns, row: Mapping[str, Any], rig: RigKind) -> Run:
-    """The plateaus of a run.
+def _measured_run(samples: Columns, run_row: Mapping[str, Any], rig: RigKind) -> Run:
+    """A run with its plateaus.
 
     Args:
         samples: Samples of the run.
-        row: Its row of the table of runs.
+        run_row: Its row of the table of runs.
         rig: The rig.
     """
-    signals = rig.signals(samples, row["rig"], rig.settings)
-    return measure(signals, rig, row["rig"], is_settled=row["log_kind"] == "steps")
+    signals = rig.signals(samples, run_row["rig"], rig.settings)
+    return measure(signals, rig, run_row["rig"], is_settled=run_row["log_kind"] == "steps")
 
 
-def _refusal_before_plateaus(row: Mapping[str, Any], run: Run | None) -> Refusal | None:
+def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Refusal | None:
     """The refusal of a run by ingest or by a gate of runs; None where it passes.
 
     Args:
-        row: Its row of the table of runs as ingested.
+        run_row: Its row of the table of runs as ingested.
         run: The run as measured; None where it has no rows.
     """
-    run_id = row["run_id"]
-    if row["rule"]:
-        return Refusal(row["rule"], row["reason"], "", run_id)
+    run_id = run_row["run_id"]
+    if run_row["rule"]:
+        return Refusal(run_row["rule"], run_row["reason"], "", run_id)
     if run is None:
         return fault("no_rows", run_id=run_id)
     refusal = first_fault(run)
     return None if refusal is None else replace(refusal, run_id=run_id)
 
 
-def _explanation(samples: Columns, run_row: Mapping[str, Any], rig: RigKind) -> Refusal | None:
-    """The simple mistake without which most plateaus of a refused run would pass.
+def _explained_refusal(
+    samples: Columns, run_row: Mapping[str, Any], rig: RigKind
+) -> Refusal | None:
+    """The refusal of a run by the simple mistake without which most of its plateaus would pass.
 
     Args:
         samples: Samples of the run.
@@ -708,24 +793,24 @@ def _explanation(samples: Columns, run_row: Mapping[str, Any], rig: RigKind) -> 
         for hypothesis in rig.hypotheses(run_row["rig"])
         if run_row["rule"] in hypothesis.explains
     ]
-    mistakes_of_log = [hypothesis for hypothesis in hypotheses if not hypothesis.changes]
+    mistakes_of_log = [hypothesis for hypothesis in hypotheses if not hypothesis.changed_settings]
     passing = _passing(mistakes_of_log, samples, run_row, rig)
     for hypothesis in hypotheses:
         # the plausibility of settings does not need the levels, and to try them takes time
-        if hypothesis.changes and hypothesis.plausible(samples, 0):
-            changed_rig = type(rig)(rig.settings.with_changes(hypothesis.changes))
+        if hypothesis.changed_settings and hypothesis.plausible(samples, 0):
+            changed_rig = type(rig)(rig.settings.with_changes(hypothesis.changed_settings))
             passing += _passing([hypothesis], samples, run_row, changed_rig)
     if not passing:
         return None
-    best = max(passing, key=lambda candidate: candidate.accepted_points).hypothesis
+    best_hypothesis = max(passing, key=lambda candidate: candidate.accepted_count).hypothesis
     # several units may be possible: the data do not show which one it is
     sentences = [
         candidate.hypothesis.sentence
         for candidate in passing
-        if candidate.hypothesis.rule == best.rule
+        if candidate.hypothesis.rule == best_hypothesis.rule
     ]
     reason = f"the run would pass with {'; or '.join(sentences)}; as it is, {run_row['reason']}"
-    return Refusal(best.rule, reason, "", run_row["run_id"])
+    return Refusal(best_hypothesis.rule, reason, "", run_row["run_id"])
 
 
 @dataclass(frozen=True)
@@ -735,26 +820,26 @@ class _Corrected(Mapping[str, Columns]):
     All at once would be as many logs in memory.
     """
 
-    hypotheses: Mapping[str, Hypothesis]
+    hypothesis_of_sentence: Mapping[str, Hypothesis]
     samples: Columns
 
     def __getitem__(self, sentence: str) -> Columns:
-        return self.hypotheses[sentence].undo(self.samples)
+        return self.hypothesis_of_sentence[sentence].undo(self.samples)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.hypotheses)
+        return iter(self.hypothesis_of_sentence)
 
     def __len__(self) -> int:
-        return len(self.hypotheses)
+        return len(self.hypothesis_of_sentence)
 
     def __contains__(self, sentence: object) -> bool:
-        return sentence in self.hypotheses
+        return sentence in self.hypothesis_of_sentence
 
 
 class _Passing(NamedTuple):
     """A hypothesis with which a run passes, and the number of its accepted plateaus then."""
 
-    accepted_points: int
+    accepted_count: int
     hypothesis: Hypothesis
 
 
@@ -770,32 +855,34 @@ def _passing(
         rig: The rig.
     """
     # each is tried as a run of its own, with its sentence as id
-    by_sentence = {hypothesis.sentence: hypothesis for hypothesis in hypotheses}
-    if not by_sentence:
+    hypothesis_of_sentence = {hypothesis.sentence: hypothesis for hypothesis in hypotheses}
+    if not hypothesis_of_sentence:
         return []
-    runs = pd.DataFrame([{**run_row, "run_id": sentence, "rule": ""} for sentence in by_sentence])
-    judged_runs = _judge(_measure_runs(_Corrected(by_sentence, samples), runs, rig)).runs
+    runs = pd.DataFrame(
+        [{**run_row, "run_id": sentence, "rule": ""} for sentence in hypothesis_of_sentence]
+    )
+    judged_runs = _judge(_measure_runs(_Corrected(hypothesis_of_sentence, samples), runs, rig)).runs
     passing: list[_Passing] = []
-    most_pass = judged_runs["accepted_points"] > judged_runs["plateaus"] / 2
-    for row in tables.rows(judged_runs[most_pass]):
-        hypothesis = by_sentence[row["run_id"]]
-        if hypothesis.plausible(samples, row["plateaus"]):
-            passing.append(_Passing(row["accepted_points"], hypothesis))
+    do_most_pass = judged_runs["accepted_points"] > judged_runs["plateaus"] / 2
+    for judged_row in tables.rows(judged_runs[do_most_pass]):
+        hypothesis = hypothesis_of_sentence[judged_row["run_id"]]
+        if hypothesis.plausible(samples, judged_row["plateaus"]):
+            passing.append(_Passing(judged_row["accepted_points"], hypothesis))
     return passing
 
 
-def collect(curated: Curated, settings: Settings, kind: type[RigKind] = TractionRig) -> Curated:
+def collect(curated: Curated, settings: Settings, rig_kind: type[RigKind] = TractionRig) -> Curated:
     """Judge all shares of a campaign by the rules that compare runs with each other.
 
     Args:
         curated: Tables of all shares, as `curate_parts` gives them.
         settings: Settings of the run.
-        kind: The kind of rig.
+        rig_kind: The kind of rig.
     """
-    shares = CampaignTables.in_memory(
+    campaign_tables = CampaignTables.in_memory(
         points=curated.points, runs=curated.runs, quarantine=curated.quarantine
     )
-    compared = compare_runs(shares, settings, kind)
+    compared = compare_runs(campaign_tables, settings, rig_kind)
     points = compared.judged(curated.points)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
@@ -811,22 +898,22 @@ class ComparedRuns:
     Attributes:
         runs: Table of runs, in order.
         quarantine: Table of quarantine, in order.
-        refused: Refusals of runs by this comparison.
-        kind: The kind of rig.
+        refusals: Refusals of runs by this comparison.
+        rig_kind: The kind of rig.
     """
 
     runs: pd.DataFrame
     quarantine: pd.DataFrame
-    refused: list[Refusal]
-    kind: type[RigKind]
+    refusals: list[Refusal]
+    rig_kind: type[RigKind]
 
     def judged(self, points: pd.DataFrame) -> pd.DataFrame:
-        """Some rows of the table of points, with the verdicts on their runs."""
-        return _refuse_plateaus(points, self.refused, self.kind) if self.refused else points
+        """Points, of which those of runs that this comparison refuses are refused or left out."""
+        return _refuse_plateaus(points, self.refusals, self.rig_kind) if self.refusals else points
 
 
 def compare_runs(
-    shares: CampaignTables, settings: Settings, kind: type[RigKind] = TractionRig
+    campaign_tables: CampaignTables, settings: Settings, rig_kind: type[RigKind] = TractionRig
 ) -> ComparedRuns:
     """Judge the runs of a campaign by the rules that compare them with each other.
 
@@ -834,45 +921,47 @@ def compare_runs(
     table of points of a large campaign does not fit into memory.
 
     Args:
-        shares: Tables `points`, `runs` and `quarantine` of all shares.
+        campaign_tables: Tables `points`, `runs` and `quarantine` of all shares.
         settings: Settings of the run.
-        kind: The kind of rig.
+        rig_kind: The kind of rig.
     """
-    runs, quarantine = shares.runs, shares.quarantine
-    refused = repeated(shares, runs, kind, settings)
-    runs, quarantine = _without(runs, quarantine, refused, kind)
+    runs, quarantine = campaign_tables.runs, campaign_tables.quarantine
+    refusals = refusals_of_repeats(campaign_tables, runs, rig_kind, settings)
+    runs, quarantine = _with_refused_runs(runs, quarantine, refusals, rig_kind)
     warnings: list[tuple[str, str]] = []
-    if kind.name == TRACTION_KIND:
-        odd: list[Refusal] = []
-        for oil in sorted(set(runs.loc[runs["verdict"] == "accepted", "oil"])):
-            shapes = judged_shapes(shares.table("points", SHAPE_COLUMNS, oil=oil), runs)
-            odd += shapes.refused
+    if rig_kind.name == TRACTION_KIND:
+        shape_refusals: list[Refusal] = []
+        for oil_name in sorted(set(runs.loc[runs["verdict"] == "accepted", "oil"])):
+            shapes = judged_shapes(
+                campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs
+            )
+            shape_refusals += shapes.refusals
             warnings += shapes.warnings
-        runs, quarantine = _without(runs, quarantine, odd, kind)
-        refused += odd
-    runs = with_campaign_warnings(runs, shares, kind, settings, warnings)
-    order = ["file", "run_id", "first_row", "rule"]
+        runs, quarantine = _with_refused_runs(runs, quarantine, shape_refusals, rig_kind)
+        refusals += shape_refusals
+    runs = with_campaign_warnings(runs, campaign_tables, rig_kind, settings, warnings)
+    order_columns = ["file", "run_id", "first_row", "rule"]
     return ComparedRuns(
         runs.sort_values("run_id", ignore_index=True),
-        quarantine.sort_values(order, ignore_index=True),
-        refused,
-        kind,
+        quarantine.sort_values(order_columns, ignore_index=True),
+        refusals,
+        rig_kind,
     )
 
 
-def _without(
-    runs: pd.DataFrame, quarantine: pd.DataFrame, refused: list[Refusal], kind: type[RigKind]
+def _with_refused_runs(
+    runs: pd.DataFrame, quarantine: pd.DataFrame, refusals: list[Refusal], rig_kind: type[RigKind]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The tables of runs and of quarantine with some more runs refused."""
-    if not refused:
+    if not refusals:
         return runs, quarantine
-    counts = runs.set_index("run_id")[["plateaus", "accepted_points"]]
-    names = [refusal.run_id for refusal in refused]
-    counts.loc[names, "accepted_points"] = 0
-    if not kind.keeps_refused_runs:
-        counts.loc[names, "plateaus"] = 0
-    runs = _with_verdicts(runs, counts, refused)
-    return runs, pd.concat([quarantine, quarantine_rows(refused, runs, kind)])
+    plateau_counts = runs.set_index("run_id")[["plateaus", "accepted_points"]]
+    refused_ids = [refusal.run_id for refusal in refusals]
+    plateau_counts.loc[refused_ids, "accepted_points"] = 0
+    if not rig_kind.keeps_refused_runs:
+        plateau_counts.loc[refused_ids, "plateaus"] = 0
+    runs = _with_verdicts(runs, plateau_counts, refusals)
+    return runs, pd.concat([quarantine, quarantine_rows(refusals, runs, rig_kind)])
 
 
 def arrays_of(samples: pd.DataFrame) -> Columns:
@@ -884,8 +973,8 @@ def _samples_by_run(samples: pd.DataFrame) -> dict[str, Columns]:
     """Id of a run -> its samples; the rows of a run must be together."""
     arrays = arrays_of(samples)
     samples_of_run: dict[str, Columns] = {}
-    for run_id, rows in samples.groupby("run_id").indices.items():
-        start, stop = rows[0], rows[-1] + 1
+    for run_id, sample_index in samples.groupby("run_id").indices.items():
+        start, stop = sample_index[0], sample_index[-1] + 1
         samples_of_run[str(run_id)] = {name: array[start:stop] for name, array in arrays.items()}
     return samples_of_run
 
@@ -901,91 +990,102 @@ def _table_of_plateaus(
         rig: The rig.
     """
     if not plateaus_of_run:
-        return tables.empty(rig.table)
+        return tables.empty(rig.table_name)
     all_plateaus = list(plateaus_of_run.values())
-    counts = [len(plateaus["time_s"]) for plateaus in all_plateaus]
-    carried = runs.loc[list(plateaus_of_run), list(rig.carried)].reset_index()
-    points = carried.take(np.repeat(np.arange(len(counts)), counts)).reset_index(drop=True)
-    measured = {
-        name: np.concatenate([plateaus[name] for plateaus in all_plateaus])
-        for name in all_plateaus[0]
+    plateau_counts = [len(plateaus["time_s"]) for plateaus in all_plateaus]
+    columns_of_runs = runs.loc[list(plateaus_of_run), list(rig.run_columns)].reset_index()
+    points = columns_of_runs.take(
+        np.repeat(np.arange(len(plateau_counts)), plateau_counts)
+    ).reset_index(drop=True)
+    measured_columns = {
+        column: np.concatenate([plateaus[column] for plateaus in all_plateaus])
+        for column in all_plateaus[0]
     }
-    points = rig.complete(points.assign(**measured))
+    points = rig.complete(points.assign(**measured_columns))
     # without any load mu is larger than a table may hold
-    numbers = points.select_dtypes("float")
-    return points.assign(**numbers.mask(numbers.abs() >= tables.LARGEST_NUMBER))
+    float_columns = points.select_dtypes("float")
+    return points.assign(**float_columns.mask(float_columns.abs() >= tables.LARGEST_NUMBER))
 
 
 def _judge(measured: _MeasuredRuns) -> Curated:
     """Judge plateaus by the gates of plateaus, and runs by their plateaus."""
     points, runs, rig = measured.points, measured.runs, measured.rig
-    refused = dict(measured.refused)
+    refusal_of_run = dict(measured.refusal_of_run)
     failed_by_gate = judge_plateaus(points, rig)
-    unrefused = ~points["run_id"].isin(list(refused))
-    refused_by_plateaus = list(runs_not_usable(points[unrefused], failed_by_gate[unrefused], rig))
+    is_unrefused = ~points["run_id"].isin(list(refusal_of_run))
+    refusals_by_plateaus = list(
+        runs_not_usable(points[is_unrefused], failed_by_gate[is_unrefused], rig)
+    )
     points = points.assign(
         failed_gates=failed_gates.gate_name_lists(failed_by_gate),
         accepted=~failed_by_gate.any(axis=1),
     )
-    points = _refuse_plateaus(points, list(refused.values()), type(rig))
+    points = _refuse_plateaus(points, list(refusal_of_run.values()), type(rig))
     # plateaus of runs that are refused by their plateaus stay in the table of every rig. Accepted
     # ones get the rule of their run
     runs_with_accepted_points = set(points.loc[points["accepted"], "run_id"])
     rule_of_run = {
         refusal.run_id: refusal.rule
-        for refusal in refused_by_plateaus
+        for refusal in refusals_by_plateaus
         if refusal.run_id in runs_with_accepted_points
     }
     points = failed_gates.with_gate_of_run(points, rule_of_run)
-    refused |= {refusal.run_id: refusal for refusal in refused_by_plateaus}
-    in_order_of_runs = [refused[run_id] for run_id in runs["run_id"] if run_id in refused]
-    runs = _with_verdicts(runs, _counts_of_plateaus(points), in_order_of_runs)
-    quarantine = quarantine_rows([*in_order_of_runs, *measured.too_short], runs, type(rig))
-    return Curated(points[tables.columns(rig.table)], runs, quarantine)
+    refusal_of_run |= {refusal.run_id: refusal for refusal in refusals_by_plateaus}
+    refusals_in_order = [
+        refusal_of_run[run_id] for run_id in runs["run_id"] if run_id in refusal_of_run
+    ]
+    runs = _with_verdicts(runs, _plateau_counts(points), refusals_in_order)
+    quarantine = quarantine_rows(
+        [*refusals_in_order, *measured.short_level_refusals], runs, type(rig)
+    )
+    return Curated(points[tables.columns(rig.table_name)], runs, quarantine)
 
 
 def _refuse_plateaus(
-    points: pd.DataFrame, refused: list[Refusal], kind: type[RigKind]
+    points: pd.DataFrame, refusals: list[Refusal], rig_kind: type[RigKind]
 ) -> pd.DataFrame:
-    """Plateaus without those of refused runs, or with these refused, by the kind of rig."""
-    gate_of_run = {refusal.run_id: refusal.rule for refusal in refused}
-    if kind.keeps_refused_runs:
+    """Plateaus, of which those of refused runs are refused, or left out for some kinds of rig."""
+    gate_of_run = {refusal.run_id: refusal.rule for refusal in refusals}
+    if rig_kind.keeps_refused_runs:
         return failed_gates.with_gate_of_run(points, gate_of_run)
     return points[~points["run_id"].isin(list(gate_of_run))]
 
 
-def _counts_of_plateaus(points: pd.DataFrame) -> pd.DataFrame:
+def _plateau_counts(points: pd.DataFrame) -> pd.DataFrame:
     """Numbers of plateaus and of accepted ones, by run."""
-    by_run = points.groupby("run_id")["accepted"]
-    return pd.DataFrame({"plateaus": by_run.size(), "accepted_points": by_run.sum()})
+    is_accepted_by_run = points.groupby("run_id")["accepted"]
+    return pd.DataFrame(
+        {"plateaus": is_accepted_by_run.size(), "accepted_points": is_accepted_by_run.sum()}
+    )
 
 
 def _with_verdicts(
-    runs: pd.DataFrame, counts: pd.DataFrame, refused: list[Refusal]
+    runs: pd.DataFrame, plateau_counts: pd.DataFrame, refusals: list[Refusal]
 ) -> pd.DataFrame:
     """Runs with rule and sentence of their refusal, counts of their plateaus, and verdict.
 
     Args:
         runs: Table of runs.
-        counts: Numbers of plateaus and of accepted ones, by run.
-        refused: Refusals of runs.
+        plateau_counts: Numbers of plateaus and of accepted ones, by run.
+        refusals: Refusals of runs.
     """
-    refusal_of_run = {refusal.run_id: (refusal.rule, refusal.reason) for refusal in refused}
+    refusal_of_run = {refusal.run_id: (refusal.rule, refusal.reason) for refusal in refusals}
     rules_and_reasons = [
         refusal_of_run.get(run_id, (rule, reason))
         for run_id, rule, reason in zip(runs["run_id"], runs["rule"], runs["reason"], strict=True)
     ]
-    counts = counts.reindex(runs["run_id"], fill_value=0).astype(np.int64)
-    plateaus = counts["plateaus"].to_numpy()
-    accepted = counts["accepted_points"].to_numpy()
+    plateau_counts = plateau_counts.reindex(runs["run_id"], fill_value=0).astype(np.int64)
+    plateau_count = plateau_counts["plateaus"].to_numpy()
+    accepted_count = plateau_counts["accepted_points"].to_numpy()
     # a run that is not used needs no warning
     warnings = [
-        texts if count else () for texts, count in zip(runs["warning"], accepted, strict=True)
+        sentences if count else ()
+        for sentences, count in zip(runs["warning"], accepted_count, strict=True)
     ]
     return runs.assign(
         **pd.DataFrame(rules_and_reasons, runs.index, ["rule", "reason"], dtype="str"),
-        plateaus=plateaus,
-        accepted_points=accepted,
+        plateaus=plateau_count,
+        accepted_points=accepted_count,
         warning=tables.list_column(warnings, runs.index),
-        verdict=np.where(accepted > 0, "accepted", "refused"),
+        verdict=np.where(accepted_count > 0, "accepted", "refused"),
     ).reset_index(drop=True)

@@ -2,8 +2,8 @@
 
 A gate of runs judges the signals of one run. A gate of plateaus judges the plateaus of many runs at
 once. `run_gates.py` and `plateau_gates.py` define all gates in the order in which they judge. A new
-gate is one function there, which gives numbers, and one entry in `rules.yaml`, which has the
-sentence and the advice.
+gate is one function there, which gives the values of the fields of a sentence, and one entry in
+`rules.yaml`, which has the sentence and the advice.
 
 Decides: which rigs a gate judges, when it cannot be applied, and the sentence and the advice for
 every rule.
@@ -31,45 +31,45 @@ RULES: Mapping[str, Any] = yaml.load(
 _FORCE_UNITS_N = {"kgf": 9.80665, "lbf": 4.4482216152605, "gf": 9.80665e-3, "kN": 1e3}
 
 
-def refusal_by_rule(rule: str, sentence: str, numbers: Mapping[str, Any]) -> Refusal:
+def refusal_by_rule(rule: str, sentence: str, fields: Mapping[str, Any]) -> Refusal:
     """A refusal by a rule; its advice is added when it becomes a row of the quarantine.
 
     Args:
         rule: The rule.
         sentence: What was found.
-        numbers: May have the run as `run_id`, and the rows concerned as `first` and `last`.
+        fields: May have the run as `run_id`, and the rows concerned as `first` and `last`.
     """
     return Refusal(
         rule,
         sentence,
         advice="",
-        run_id=str(numbers.get("run_id", "")),
-        first_row=int(numbers.get("first", 0)),
-        last_row=int(numbers.get("last", 0)),
+        run_id=str(fields.get("run_id", "")),
+        first_row=int(fields.get("first", 0)),
+        last_row=int(fields.get("last", 0)),
     )
 
 
-def fault(rule: str, sentence: str = "", /, **numbers: Any) -> Refusal:
+def fault(rule: str, sentence_name: str = "", /, **fields: Any) -> Refusal:
     """A refusal by a rule that is no gate.
 
     Args:
         rule: The rule.
-        sentence: Name of the sentence in `rules.yaml`, where it is not the rule's.
-        numbers: Numbers and names for the sentence and for `refusal_by_rule`.
+        sentence_name: Name of the sentence in `rules.yaml`, where it is not the rule's.
+        fields: Numbers and names for the sentence and for `refusal_by_rule`.
     """
-    template = RULES["sentences"][sentence or rule]
-    return refusal_by_rule(rule, template.format(**numbers), numbers)
+    template = RULES["sentences"][sentence_name or rule]
+    return refusal_by_rule(rule, template.format(**fields), fields)
 
 
-def unit_hint(name: str, fits: Callable[[float], bool]) -> str:
+def unit_hint(force_name: str, is_usual_in_unit: Callable[[float], bool]) -> str:
     """A hint at the units in which a force labelled N may be; empty without one.
 
     Args:
-        name: The force in words.
-        fits: Whether the run would be right with the force multiplied by a factor.
+        force_name: The force in words.
+        is_usual_in_unit: Whether the run would be right with the force multiplied by a factor.
     """
-    units = [unit for unit, size_n in _FORCE_UNITS_N.items() if fits(size_n)]
-    return f"; the {name} may be in {' or '.join(units)}" if units else ""
+    units = [unit for unit, size_n in _FORCE_UNITS_N.items() if is_usual_in_unit(size_n)]
+    return f"; the {force_name} may be in {' or '.join(units)}" if units else ""
 
 
 # Numbers and names for the sentence of a gate of runs, once per fault. `first` and `last` are the
@@ -90,8 +90,8 @@ class Gate(Generic[Judge]):
     Attributes:
         name: Name of its function.
         judge: The function.
-        judges: Kinds of rig that it judges, separated by blanks.
-        finds: Sentence about a refusal, with names of numbers in braces.
+        rig_kinds: Kinds of rig that it judges, separated by blanks.
+        finds: Sentence about a refusal, with fields in braces.
         advice: What to do about a refusal.
         blames_run: For gates of plateaus: whether a fault shows a fault of the run. Where many
             plateaus fail such a gate, the others cannot be trusted.
@@ -101,15 +101,15 @@ class Gate(Generic[Judge]):
 
     name: str
     judge: Judge
-    judges: str
+    rig_kinds: str
     finds: str
     advice: str = ""
     blames_run: bool = True
     needs: str = ""
 
-    def sentence(self, rig: RigKind, **numbers: Any) -> str:
-        """The sentence about a refusal, with the limits of the rig and some numbers."""
-        return self.finds.format(rig=rig, gates=rig.gates, **numbers)
+    def sentence(self, rig: RigKind, **fields: Any) -> str:
+        """The sentence about a refusal, with the limits of the rig and the values of its fields."""
+        return self.finds.format(rig=rig, gates=rig.gates, **fields)
 
 
 class Gates(list[Gate[Judge]]):
@@ -128,6 +128,6 @@ class Gates(list[Gate[Judge]]):
         self.append(Gate(judge.__name__, judge, **entry))
         return judge
 
-    def for_rig(self, kind: str) -> list[Gate[Judge]]:
+    def for_rig(self, rig_kind_name: str) -> list[Gate[Judge]]:
         """The gates that judge a kind of rig."""
-        return [gate for gate in self if kind in gate.judges.split()]
+        return [gate for gate in self if rig_kind_name in gate.rig_kinds.split()]

@@ -33,7 +33,7 @@ class Hypothesis:
         undo: Gives the samples of the run without the mistake.
         explains: Rules whose refusals the mistake may cause.
         plausible: Whether samples, with a number of levels, may have the mistake.
-        changes: Changed settings, where the mistake is in the settings.
+        changed_settings: Changed settings, where the mistake is in the settings.
     """
 
     rule: str
@@ -41,7 +41,7 @@ class Hypothesis:
     undo: Callable[[Columns], Columns]
     explains: frozenset[str]
     plausible: Callable[[Columns, int], bool] = lambda samples, level_count: True
-    changes: Mapping[str, Any] = field(default_factory=dict)
+    changed_settings: Mapping[str, Any] = field(default_factory=dict)
 
 
 # Where force or slip are wrong, limits of plateaus fail that a wrong time fails, too.
@@ -53,7 +53,7 @@ _RULES_OF_WRONG_FORCE = _RULES_OF_WRONG_TIME | {"traction_unphysical", "impossib
 _RULES_OF_WRONG_SLIP = _RULES_OF_WRONG_TIME | frozenset(
     "swapped_sign speed_off_nominal slip_out_of_range slip_off_set_point".split()
 )
-# Both speeds together leave the slip as it is.
+# Where both speeds are wrong by one factor, the slip is right.
 _RULES_OF_WRONG_SPEED = frozenset({"speed_off_nominal"})
 
 # Refusals that a mistake of another kind may cause.
@@ -68,11 +68,11 @@ _LARGEST_SHARE_OF_RUN = 1 / 8
 _STEP_FACTOR = 1 / 4
 _TIME_FACTORS = (0.1, 0.01, 0.001)
 # Rows at the beginning and at the end in which a rig rolls.
-_ROWS_AT_ENDS = 20
+_ROWS_AT_EACH_END = 20
 # Largest relative difference between the ratios of speeds at the beginning and at the end.
 _LARGEST_RATIO_CHANGE = 0.004
-# A log that begins with a slip in this range may begin with the sweep itself.
-_SLIP_OF_SWEEP = (-0.004, 0.1)
+# A run whose first slip is in this range may begin with the sweep itself, without pure rolling.
+_SLIP_RANGE_AT_START = (-0.004, 0.1)
 # Longest interval of a logger, and how long rigs hold a level, in s.
 _LONGEST_INTERVAL_S = 2.0
 _SHORTEST_HOLD_S = 0.5
@@ -83,18 +83,18 @@ _SMALLEST_USUAL_PEAK = 0.005
 _QUANTILE_OF_LARGEST = 0.95
 # Bodies roll on each other where the ratio of their speeds is less than this.
 _LARGEST_ROLLING_RATIO = 2.0
-_BALL = "ball_speed_m_s"
-_DISC = "disc_speed_m_s"
-# Unit, the unit of its label, and the factor that corrects the numbers.
-_TIME_UNITS = (("ms", "s", 1e-3), ("min", "s", 60.0), ("s", "ms", 1e3))
+_BALL_SPEED = "ball_speed_m_s"
+_DISC_SPEED = "disc_speed_m_s"
+# The unit of the numbers, the unit that the log states, and the factor that corrects the numbers.
+_TIME_UNIT_MISTAKES = (("ms", "s", 1e-3), ("min", "s", 60.0), ("s", "ms", 1e3))
 # What is wrong with the force, as the end of a sentence, and the factor that corrects it.
-_FORCE_UNITS = {
+_FORCE_FACTOR_OF_PHRASE = {
     "1000 times smaller, as mN labelled N would be, or a load in kN": 1e-3,
     "102 times smaller, as gf labelled N would be": 9.80665e-3,
 }
-_SPEED_UNITS = {("mm/s", "m/s"): 1e-3, ("m/s", "mm/s"): 1e3}
-# Factor from each unit of a spindle speed to 1/min.
-_SPINDLE_UNITS = {"1/min": 1.0, "rad/s": 1 / RAD_S_PER_RPM, "1/s": 60.0, "deg/s": 1 / 6}
+_SPEED_UNIT_MISTAKES = {("mm/s", "m/s"): 1e-3, ("m/s", "mm/s"): 1e3}
+# Unit of a spindle speed -> its size in 1/min.
+_RPM_PER_SPINDLE_UNIT = {"1/min": 1.0, "rad/s": 1 / RAD_S_PER_RPM, "1/s": 60.0, "deg/s": 1 / 6}
 
 
 class _WrongSpeeds(NamedTuple):
@@ -112,19 +112,19 @@ class _WrongSpeeds(NamedTuple):
 
 
 _WRONG_SPEEDS = (
-    _WrongSpeeds((_BALL, _DISC), "both speeds", _RULES_OF_WRONG_SPEED),
-    _WrongSpeeds((_BALL,), "the ball's speed", _RULES_OF_WRONG_SLIP),
-    _WrongSpeeds((_DISC,), "the disc's speed", _RULES_OF_WRONG_SLIP),
+    _WrongSpeeds((_BALL_SPEED, _DISC_SPEED), "both speeds", _RULES_OF_WRONG_SPEED),
+    _WrongSpeeds((_BALL_SPEED,), "the ball's speed", _RULES_OF_WRONG_SLIP),
+    _WrongSpeeds((_DISC_SPEED,), "the disc's speed", _RULES_OF_WRONG_SLIP),
 )
 
 
-def scaled(factor: float, *names: str) -> Callable[[Columns], Columns]:
-    """A function that multiplies some columns of samples by a factor."""
+def factor_undo(factor: float, *columns: str) -> Callable[[Columns], Columns]:
+    """The function `Hypothesis.undo` that multiplies some columns of samples by a factor."""
 
     def undo(samples: Columns) -> Columns:
         corrected = dict(samples)
-        for name in names:
-            corrected[name] = factor * samples[name]
+        for column in columns:
+            corrected[column] = factor * samples[column]
         return corrected
 
     return undo
@@ -132,41 +132,41 @@ def scaled(factor: float, *names: str) -> Callable[[Columns], Columns]:
 
 def time_hypotheses() -> Iterator[Hypothesis]:
     """Mistakes of the clock: the time is in another unit than s."""
-    for unit, label, factor in _TIME_UNITS:
+    for unit, labelled_unit, factor in _TIME_UNIT_MISTAKES:
         yield Hypothesis(
             "time_unit",
-            f"its time {factor:g} times as long, as {unit} labelled {label} would be",
-            scaled(factor, "time_s"),
+            f"its time {factor:g} times as long, as {unit} labelled {labelled_unit} would be",
+            factor_undo(factor, "time_s"),
             _RULES_OF_WRONG_TIME,
             partial(_has_usual_times, factor),
         )
 
 
 def setting_hypotheses(
-    section: str, step_settings: StepSettings, min_step_key: str
+    section: str, plateau_settings: StepSettings, min_step_key: str
 ) -> Iterator[Hypothesis]:
     """Settings of plateaus that do not suit a run: its steps are too small, or times too long.
 
     Args:
         section: The section of the settings that has the plateaus.
-        step_settings: The settings of the plateaus.
+        plateau_settings: The settings of the plateaus.
         min_step_key: Key of the smallest step.
     """
-    smallest_step = getattr(step_settings, min_step_key)
-    yield _reduced_setting(
+    smallest_step = getattr(plateau_settings, min_step_key)
+    yield _setting_hypothesis(
         "small_steps", section, min_step_key, smallest_step, _STEP_FACTOR, longest_run_s=np.inf
     )
     for key in ("settle_s", "guard_s", "window_s", "min_duration_s"):
-        time_s = getattr(step_settings, key)
+        time_s = getattr(plateau_settings, key)
         for factor in _TIME_FACTORS:
             longest_run_s = time_s / _LARGEST_SHARE_OF_RUN
-            yield _reduced_setting("long_setting", section, key, time_s, factor, longest_run_s)
+            yield _setting_hypothesis("long_setting", section, key, time_s, factor, longest_run_s)
 
 
-def _reduced_setting(
+def _setting_hypothesis(
     rule: str, section: str, key: str, value: float, factor: float, longest_run_s: float
 ) -> Hypothesis:
-    """A setting that is too large for runs up to some length.
+    """The hypothesis that a setting is too large for runs up to some length.
 
     Args:
         rule: Rule of the refusal.
@@ -188,6 +188,7 @@ def _reduced_setting(
 
 
 def _shorter_than(longest_run_s: float, samples: Columns, level_count: int) -> bool:
+    """Whether the run is shorter than that."""
     return bool(np.ptp(samples["time_s"]) < longest_run_s)
 
 
@@ -199,8 +200,8 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
         direction: 1 where the ball is slowed at positive slip, -1 where the disc is.
     """
     yield from time_hypotheses()
-    for phrase, factor in _FORCE_UNITS.items():
-        undo = scaled(factor, "traction_force_n")
+    for phrase, factor in _FORCE_FACTOR_OF_PHRASE.items():
+        undo = factor_undo(factor, "traction_force_n")
         plausible = partial(_has_usual_traction, undo)
         yield Hypothesis(
             "force_scale", f"a traction force {phrase}", undo, _RULES_OF_WRONG_FORCE, plausible
@@ -208,32 +209,34 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
     track_ratio = None
     if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
         track_ratio = rig.ball_track_radius_m / rig.disc_track_radius_m
-    yield _exchanged_bodies("speeds", 1.0, direction)
+    yield _exchange_hypothesis("speeds", 1.0, direction)
     if track_ratio is not None:
-        yield _exchanged_bodies("spindle speeds", track_ratio, direction)
-    for wrong in _WRONG_SPEEDS:
-        sentence = f"the opposite sign of {wrong.phrase}"
-        undo = scaled(-1.0, *wrong.columns)
+        yield _exchange_hypothesis("spindle speeds", track_ratio, direction)
+    for wrong_speeds in _WRONG_SPEEDS:
+        sentence = f"the opposite sign of {wrong_speeds.phrase}"
+        undo = factor_undo(-1.0, *wrong_speeds.columns)
         yield Hypothesis("speed_sign", sentence, undo, _RULES_OF_WRONG_SLIP)
     yield from _speed_unit_hypotheses(with_spindles=track_ratio is not None)
     sentence = "its slide-roll ratio in percent"
-    yield Hypothesis("slip_unit", sentence, _from_percent, _RULES_OF_WRONG_SLIP, _turns_backwards)
+    yield Hypothesis(
+        "slip_unit", sentence, _from_percent, _RULES_OF_WRONG_SLIP, _turns_one_body_backwards
+    )
     # tried after the units, which name the cause more precisely. Wrong radii make all speeds of one
     # body wrong by one factor
     if track_ratio is not None:
-        for name, body in ((_BALL, "ball"), (_DISC, "disc")):
+        for column, body in ((_BALL_SPEED, "ball"), (_DISC_SPEED, "disc")):
             sentence = f"the {body}'s speed changed by the one ratio that makes both ends roll"
-            undo = partial(_rolling_at_start, name)
+            undo = partial(_rolling_at_start, column)
             yield Hypothesis(
-                "track_radii", sentence, undo, _RULES_OF_WRONG_SLIP, _one_ratio_at_ends
+                "track_radii", sentence, undo, _RULES_OF_WRONG_SLIP, _has_one_ratio_at_ends
             )
 
 
-def _exchanged_bodies(speeds_phrase: str, track_ratio: float, direction: int) -> Hypothesis:
-    """Two exchanged columns.
+def _exchange_hypothesis(speeds_phrase: str, track_ratio: float, direction: int) -> Hypothesis:
+    """The hypothesis that the columns of ball and disc are exchanged.
 
     Args:
-        speeds_phrase: What they are in a sentence.
+        speeds_phrase: The two columns in a sentence.
         track_ratio: As for `_exchanged`.
         direction: As for `traction_hypotheses`.
     """
@@ -246,53 +249,55 @@ def _exchanged_bodies(speeds_phrase: str, track_ratio: float, direction: int) ->
 def _slips_as_stated(
     undo: Callable[[Columns], Columns], direction: int, samples: Columns, level_count: int
 ) -> bool:
-    """Whether the body that the campaign file names is the slower one without a mistake."""
+    """Whether the body that the campaign file names is the slower one once a mistake is undone."""
     corrected = undo(samples)
-    return bool(direction * np.nanmean(corrected[_DISC] - corrected[_BALL]) > 0)
+    return bool(direction * np.nanmean(corrected[_DISC_SPEED] - corrected[_BALL_SPEED]) > 0)
 
 
 def _speed_unit_hypotheses(with_spindles: bool) -> Iterator[Hypothesis]:
     """Speeds in another unit than their label says; units of spindle speeds where asked for."""
-    factors = dict(_SPEED_UNITS)
+    factor_of_mistake = dict(_SPEED_UNIT_MISTAKES)
     if with_spindles:
-        for unit, label in permutations(_SPINDLE_UNITS, 2):
-            factors[unit, label] = _SPINDLE_UNITS[unit] / _SPINDLE_UNITS[label]
-    for wrong in _WRONG_SPEEDS:
-        for (unit, label), factor in factors.items():
-            change = f"{factor:.4g} times as large, as {unit} labelled {label} would be"
-            undo = scaled(factor, *wrong.columns)
+        for unit, labelled_unit in permutations(_RPM_PER_SPINDLE_UNIT, 2):
+            factor_of_mistake[unit, labelled_unit] = (
+                _RPM_PER_SPINDLE_UNIT[unit] / _RPM_PER_SPINDLE_UNIT[labelled_unit]
+            )
+    for wrong_speeds in _WRONG_SPEEDS:
+        for (unit, labelled_unit), factor in factor_of_mistake.items():
+            phrase = f"{factor:.4g} times as large, as {unit} labelled {labelled_unit} would be"
+            undo = factor_undo(factor, *wrong_speeds.columns)
             yield Hypothesis(
                 "speed_unit",
-                f"{wrong.phrase} {change}",
+                f"{wrong_speeds.phrase} {phrase}",
                 undo,
-                wrong.explains,
+                wrong_speeds.explains,
                 partial(_rolls_with, undo),
             )
 
 
-def _rolling_at_start(name: str, samples: Columns) -> Columns:
+def _rolling_at_start(column: str, samples: Columns) -> Columns:
     """Samples with one body's speed scaled so that both speeds are equal before the sweep."""
     ratio, _ = _ratios_at_ends(samples)
-    return scaled(ratio if name == _BALL else 1 / ratio, name)(samples)
+    return factor_undo(ratio if column == _BALL_SPEED else 1 / ratio, column)(samples)
 
 
 def _ratios_at_ends(samples: Columns) -> tuple[float, float]:
     """Disc speed over ball speed at the beginning and at the end; 1 where one does not turn."""
-    beginning = _speed_ratio(samples, slice(None, _ROWS_AT_ENDS))
-    end = _speed_ratio(samples, slice(-_ROWS_AT_ENDS, None))
+    beginning = _speed_ratio(samples, slice(None, _ROWS_AT_EACH_END))
+    end = _speed_ratio(samples, slice(-_ROWS_AT_EACH_END, None))
     return beginning, end
 
 
 def _speed_ratio(samples: Columns, rows: slice) -> float:
-    ball = median(samples[_BALL][rows])
-    disc = median(samples[_DISC][rows])
-    return disc / ball if ball > 0 and disc > 0 else 1.0
+    ball_speed = median(samples[_BALL_SPEED][rows])
+    disc_speed = median(samples[_DISC_SPEED][rows])
+    return disc_speed / ball_speed if ball_speed > 0 and disc_speed > 0 else 1.0
 
 
-def _one_ratio_at_ends(samples: Columns, level_count: int) -> bool:
+def _has_one_ratio_at_ends(samples: Columns, level_count: int) -> bool:
     """Whether the ratio of the speeds is the same at both ends, and is no slip of a sweep."""
     beginning, end = _ratios_at_ends(samples)
-    smallest, largest = _SLIP_OF_SWEEP
+    smallest, largest = _SLIP_RANGE_AT_START
     slip = 2 * (beginning - 1) / (beginning + 1)
     is_same_ratio = abs(beginning / end - 1) < _LARGEST_RATIO_CHANGE
     return is_same_ratio and not smallest <= slip <= largest
@@ -307,36 +312,36 @@ def _has_usual_times(factor: float, samples: Columns, level_count: int) -> bool:
     interval_s = median(np.diff(time_s))
     hold_s = float(time_s[-1] - time_s[0]) / max(level_count, 1)
 
-    def are_usual(scale: float) -> bool:
-        usual_hold = _SHORTEST_HOLD_S <= scale * hold_s <= LONGEST_HOLD_S
-        return scale * interval_s <= _LONGEST_INTERVAL_S and usual_hold
+    def are_usual(factor_tried: float) -> bool:
+        is_usual_hold = _SHORTEST_HOLD_S <= factor_tried * hold_s <= LONGEST_HOLD_S
+        return factor_tried * interval_s <= _LONGEST_INTERVAL_S and is_usual_hold
 
     return are_usual(factor) and not are_usual(1.0)
 
 
 def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, level_count: int) -> bool:
-    """Whether ball and disc roll on each other without a mistake."""
+    """Whether ball and disc roll on each other once a mistake is undone."""
     corrected = undo(samples)
-    ball = median(corrected[_BALL])
-    disc = median(corrected[_DISC])
-    if disc == 0:
+    ball_speed = median(corrected[_BALL_SPEED])
+    disc_speed = median(corrected[_DISC_SPEED])
+    if disc_speed == 0:
         return False
-    return 1 / _LARGEST_ROLLING_RATIO < abs(ball / disc) < _LARGEST_ROLLING_RATIO
+    return 1 / _LARGEST_ROLLING_RATIO < abs(ball_speed / disc_speed) < _LARGEST_ROLLING_RATIO
 
 
 def _has_usual_traction(
     undo: Callable[[Columns], Columns], samples: Columns, level_count: int
 ) -> bool:
-    """Whether the largest forces are those of an oil without a mistake."""
+    """Whether the largest forces are those of an oil once a mistake is undone."""
     corrected = undo(samples)
     largest_force_n = np.quantile(np.abs(corrected["traction_force_n"]), _QUANTILE_OF_LARGEST)
     load_n = median(np.abs(corrected["load_n"]))
     return bool(largest_force_n > _SMALLEST_USUAL_PEAK * load_n)
 
 
-def _turns_backwards(samples: Columns, level_count: int) -> bool:
+def _turns_one_body_backwards(samples: Columns, level_count: int) -> bool:
     """Whether one body turns backwards: a slip that is a hundred times too large causes this."""
-    return bool(np.any(samples[_BALL] * samples[_DISC] < 0))
+    return bool(np.any(samples[_BALL_SPEED] * samples[_DISC_SPEED] < 0))
 
 
 def _exchanged(track_ratio: float, samples: Columns) -> Columns:
@@ -347,16 +352,16 @@ def _exchanged(track_ratio: float, samples: Columns) -> Columns:
         samples: The samples.
     """
     corrected = dict(samples)
-    corrected[_BALL] = samples[_DISC] * track_ratio
-    corrected[_DISC] = samples[_BALL] / track_ratio
+    corrected[_BALL_SPEED] = samples[_DISC_SPEED] * track_ratio
+    corrected[_DISC_SPEED] = samples[_BALL_SPEED] / track_ratio
     return corrected
 
 
 def _from_percent(samples: Columns) -> Columns:
     """Samples of a log with entrainment speed and slip, with a hundredth of the slip."""
-    mean_m_s = (samples[_BALL] + samples[_DISC]) / 2
-    sliding_m_s = (samples[_DISC] - samples[_BALL]) / 100
+    mean_m_s = (samples[_BALL_SPEED] + samples[_DISC_SPEED]) / 2
+    sliding_m_s = (samples[_DISC_SPEED] - samples[_BALL_SPEED]) / 100
     corrected = dict(samples)
-    corrected[_BALL] = np.asarray(mean_m_s - sliding_m_s / 2)
-    corrected[_DISC] = np.asarray(mean_m_s + sliding_m_s / 2)
+    corrected[_BALL_SPEED] = np.asarray(mean_m_s - sliding_m_s / 2)
+    corrected[_DISC_SPEED] = np.asarray(mean_m_s + sliding_m_s / 2)
     return corrected

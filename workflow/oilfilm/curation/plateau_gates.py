@@ -28,9 +28,9 @@ PLATEAU_GATES: Gates[PlateauJudge] = Gates()
 gate = PLATEAU_GATES.gate
 
 
-def _off_nominal(points: pd.DataFrame, name: str, tolerance: float) -> BoolArray:
-    nominal = points[f"nominal_{name}"]
-    return exceeds((points[name] - nominal).abs(), tolerance * nominal)
+def _off_nominal(points: pd.DataFrame, column: str, tolerance: float) -> BoolArray:
+    nominal = points[f"nominal_{column}"]
+    return exceeds((points[column] - nominal).abs(), tolerance * nominal)
 
 
 @gate
@@ -67,10 +67,10 @@ def held_speed(points: pd.DataFrame) -> "pd.Series[float]":
     """
     speeds = pd.DataFrame(controlled_speeds(points))
     run_id = points["run_id"]
-    distance = (speeds - speeds.groupby(run_id).transform("median")).abs()
-    scatter = distance.groupby(run_id).transform("median").fillna(np.inf)
-    held_column = scatter.to_numpy().argmin(axis=1)
-    held_speeds = speeds.to_numpy()[np.arange(len(points)), held_column]
+    deviation = (speeds - speeds.groupby(run_id).transform("median")).abs()
+    scatter = deviation.groupby(run_id).transform("median").fillna(np.inf)
+    held_index = scatter.to_numpy().argmin(axis=1)
+    held_speeds = speeds.to_numpy()[np.arange(len(points)), held_index]
     return pd.Series(held_speeds, index=points.index)
 
 
@@ -99,9 +99,9 @@ def temperature_off_nominal(points: pd.DataFrame, rig: TractionRig) -> BoolArray
 def slip_out_of_range(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     """The slide-roll ratio is one that no sweep reaches."""
     slip = points["slide_roll_ratio"]
-    high_enough = reaches(slip, rig.gates.slide_roll_ratio_min)
-    low_enough = reaches(rig.gates.slide_roll_ratio_max, slip)
-    return ~(high_enough & low_enough)
+    is_high_enough = reaches(slip, rig.gates.slide_roll_ratio_min)
+    is_low_enough = reaches(rig.gates.slide_roll_ratio_max, slip)
+    return ~(is_high_enough & is_low_enough)
 
 
 @gate
@@ -118,17 +118,17 @@ def slip_off_set_point(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
 @gate
 def not_steady(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """Slip or traction differs between the two halves of a plateau."""
-    slip_changes = points["slip_change"].abs() > rig.gates.slip_change_max
-    traction_changes = points["traction_change"].abs() > rig.gates.traction_change_max
-    return slip_changes | traction_changes
+    is_slip_changing = points["slip_change"].abs() > rig.gates.slip_change_max
+    is_traction_changing = points["traction_change"].abs() > rig.gates.traction_change_max
+    return is_slip_changing | is_traction_changing
 
 
 @gate
 def transient_not_ended(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """The beginning of a plateau differs from the rest of it."""
-    slip_differs = points["slip_transient"].abs() > rig.gates.slip_transient_max
-    traction_differs = points["traction_transient"].abs() > rig.gates.traction_transient_max
-    return slip_differs | traction_differs
+    has_slip_transient = points["slip_transient"].abs() > rig.gates.slip_transient_max
+    has_traction_transient = points["traction_transient"].abs() > rig.gates.traction_transient_max
+    return has_slip_transient | has_traction_transient
 
 
 @gate
@@ -165,29 +165,29 @@ def film_off_trend(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
     The law is the repeated-median line of ln h against ln U, which holds with up to half of the
     readings wrong (A. F. Siegel, Biometrika 69 (1982) 242).
     """
-    off_trend = pd.Series(False, index=points.index)
-    measured = points["measured_film_thickness_um"] > 0
-    turning = points["entrainment_speed_m_s"] > 0
-    readings = points[measured & turning]
+    is_off_trend = pd.Series(False, index=points.index)
+    is_measured = points["measured_film_thickness_um"] > 0
+    is_turning = points["entrainment_speed_m_s"] > 0
+    readings = points[is_measured & is_turning]
     if readings.empty:
-        return off_trend.to_numpy()
+        return is_off_trend.to_numpy()
     for _, readings_of_run in readings.groupby("run_id"):
         log_film = np.log(readings_of_run["measured_film_thickness_um"].to_numpy())
         log_speed = np.log(readings_of_run["entrainment_speed_m_s"].to_numpy())
         if np.ptp(log_speed) > 0:
             trend = scipy.stats.siegelslopes(log_film, log_speed)
             residual = log_film - trend.intercept - trend.slope * log_speed
-            off_trend[readings_of_run.index] = np.abs(residual) > np.log(
+            is_off_trend[readings_of_run.index] = np.abs(residual) > np.log(
                 rig.gates.film_trend_factor
             )
-    return off_trend.to_numpy()
+    return is_off_trend.to_numpy()
 
 
 @gate
 def force_not_reversed(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """The force of one direction of slip had not reversed."""
-    sliding = points["slide_roll_ratio"].abs() > rig.gates.asymmetry_slip_min
-    return sliding & (points["force_asymmetry"] > rig.gates.asymmetry_max)
+    is_sliding = points["slide_roll_ratio"].abs() > rig.gates.asymmetry_slip_min
+    return is_sliding & (points["force_asymmetry"] > rig.gates.asymmetry_max)
 
 
 @gate
@@ -197,31 +197,31 @@ def traction_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bo
     return ~mu.between(rig.gates.traction_min, rig.gates.traction_max) & mu.notna()
 
 
-def hint_at_unit_of_load(points: pd.DataFrame, rig: TractionRig) -> str:
+def _hint_at_unit_of_load(points: pd.DataFrame, rig: TractionRig) -> str:
     """A hint at the units of the load with which too large traction coefficients are usual ones."""
-    sizes = points["traction_coefficient"].abs()
-    sliding = points["slide_roll_ratio"].abs() > rig.gates.sign_slip_min
-    median = sizes[sliding].median()
-    largest = sizes.max()
-    if largest <= rig.gates.traction_max:
+    mu_sizes = points["traction_coefficient"].abs()
+    is_sliding = points["slide_roll_ratio"].abs() > rig.gates.sign_slip_min
+    median_mu = mu_sizes[is_sliding].median()
+    largest_mu = mu_sizes.max()
+    if largest_mu <= rig.gates.traction_max:
         return ""
 
-    def fits(scale: float) -> bool:
-        usual = median / scale >= rig.gates.sliding_traction_usual
-        possible = largest / scale <= rig.gates.traction_max
-        return bool(usual and possible)
+    def is_usual_in_unit(unit_n: float) -> bool:
+        is_usual = median_mu / unit_n >= rig.gates.sliding_traction_usual
+        is_possible = largest_mu / unit_n <= rig.gates.traction_max
+        return bool(is_usual and is_possible)
 
-    return unit_hint("load", fits)
+    return unit_hint("load", is_usual_in_unit)
 
 
-def slip_is_held(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def _is_slip_held(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """Plateaus whose slip is steady; on a ramp between two slips it is not."""
-    changes = points["slip_change"].abs() > rig.gates.slip_change_max
+    is_changing = points["slip_change"].abs() > rig.gates.slip_change_max
     has_transient = points["slip_transient"].abs() > rig.gates.slip_transient_max
-    return ~(changes | has_transient)
+    return ~(is_changing | has_transient)
 
 
-def surely_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def _is_surely_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """Plateaus whose traction coefficient is impossible by far more than its standard error.
 
     A small negative coefficient without slip is none of them: the zero may be slightly off.
@@ -229,8 +229,8 @@ def surely_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool
     mu, error = points["traction_coefficient"], points["traction_coefficient_se"].fillna(0.0)
     is_sliding = points["slide_roll_ratio"] > rig.gates.sign_slip_min
     error = rig.gates.significant_errors * error
-    above = mu - error > rig.gates.traction_max
-    return above | (is_sliding & (mu + error < rig.gates.traction_min))
+    is_above = mu - error > rig.gates.traction_max
+    return is_above | (is_sliding & (mu + error < rig.gates.traction_min))
 
 
 @gate
@@ -244,8 +244,8 @@ def thin_film(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
 def film_not_judged(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
     """The film cannot be calculated, and the campaign does not accept that."""
     exception = rig.settings.campaign.film_unjudged
-    unknown = points["film_judgement"] == "cannot be judged"
-    return unknown & (exception is None or not exception.accept)
+    is_unjudged = points["film_judgement"] == "cannot be judged"
+    return is_unjudged & (exception is None or not exception.accept)
 
 
 @gate
@@ -268,21 +268,22 @@ def unloaded(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
 
 def _hint_at_unit_of_set_load(points: pd.DataFrame, rig: TractionRig) -> str:
     """A hint at the units of the load with which it is the load that was set."""
-    ratio = points["load_n"].mean() / points["nominal_load_n"].median()
-    allowed = 2 * rig.gates.load_tolerance
+    load_ratio = points["load_n"].mean() / points["nominal_load_n"].median()
+    largest_deviation = 2 * rig.gates.load_tolerance
 
-    def fits(scale: float) -> bool:
-        return bool(abs(ratio * scale - 1) < allowed)
+    def is_set_load_in_unit(unit_n: float) -> bool:
+        return bool(abs(load_ratio * unit_n - 1) < largest_deviation)
 
-    return unit_hint("load", fits)
+    return unit_hint("load", is_set_load_in_unit)
 
 
 def _hint_at_slip_limit(points: pd.DataFrame, rig: TractionRig) -> str:
-    """The limit with which the largest slip passes, in whole per cent; empty where it is low."""
-    largest = points["slide_roll_ratio"].max()
-    if not exceeds(largest, rig.gates.slide_roll_ratio_max):
+    """A hint at the limit with which the largest slip passes, in whole per cent; else empty."""
+    largest_slip = points["slide_roll_ratio"].max()
+    if not exceeds(largest_slip, rig.gates.slide_roll_ratio_max):
         return ""
-    return f"; they would pass with gates.slide_roll_ratio_max of {np.ceil(100 * largest) / 100:g}"
+    limit = np.ceil(100 * largest_slip) / 100
+    return f"; they would pass with gates.slide_roll_ratio_max of {limit:g}"
 
 
 def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig: Any) -> str:
@@ -293,16 +294,16 @@ def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig: Any) -> str
     if gate.name == "slip_out_of_range":
         hint = _hint_at_slip_limit(points, rig)
     if gate.name == "traction_unphysical":
-        hint = hint_at_unit_of_load(points, rig)
-    numbers = points.select_dtypes("number")
+        hint = _hint_at_unit_of_load(points, rig)
+    number_columns = points.select_dtypes("number")
     return gate.sentence(
         rig,
         hint=hint,
-        least=numbers.min(),
-        most=numbers.max(),
-        largest=numbers.abs().max(),
-        middle=numbers.median(),
-        mean=numbers.mean(),
+        least=number_columns.min(),
+        most=number_columns.max(),
+        largest=number_columns.abs().max(),
+        middle=number_columns.median(),
+        mean=number_columns.mean(),
     )
 
 
@@ -311,27 +312,27 @@ def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig: Any) -> str
 _IF_RIGHT = "If that is not the mistake, correct the fault that is named after 'as it is'."
 
 
-def advice_for(rule: str, kind: type[RigKind]) -> str:
+def advice_for(rule: str, rig_kind: type[RigKind]) -> str:
     """What to do about a refusal by a gate or rule, in the words of a kind of rig."""
     advice = {name: entry["advice"] for name, entry in RULES["gates"].items()}
     advice |= RULES["others"]
     advice[EXCLUDED] = EXCLUDED_ADVICE
     # some rules have another advice for one kind of rig
-    advice |= RULES[kind.name]
+    advice |= RULES[rig_kind.name]
     for name, text in RULES["mistakes"].items():
         advice[name] = f"{text} {_IF_RIGHT}"
-    return str(advice[rule]).format(**kind.terms)
+    return str(advice[rule]).format(**rig_kind.terms)
 
 
 def quarantine_rows(
-    refusals: list[Refusal], runs: pd.DataFrame, kind: type[RigKind]
+    refusals: list[Refusal], runs: pd.DataFrame, rig_kind: type[RigKind]
 ) -> pd.DataFrame:
     """The table of quarantine for refusals by curation.
 
     Args:
         refusals: The refusals.
         runs: Table of runs, with the run of each refusal.
-        kind: The kind of rig.
+        rig_kind: The kind of rig.
     """
     columns_of_run: dict[Any, dict[Any, Any]] = runs.set_index("run_id")[
         ["campaign", "file"]
@@ -340,7 +341,7 @@ def quarantine_rows(
     for refusal in refusals:
         row: dict[str, Any] = {"stage": "curate", **columns_of_run[refusal.run_id]}
         row |= asdict(refusal)
-        row["advice"] = advice_for(refusal.rule, kind)
+        row["advice"] = advice_for(refusal.rule, rig_kind)
         rows.append(row)
     return tables.from_rows(rows, "quarantine")
 
@@ -355,108 +356,122 @@ def judge_plateaus(points: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
     )
 
 
-def runs_not_usable(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> Iterator[Refusal]:
-    """Refusals of runs without a usable plateau, or with so many faults that none can be trusted.
+def runs_not_usable(
+    points: pd.DataFrame, failed_by_gate: pd.DataFrame, rig: RigKind
+) -> Iterator[Refusal]:
+    """Refusals of runs without a usable plateau, or with too many faulty plateaus.
 
     Args:
         points: Plateaus of any number of runs.
-        failed: The gates that each plateau fails, as `judge_plateaus` gives them.
+        failed_by_gate: The gates that each plateau fails, as `judge_plateaus` gives them.
         rig: The rig.
     """
     if points.empty:
         return
-    judged = _judgements(points, failed, rig)
-    judged_by_run = judged.groupby(points["run_id"])
-    share_by_run = judged_by_run.mean()
-    count_by_run = judged_by_run.sum()
-    any_by_run = judged_by_run.any()
-    share, fewest = rig.gates.faulty_share_max, rig.gates.faulty_plateaus_min
-    many_fail = share_by_run["faulty_where_held"] > share
-    many_fail &= count_by_run["faulty_where_held"] >= fewest
-    most_fail = share_by_run["faulty"] > max(1 / 2, share)
-    blamed = judged["faulty_where_held"].where(points["run_id"].map(many_fail), judged["faulty"])
-    judged = judged.assign(blamed=blamed)
-    is_refused = ~any_by_run["left"] | most_fail | many_fail | any_by_run["unphysical"]
+    judgements = _judgements(points, failed_by_gate, rig)
+    judgements_by_run = judgements.groupby(points["run_id"])
+    share_by_run = judgements_by_run.mean()
+    count_by_run = judgements_by_run.sum()
+    any_by_run = judgements_by_run.any()
+    largest_faulty_share, fewest_faulty = rig.gates.faulty_share_max, rig.gates.faulty_plateaus_min
+    do_many_fail = share_by_run["faulty_where_held"] > largest_faulty_share
+    do_many_fail &= count_by_run["faulty_where_held"] >= fewest_faulty
+    do_most_fail = share_by_run["faulty"] > max(1 / 2, largest_faulty_share)
+    is_blamed = judgements["faulty_where_held"].where(
+        points["run_id"].map(do_many_fail), judgements["faulty"]
+    )
+    judgements = judgements.assign(blamed=is_blamed)
+    is_refused = ~any_by_run["usable"] | do_most_fail | do_many_fail | any_by_run["unphysical"]
     for run_id in any_by_run.index[is_refused]:
         is_of_run = points["run_id"] == run_id
-        refusal = _refusal_of_run(points[is_of_run], failed[is_of_run], judged[is_of_run], rig)
+        refusal = _refusal_of_run(
+            points[is_of_run], failed_by_gate[is_of_run], judgements[is_of_run], rig
+        )
         yield replace(refusal, run_id=str(run_id))
 
 
-def _judgements(points: pd.DataFrame, failed: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
+def _judgements(points: pd.DataFrame, failed_by_gate: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
     """What each plateau means for its run: boolean columns, one row per plateau.
 
-    - `wanted`: it slides, or no plateau of its run does;
+    - `informative`: it slides, or no plateau of its run does;
     - `held`: its slip is steady, which it is not on a ramp between two slips;
     - `unphysical`: slip and load are right, and no oil has the traction;
-    - `left`: it is wanted and passes all gates;
+    - `usable`: it is informative and passes all gates;
     - `faulty`: it fails a gate that blames the run;
     - `faulty_where_held`: it is faulty and held.
     """
-    blaming = [gate.name for gate in PLATEAU_GATES.for_rig(rig.name) if gate.blames_run]
-    faulty = failed[blaming].any(axis=1)
-    judged = pd.DataFrame({"wanted": True, "held": True, "unphysical": False}, index=points.index)
+    blaming_gate_names = [gate.name for gate in PLATEAU_GATES.for_rig(rig.name) if gate.blames_run]
+    is_faulty = failed_by_gate[blaming_gate_names].any(axis=1)
+    judgements = pd.DataFrame(
+        {"informative": True, "held": True, "unphysical": False}, index=points.index
+    )
     if isinstance(rig, TractionRig):
-        sliding = points["slide_roll_ratio"].abs() > rig.zero_settings.max_slide_roll_ratio
-        held = slip_is_held(points, rig)
-        causes = failed[["slip_out_of_range", "load_off_nominal", "load_changes"]].any(axis=1)
-        judged = judged.assign(
-            wanted=sliding | ~points["run_id"].isin(points.loc[sliding, "run_id"]),
-            held=held,
-            unphysical=~causes & held & surely_unphysical(points, rig),
+        is_sliding = points["slide_roll_ratio"].abs() > rig.zero_settings.max_slide_roll_ratio
+        is_held = _is_slip_held(points, rig)
+        has_other_cause = failed_by_gate[
+            ["slip_out_of_range", "load_off_nominal", "load_changes"]
+        ].any(axis=1)
+        judgements = judgements.assign(
+            informative=is_sliding | ~points["run_id"].isin(points.loc[is_sliding, "run_id"]),
+            held=is_held,
+            unphysical=~has_other_cause & is_held & _is_surely_unphysical(points, rig),
         )
-    left = judged["wanted"] & ~failed.any(axis=1)
-    return judged.assign(left=left, faulty=faulty, faulty_where_held=faulty & judged["held"])
+    is_usable = judgements["informative"] & ~failed_by_gate.any(axis=1)
+    return judgements.assign(
+        usable=is_usable, faulty=is_faulty, faulty_where_held=is_faulty & judgements["held"]
+    )
 
 
 def _refusal_of_run(
-    points: pd.DataFrame, failed: pd.DataFrame, judged: pd.DataFrame, rig: RigKind
+    points: pd.DataFrame, failed_by_gate: pd.DataFrame, judgements: pd.DataFrame, rig: RigKind
 ) -> Refusal:
     """The refusal of one run that cannot be used.
 
     Args:
         points: Its plateaus.
-        failed: The gates that each of them fails.
-        judged: Columns of `_judgements`, and `blamed`: the plateaus whose faults count.
+        failed_by_gate: The gates that each of them fails.
+        judgements: Columns of `_judgements`, and `blamed`: the plateaus whose faults count.
         rig: The rig.
     """
     gates = PLATEAU_GATES.for_rig(rig.name)
     for gate in gates:
-        if failed[gate.name].all():
+        if failed_by_gate[gate.name].all():
             return Refusal(gate.name, sentence_of(gate, points, rig), "")
-    unphysical = judged["unphysical"]
-    if unphysical.any() and isinstance(rig, TractionRig):
-        worst = points.iloc[points["traction_coefficient"].abs().where(unphysical).argmax()]
+    is_unphysical = judgements["unphysical"]
+    if is_unphysical.any() and isinstance(rig, TractionRig):
+        worst_point = points.iloc[
+            points["traction_coefficient"].abs().where(is_unphysical).argmax()
+        ]
         return fault(
             "impossible_traction",
-            count=unphysical.sum(),
+            count=is_unphysical.sum(),
             plateaus=len(points),
-            worst=worst,
-            hint=hint_at_unit_of_load(points, rig),
-            first=worst["first_row"],
-            last=worst["last_row"],
+            worst=worst_point,
+            hint=_hint_at_unit_of_load(points, rig),
+            first=worst_point["first_row"],
+            last=worst_point["last_row"],
         )
-    wanted = judged["wanted"]
-    if not judged["left"].any():
+    is_informative = judgements["informative"]
+    if not judgements["usable"].any():
         return fault(
             "no_point_left",
-            count=wanted.sum(),
-            which="" if wanted.all() else " that slide",
-            counts=_failures_per_gate(failed[wanted]),
+            count=is_informative.sum(),
+            which="" if is_informative.all() else " that slide",
+            counts=_gate_counts_in_words(failed_by_gate[is_informative]),
         )
-    blamed = judged["blamed"]
-    blaming_gates = [gate.name for gate in gates if gate.blames_run]
+    is_blamed = judgements["blamed"]
+    blaming_gate_names = [gate.name for gate in gates if gate.blames_run]
     return fault(
         "many_plateaus_fail",
-        count=blamed.sum(),
+        count=is_blamed.sum(),
         plateaus=len(points),
-        share=blamed.mean(),
-        counts=_failures_per_gate(failed.loc[blamed, blaming_gates]),
+        share=is_blamed.mean(),
+        counts=_gate_counts_in_words(failed_by_gate.loc[is_blamed, blaming_gate_names]),
         allowed=rig.gates.faulty_share_max,
     )
 
 
-def _failures_per_gate(failed: pd.DataFrame) -> str:
+def _gate_counts_in_words(failed_by_gate: pd.DataFrame) -> str:
     """The number of plateaus that fail each gate, as in `spiky 3, not_steady 1`."""
-    counts = failed.sum().sort_values(ascending=False, kind="stable")
+    counts = failed_by_gate.sum().sort_values(ascending=False, kind="stable")
     return ", ".join(f"{name} {count}" for name, count in counts.items() if count)

@@ -29,17 +29,17 @@ _SHORTEST_INTERVAL_S = 1e-6
 
 
 @dataclass(frozen=True)
-class _Chosen(Mapping[str, FloatArray]):
-    """Name of a column -> its chosen samples, copied when they are asked for.
+class _SelectedColumns(Mapping[str, FloatArray]):
+    """Name of a column -> its selected samples, copied when they are asked for.
 
     Copies of all columns at once would be a second log in memory.
     """
 
     columns: Mapping[str, FloatArray]
-    chosen: BoolArray | slice
+    selection: BoolArray | slice
 
     def __getitem__(self, name: str) -> FloatArray:
-        return self.columns[name][self.chosen]
+        return self.columns[name][self.selection]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.columns)
@@ -53,12 +53,12 @@ class Signals:
     """The samples of one run.
 
     Attributes:
-        row: Row number of each sample, shape (n,).
+        row_numbers: Row number of each sample, shape (n,).
         time_s: Time of each sample, shape (n,).
         columns: Name of a column -> its signal, shape (n,).
     """
 
-    row: IndexArray
+    row_numbers: IndexArray
     time_s: FloatArray
     columns: Mapping[str, FloatArray]
 
@@ -70,21 +70,25 @@ class Signals:
         interval_s = float(f"{median(np.diff(self.time_s)):.9g}")
         return max(interval_s, _SHORTEST_INTERVAL_S) if interval_s > 0 else 1.0
 
-    def select(self, chosen: BoolArray | slice) -> "Signals":
-        """The samples that a mask or a slice chooses."""
-        if not isinstance(chosen, slice) and chosen.all():
+    def select(self, selection: BoolArray | slice) -> "Signals":
+        """The samples that a mask or a slice selects."""
+        if not isinstance(selection, slice) and selection.all():
             return self
-        return Signals(self.row[chosen], self.time_s[chosen], _Chosen(self.columns, chosen))
+        return Signals(
+            self.row_numbers[selection],
+            self.time_s[selection],
+            _SelectedColumns(self.columns, selection),
+        )
 
-    def rows(self, first: int, last: int) -> dict[str, int]:
-        """The rows that a refusal concerns, from the first sample to the last."""
-        return {"first": self.row[first], "last": self.row[last]}
+    def row_range(self, first_index: int, last_index: int) -> dict[str, int]:
+        """Row numbers `first` and `last` for a refusal, from the indices of two samples."""
+        return {"first": self.row_numbers[first_index], "last": self.row_numbers[last_index]}
 
     def __getitem__(self, column: str) -> FloatArray:
         return self.columns[column]
 
     def __len__(self) -> int:
-        return len(self.row)
+        return len(self.row_numbers)
 
 
 class Channel(NamedTuple):
@@ -103,13 +107,13 @@ class ForceLag:
         lag_s: The lag.
         lag_se_s: Its standard error.
         is_seen: Whether rising and falling slip show it. Else it is anywhere in the range.
-        range_s: Smallest and largest lag that were tried.
+        tried_range_s: Smallest and largest lag that was tried.
     """
 
     lag_s: float
     lag_se_s: float
     is_seen: bool
-    range_s: tuple[float, float]
+    tried_range_s: tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -119,21 +123,21 @@ class Run:
     Attributes:
         rig: The rig.
         signals: All samples of the run.
-        working: The samples at which the rig turns, between the phases that give the zero.
+        working_signals: The samples at which the rig turns, without the phases that give the zero.
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
             table costs as much as a large one.
-        flaw: Why the run gives no zero; None where it gives one.
-        too_short: Levels that give no plateau.
+        flaw: What was found wrong while the run was measured, mostly with its zero; else None.
+        short_level_refusals: Refusals of levels that ended before they settled and give no plateau.
         zero_phases: Names of the phases that gave the zero, in the order of time.
         force_lag: Lag of the force, where the slip is a continuous ramp; else None.
     """
 
     rig: "RigKind"
     signals: Signals
-    working: Signals
+    working_signals: Signals
     plateaus: Columns
     flaw: Refusal | None = None
-    too_short: Sequence[Refusal] = ()
+    short_level_refusals: Sequence[Refusal] = ()
     zero_phases: tuple[str, ...] = ()
     force_lag: ForceLag | None = None
 
@@ -146,23 +150,24 @@ class Division:
         signals: The samples from which plateaus can be made.
         starts: Index of the first sample of the settled part of each level, in `signals`.
         stops: Index after its last sample.
-        at_rest: The samples that contain the phases.
-        phases: Name of a phase that gives the zero -> its samples, in the order of time.
+        rest_signals: The samples in which `phases` are slices.
+        phases: Name of a phase that gives the zero -> its slice of `rest_signals`, in the order of
+            time.
         rest_in_words: What the rig does in the phases, in words.
         phases_in_levels: Whether the phases are parts of levels. The rest of these gives plateaus.
-        working: The samples at which the rig turns, between the phases.
-        too_short: Levels that ended before they settled and give no plateau.
+        working_samples: Mask or slice of `signals`: the samples at which the rig turns.
+        short_level_refusals: Levels that ended before they settled and give no plateau.
     """
 
     signals: Signals
     starts: IndexArray
     stops: IndexArray
-    at_rest: Signals
+    rest_signals: Signals
     phases: Mapping[str, slice]
     rest_in_words: str = "standstill"
     phases_in_levels: bool = False
-    working: BoolArray | slice = field(default_factory=lambda: slice(None))
-    too_short: Sequence[Refusal] = ()
+    working_samples: BoolArray | slice = field(default_factory=lambda: slice(None))
+    short_level_refusals: Sequence[Refusal] = ()
 
 
 class RigKind(Protocol):
@@ -170,16 +175,16 @@ class RigKind(Protocol):
 
     Attributes:
         name: Name of the kind in `rules.yaml`.
-        logs: The kind of its logs.
-        table: Name of its table of plateaus.
+        kind_of_logs: The kind of its logs.
+        table_name: Name of its table of plateaus, as `tables` knows it.
         sensor: The signal whose zero is removed and whose spikes are left out.
         channels: The logged signals beside the sensor, the load first.
-        means: Columns that are averaged over a plateau.
-        errors: Columns with a standard error.
-        changes: Columns whose second half is compared with the first.
-        transients: Columns whose beginning is compared with the rest.
-        terms: Words for `sensor` and `level` in sentences and advice.
-        carried: Columns of the table of runs that every plateau gets.
+        mean_columns: Columns that are averaged over a plateau.
+        columns_with_error: Columns with a standard error.
+        columns_with_change: Columns whose second half is compared with the first.
+        columns_with_transient: Columns whose beginning is compared with the rest.
+        terms: Its words in place of `{sensor}` and `{level}` in sentences and advice.
+        run_columns: Columns of the table of runs that every plateau gets.
         keeps_refused_runs: Whether the table has the plateaus of refused runs.
         shown_signals: Signals on the page of a refused run -> their labels.
         settings: Settings of the run.
@@ -191,16 +196,16 @@ class RigKind(Protocol):
     """
 
     name: str
-    logs: LogKind
-    table: str
+    kind_of_logs: LogKind
+    table_name: str
     sensor: Channel
     channels: tuple[Channel, ...]
-    means: tuple[str, ...]
-    errors: tuple[str, ...]
-    changes: tuple[str, ...]
-    transients: tuple[str, ...]
+    mean_columns: tuple[str, ...]
+    columns_with_error: tuple[str, ...]
+    columns_with_change: tuple[str, ...]
+    columns_with_transient: tuple[str, ...]
     terms: Mapping[str, str]
-    carried: tuple[str, ...]
+    run_columns: tuple[str, ...]
     keeps_refused_runs: bool
     shown_signals: Mapping[str, str]
     settings: Settings
@@ -257,15 +262,19 @@ class RigKind(Protocol):
         """
         return None
 
-    def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
+    def derive(
+        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> Columns:
         """Plateaus with the zero removed and the quantities that follow from a single plateau.
 
         Args:
-            averages: Columns over the plateaus: `means`, and `<column>_se`, `<column>_change`,
-                `<column>_transient` of `errors`, `changes` and `transients`. Where the rows of the
-                log are settled readings, every signal.
-            zero: The sensor's zero at each plateau, shape (plateaus,); NaN where there is none.
-            zero_se: Its standard error, shape (plateaus,).
+            averages: Columns over the plateaus: `mean_columns`, and `<column>_se`,
+                `<column>_change` and `<column>_transient` of `columns_with_error`,
+                `columns_with_change` and `columns_with_transient`. Where each row is a settled
+                reading, every signal.
+            zero_of_plateau: The sensor's zero at each plateau, shape (plateaus,); NaN where there
+                is none.
+            zero_of_plateau_se: Its standard error, shape (plateaus,).
         """
         ...
 
@@ -274,10 +283,10 @@ class RigKind(Protocol):
         ...
 
     def hypotheses(self, rig_name: str) -> Iterable[Hypothesis]:
-        """Mistakes that a refused log of the rig may hold, the most frequent first."""
+        """Hypotheses about a refused log of the rig, the most frequent mistake first."""
         ...
 
 
-def unknown_values(count: int) -> FloatArray:
-    """A number of values that are not known, shape (count,)."""
-    return np.full(count, np.nan)
+def unknown_values(value_count: int) -> FloatArray:
+    """NaN in place of values that are not known, shape (value_count,)."""
+    return np.full(value_count, np.nan)

@@ -16,16 +16,17 @@ from oilfilm.physics.rig_spin import SMALLEST_SLIP_OVER_EDGE_SLIP, edge_slip, sp
 from oilfilm.settings.resolved import Settings
 
 # Below this slip the rig rolls: the error of the slip decides the traction.
-_LEAST_SLIP = 0.002
-# Derivatives at the lowest slip are those of a curve through the points up to so many times it.
-_NEAR = 4.0
-_FEWEST_POINTS = 3
+_LEAST_SLIDING_SLIP = 0.002
+# Derivatives at the lowest slip are those of a curve through the points up to so many times that
+# slip.
+_NEAR_SLIP_RATIO = 4.0
+_FEWEST_NEAR_POINTS = 3
 # Correction above which a rig is warned about, over mu.
-_LARGEST_CORRECTION = 0.01
+_LARGEST_RELATIVE_CORRECTION = 0.01
 
 
 def spin_warnings(
-    parts: Iterable[pd.DataFrame], rigs: "pd.Series[str]", settings: Settings
+    points_in_parts: Iterable[pd.DataFrame], rig_name_of_run: "pd.Series[str]", settings: Settings
 ) -> Iterator[tuple[str, str]]:
     """One warning per rig with too much spin: id of the run that has most of it, and a sentence.
 
@@ -33,41 +34,46 @@ def spin_warnings(
     simulated rig has none.
 
     Args:
-        parts: Points of accepted runs, some of them at a time.
-        rigs: Rig of each run, by the id of the run.
+        points_in_parts: Points of accepted runs, some of them at a time.
+        rig_name_of_run: Name of the rig of each run, by the id of the run.
         settings: The rigs.
     """
     if settings.campaign.data == "simulated":
         return
-    sliding = pd.concat([part[_is_sliding(part)] for part in parts], ignore_index=True)
-    for name, points_of_rig in sliding.groupby(sliding["run_id"].map(rigs), sort=True):
-        rig = settings.rigs.get(str(name))
+    sliding_points = pd.concat(
+        [points[_is_sliding(points)] for points in points_in_parts], ignore_index=True
+    )
+    for rig_name, points_of_rig in sliding_points.groupby(
+        sliding_points["run_id"].map(rig_name_of_run), sort=True
+    ):
+        rig = settings.rigs.get(str(rig_name))
         contact = None if rig is None else rig.contact()
         if rig is None or contact is None or rig.disc_track_radius_m is None:
             continue
-        spins = [
+        spin_rows = [
             _spin_of_run(curve, contact, rig.disc_track_radius_m)
             for _, curve in points_of_rig.groupby("run_id", sort=True)
         ]
-        spin = pd.DataFrame(spins)
-        is_near_edge = spin["lowest_slip"] < SMALLEST_SLIP_OVER_EDGE_SLIP * spin["slip_at_edge"]
-        is_affected = is_near_edge | (spin["correction"] > _LARGEST_CORRECTION)
+        spin_of_runs = pd.DataFrame(spin_rows)
+        smallest_slip = SMALLEST_SLIP_OVER_EDGE_SLIP * spin_of_runs["slip_at_edge"]
+        is_near_edge = spin_of_runs["lowest_slip"] < smallest_slip
+        is_affected = is_near_edge | (spin_of_runs["correction"] > _LARGEST_RELATIVE_CORRECTION)
         if is_affected.any():
-            worst = spin[is_affected].nlargest(1, "lacking_share").iloc[0]
-            refusal = fault(
+            worst_run = spin_of_runs[is_affected].nlargest(1, "lacking_share").iloc[0]
+            spin_fault = fault(
                 "rig_spin",
                 affected=is_affected.sum(),
-                runs=len(spin),
-                slip=worst["lowest_slip"],
-                edge=worst["slip_at_edge"],
-                lacks=worst["lacking_share"],
+                runs=len(spin_of_runs),
+                slip=worst_run["lowest_slip"],
+                edge=worst_run["slip_at_edge"],
+                lacks=worst_run["lacking_share"],
             )
-            yield str(worst["run_id"]), refusal.reason
+            yield str(worst_run["run_id"]), spin_fault.reason
 
 
 def _is_sliding(points: pd.DataFrame) -> "pd.Series[bool]":
-    """Which points are accepted, and have slip and traction."""
-    is_sliding = points["accepted"] & (points["slide_roll_ratio"] >= _LEAST_SLIP)
+    """Mask of the points that are accepted, and have slip and traction."""
+    is_sliding = points["accepted"] & (points["slide_roll_ratio"] >= _LEAST_SLIDING_SLIP)
     return is_sliding & (points["traction_coefficient"] > 0)
 
 
@@ -90,13 +96,14 @@ class _SpinOfRun(NamedTuple):
 
 
 def _spin_of_run(points: pd.DataFrame, contact: Contact, disc_track_radius_m: float) -> _SpinOfRun:
+    """What spin does to the traction of the run with these points."""
     curve = points.sort_values("slide_roll_ratio", kind="stable")
     slip = curve["slide_roll_ratio"].to_numpy(float)
     mu = curve["traction_coefficient"].to_numpy(float)
     load_n = float(curve["load_n"].mean())
     contact_radius_m = contact_radius(load_n, contact.radius_m, contact.reduced_modulus_pa)
     slip_at_edge = float(edge_slip(contact_radius_m, disc_track_radius_m))
-    correction = float(_correction(slip, mu, slip_at_edge))
+    correction = float(_relative_correction(slip, mu, slip_at_edge))
     lack_of_plateau = slip_at_edge**2 / (10 * slip[0] ** 2)
     return _SpinOfRun(
         run_id=str(curve["run_id"].iloc[0]),
@@ -107,19 +114,19 @@ def _spin_of_run(points: pd.DataFrame, contact: Contact, disc_track_radius_m: fl
     )
 
 
-def _correction(slip: FloatArray, mu: FloatArray, slip_at_edge: float) -> FloatArray:
+def _relative_correction(slip: FloatArray, mu: FloatArray, slip_at_edge: float) -> FloatArray:
     """Correction at the lowest slip; NaN where few points are near it or the formula fails.
 
     The logarithm of mu is taken as a polynomial in that of the slip.
     """
-    is_near = slip <= _NEAR * slip[0]
-    if is_near.sum() < _FEWEST_POINTS:
+    is_near = slip <= _NEAR_SLIP_RATIO * slip[0]
+    if is_near.sum() < _FEWEST_NEAR_POINTS:
         return np.asarray(np.nan)
-    degree = 2 if is_near.sum() > _FEWEST_POINTS else 1
+    degree = 2 if is_near.sum() > _FEWEST_NEAR_POINTS else 1
     coefficients = np.polyfit(np.log(slip[is_near] / slip[0]), np.log(mu[is_near]), degree)
-    power = coefficients[-2]
-    bend = 2 * coefficients[0] if degree == 2 else 0.0
-    level = np.exp(coefficients[-1])
-    slope = power * level / slip[0]
-    curvature = (power * (power - 1) + bend) * level / slip[0] ** 2
-    return spin_correction(slip[0], level, slope, curvature, slip_at_edge)
+    exponent = coefficients[-2]
+    exponent_slope = 2 * coefficients[0] if degree == 2 else 0.0
+    mu_at_lowest = np.exp(coefficients[-1])
+    slope = exponent * mu_at_lowest / slip[0]
+    curvature = (exponent * (exponent - 1) + exponent_slope) * mu_at_lowest / slip[0] ** 2
+    return spin_correction(slip[0], mu_at_lowest, slope, curvature, slip_at_edge)

@@ -24,9 +24,15 @@ from oilfilm.curation.gate import (
     unit_hint,
 )
 from oilfilm.curation.rig_kind import Channel, RigKind, Run
-from oilfilm.curation.statistics import changed, is_noise, longest_hold, median, rows_per_reading
+from oilfilm.curation.statistics import (
+    is_noise,
+    longest_hold,
+    median,
+    rows_per_reading,
+    without_repeats,
+)
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.zero import DIRECTION, differences_of_directions, is_tested
+from oilfilm.curation.zero import DIRECTION, differences_of_directions, shows_its_zero
 from oilfilm.logs.base import Refusal
 
 RUN_GATES: Gates[RunJudge] = Gates()
@@ -45,8 +51,8 @@ _READINGS_BESIDE_HOLD = 20
 def first_fault(run: Run) -> Refusal | None:
     """The refusal by the first gate that refuses a run, if one does."""
     for run_gate in RUN_GATES.for_rig(run.rig.name):
-        for numbers in run_gate.judge(run, run.rig):
-            return refusal_by_rule(run_gate.name, _sentence(run_gate, run, numbers), numbers)
+        for fields in run_gate.judge(run, run.rig):
+            return refusal_by_rule(run_gate.name, _sentence(run_gate, run, fields), fields)
     if run.flaw is None and len(run.plateaus["time_s"]) == 0:
         return fault("no_plateau")
     return run.flaw
@@ -56,42 +62,46 @@ def warnings_about(run: Run) -> tuple[str, ...]:
     """All warnings about a run, each with its name."""
     sentences = []
     for run_warning in WARNINGS.for_rig(run.rig.name):
-        for numbers in run_warning.judge(run, run.rig):
-            sentences.append(f"{run_warning.name}: {_sentence(run_warning, run, numbers)}")
+        for fields in run_warning.judge(run, run.rig):
+            sentences.append(f"{run_warning.name}: {_sentence(run_warning, run, fields)}")
     return tuple(sentences)
 
 
-def _sentence(run_gate: Gate[RunJudge], run: Run, numbers: dict[str, Any]) -> str:
-    """The sentence of a gate about a run, with its numbers."""
-    return run_gate.sentence(run.rig, sensor=run.rig.sensor, **numbers)
+def _sentence(run_gate: Gate[RunJudge], run: Run, fields: dict[str, Any]) -> str:
+    """The sentence of a gate about a run, with the values of its fields."""
+    return run_gate.sentence(run.rig, sensor=run.rig.sensor, **fields)
 
 
 @gate
 def time_disorder(run: Run, rig: RigKind) -> Faults:
     """The time stamp does not increase."""
     time_s = run.signals.time_s
-    not_increasing = np.flatnonzero(np.diff(time_s) <= 0)
-    if len(not_increasing):
-        first = not_increasing[0]
+    index_not_increasing = np.flatnonzero(np.diff(time_s) <= 0)
+    if len(index_not_increasing):
+        first_index = index_not_increasing[0]
         yield {
-            "rows": len(not_increasing),
-            "before": time_s[first],
-            "after": time_s[first + 1],
-            **run.signals.rows(first, first + 1),
+            "rows": len(index_not_increasing),
+            "before": time_s[first_index],
+            "after": time_s[first_index + 1],
+            **run.signals.row_range(first_index, first_index + 1),
         }
 
 
 @gate
 def missing_readings(run: Run, rig: RigKind) -> Faults:
     """So many consecutive rows cannot be read that the run has a hole."""
-    row = run.signals.row
-    steps = np.diff(row)
+    row_numbers = run.signals.row_numbers
+    row_steps = np.diff(row_numbers)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest_allowed = rig.gates.clock_jump_intervals * median(steps)
+    longest_step = rig.gates.clock_jump_intervals * median(row_steps)
     # a single row has no steps: the limit is NaN, and the comparison is false
-    if steps.max(initial=0) > longest_allowed:
-        hole = int(np.argmax(steps))
-        yield {"first": row[hole] + 1, "last": row[hole + 1] - 1, "allowed": longest_allowed - 1}
+    if row_steps.max(initial=0) > longest_step:
+        hole_index = int(np.argmax(row_steps))
+        yield {
+            "first": row_numbers[hole_index] + 1,
+            "last": row_numbers[hole_index + 1] - 1,
+            "allowed": longest_step - 1,
+        }
 
 
 @gate
@@ -101,9 +111,9 @@ def clock_jump(run: Run, rig: RigKind) -> Faults:
     allowed_s = rig.gates.clock_jump_intervals * run.signals.interval_s
     # settled readings without time have gaps of NaN, which exceed nothing
     if exceeds(gaps_s.max(initial=0), allowed_s):
-        longest = int(np.argmax(gaps_s))
-        rows = run.signals.rows(longest, longest + 1)
-        yield {"gap": gaps_s[longest], "allowed": allowed_s, **rows}
+        longest_gap_index = int(np.argmax(gaps_s))
+        row_range = run.signals.row_range(longest_gap_index, longest_gap_index + 1)
+        yield {"gap": gaps_s[longest_gap_index], "allowed": allowed_s, **row_range}
 
 
 @gate
@@ -132,18 +142,18 @@ def never_turns(run: Run, rig: RigKind) -> Faults:
 @gate
 def held_readings(run: Run, rig: RigKind) -> Faults:
     """The sensor is read so slowly that a plateau has few readings of its own."""
-    durations = run.plateaus["duration_s"]
-    plateau_s = median(durations) if len(durations) else rig.plateau_settings.min_duration_s
-    rows = rows_per_reading(run.signals[run.rig.sensor.column])
-    hold_s = rows * run.signals.interval_s
-    fewest = rig.gates.readings_min
-    if rows > 1 and exceeds(fewest * hold_s, plateau_s):
+    durations_s = run.plateaus["duration_s"]
+    plateau_s = median(durations_s) if len(durations_s) else rig.plateau_settings.min_duration_s
+    rows_held = rows_per_reading(run.signals[run.rig.sensor.column])
+    hold_s = rows_held * run.signals.interval_s
+    fewest_readings = rig.gates.readings_min
+    if rows_held > 1 and exceeds(fewest_readings * hold_s, plateau_s):
         yield {
-            "rows": rows,
+            "rows": rows_held,
             "hold": hold_s,
             "plateau": plateau_s,
-            "readings": sum(reaches(plateau_s, hold_s * np.arange(1, fewest))),
-            "fewest": fewest,
+            "readings": sum(reaches(plateau_s, hold_s * np.arange(1, fewest_readings))),
+            "fewest": fewest_readings,
         }
 
 
@@ -151,19 +161,19 @@ def held_readings(run: Run, rig: RigKind) -> Faults:
 def stuck_channel(run: Run, rig: RigKind) -> Faults:
     """A signal that shows noise stops moving for part of the run."""
     for channel in run.rig.channels:
-        values = run.working[channel.column]
+        values = run.working_signals[channel.column]
         start, stop = _long_hold(values, run, rig)
         if start == stop:
             continue
-        outside_hold = np.delete(values, np.s_[start + 1 : stop])
-        changed_readings = changed(outside_hold)
-        repeat_share = 1 - len(changed_readings) / len(outside_hold)
-        if not (is_noise(changed_readings) and _noise_beside_hold(values, start, stop)):
+        values_outside = np.delete(values, np.s_[start + 1 : stop])
+        readings_outside = without_repeats(values_outside)
+        repeat_share = 1 - len(readings_outside) / len(values_outside)
+        if not (is_noise(readings_outside) and _noise_beside_hold(values, start, stop)):
             continue
         expected_holds = len(values) * repeat_share ** (stop - start)
         if expected_holds < rig.stuck_settings.chance:
-            rows = run.working.rows(start, stop - 1)
-            yield {"channel": channel, "value": values[start], **rows}
+            row_range = run.working_signals.row_range(start, stop - 1)
+            yield {"channel": channel, "value": values[start], **row_range}
 
 
 def _noise_beside_hold(values: FloatArray, start: int, stop: int) -> bool:
@@ -171,10 +181,10 @@ def _noise_beside_hold(values: FloatArray, start: int, stop: int) -> bool:
 
     A channel that freezes has its noise up to that row. A channel that is quiet there has none.
     """
-    before = changed(values[: start + 1])[-_READINGS_BESIDE_HOLD:]
-    after = changed(values[stop - 1 :])[:_READINGS_BESIDE_HOLD]
-    for side in (before, after):
-        if len(side) > _READINGS_BESIDE_HOLD / 2 and not is_noise(side):
+    before = without_repeats(values[: start + 1])[-_READINGS_BESIDE_HOLD:]
+    after = without_repeats(values[stop - 1 :])[:_READINGS_BESIDE_HOLD]
+    for readings in (before, after):
+        if len(readings) > _READINGS_BESIDE_HOLD / 2 and not is_noise(readings):
             return False
     return True
 
@@ -185,21 +195,21 @@ def _long_hold(values: FloatArray, run: Run, rig: RigKind) -> tuple[int, int]:
         return 0, 0
     start, stop = longest_hold(values)
     duration_s = (stop - start) * run.signals.interval_s
-    suspicious = (
+    is_suspicious = (
         reaches(duration_s, rig.stuck_settings.duration_s)
         and stop - start >= rig.stuck_settings.samples
     )
-    return (start, stop) if suspicious else (0, 0)
+    return (start, stop) if is_suspicious else (0, 0)
 
 
-def _sliding(run: Run, rig: TractionRig) -> BoolArray:
+def _is_sliding(run: Run, rig: TractionRig) -> BoolArray:
     """The plateaus at which the sign and the size of the traction can be judged."""
     return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > rig.gates.sign_slip_min)
 
 
-def _median_traction(run: Run, rig: TractionRig) -> float:
+def _median_traction_coefficient(run: Run, rig: TractionRig) -> float:
     """Median size of the traction coefficient of the sliding plateaus."""
-    return median(np.abs(run.plateaus["traction_coefficient"][_sliding(run, rig)]))
+    return median(np.abs(run.plateaus["traction_coefficient"][_is_sliding(run, rig)]))
 
 
 @gate
@@ -210,7 +220,7 @@ def no_traction(run: Run, rig: TractionRig) -> Faults:
 
 def _small_traction(run: Run, rig: TractionRig, least: float) -> Faults:
     """A median traction coefficient below a limit, with the units that would explain it."""
-    median_mu = _median_traction(run, rig)
+    median_mu = _median_traction_coefficient(run, rig)
 
     def is_usual(unit_n: float) -> bool:
         return rig.gates.sliding_traction_usual <= median_mu * unit_n <= rig.gates.traction_max
@@ -224,7 +234,7 @@ def impossible_traction(run: Run, rig: TractionRig) -> Faults:
     """The zero moves, but the traction is too large by more than a zero explains."""
     if run.flaw is None or run.flaw.rule != "zero_drift":
         return
-    median_mu = _median_traction(run, rig)
+    median_mu = _median_traction_coefficient(run, rig)
     load_n = median(run.plateaus["load_n"])
     explained_by_zero = rig.zero_settings.max_drift_n * rig.gates.significant_errors / load_n
     if median_mu - explained_by_zero > rig.gates.traction_max:
@@ -235,7 +245,7 @@ def impossible_traction(run: Run, rig: TractionRig) -> Faults:
 def swapped_sign(run: Run, rig: TractionRig) -> Faults:
     """The traction force acts against the slip."""
     along_slip_n = run.plateaus["traction_force_n"] * np.sign(run.plateaus["slide_roll_ratio"])
-    along_slip_n = along_slip_n[_sliding(run, rig)]
+    along_slip_n = along_slip_n[_is_sliding(run, rig)]
     median_n = median(along_slip_n)
     if median_n < 0 and (along_slip_n < 0).mean() >= rig.gates.sign_share:
         yield {"median": median_n}
@@ -248,70 +258,74 @@ def sign_changes(run: Run, rig: TractionRig) -> Faults:
     slip = plateaus["slide_roll_ratio"]
     force_n = plateaus["traction_force_n"]
     error_n = np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
-    significant = np.abs(force_n) > rig.gates.significant_errors * error_n
-    is_judged = _sliding(run, rig) & significant
+    is_significant = np.abs(force_n) > rig.gates.significant_errors * error_n
+    is_judged = _is_sliding(run, rig) & is_significant
     is_against = is_judged & (force_n * slip < 0)
-    count_judged = is_judged.sum()
-    count_against = is_against.sum()
-    fewest = max(rig.gates.faulty_plateaus_min, (1 - rig.gates.sign_share) * count_judged)
+    judged_count = is_judged.sum()
+    against_count = is_against.sum()
+    fewest_plateaus = max(rig.gates.faulty_plateaus_min, (1 - rig.gates.sign_share) * judged_count)
     # so many plateaus must have either sign
-    if reaches(count_against, fewest) and reaches(count_judged - fewest, count_against):
-        first, last = np.flatnonzero(is_against)[[0, -1]]
+    if reaches(against_count, fewest_plateaus) and reaches(
+        judged_count - fewest_plateaus, against_count
+    ):
+        first_index, last_index = np.flatnonzero(is_against)[[0, -1]]
         yield {
-            "against": count_against,
-            "sliding": count_judged,
-            "first": plateaus["first_row"][first],
-            "last": plateaus["last_row"][last],
+            "against": against_count,
+            "sliding": judged_count,
+            "first": plateaus["first_row"][first_index],
+            "last": plateaus["last_row"][last_index],
         }
 
 
-def _ways(run: Run, rig: TractionRig, direction: int) -> list[tuple[FloatArray, FloatArray]]:
-    """Rising slips and traction coefficients of each way of a sweep, in one direction of slip.
+def _branches_in_direction(
+    run: Run, rig: TractionRig, direction: int
+) -> list[tuple[FloatArray, FloatArray]]:
+    """Rising slips and traction coefficients of each branch of a sweep, in one direction of slip.
 
-    A sweep turns back at its inner extreme. With fewer than `branch_points` plateaus on either side
-    of the extreme, it is one way.
+    A sweep turns back at its inner extreme: one branch ends there, and another begins. With fewer
+    than `branch_points` plateaus on either side of the extreme, the sweep has one branch.
     """
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
     is_judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION] == direction)
     slip = slip[is_judged]
     mu = mu[is_judged]
-    fewest = rig.gates.branch_points
-    rows_of_branches = [slice(None)]
-    if len(slip) >= 2 * fewest:
-        extremes = np.array([np.argmax(slip), np.argmin(slip)])
-        from_end = np.minimum(extremes, len(slip) - 1 - extremes)
-        turn = int(extremes[np.argmax(from_end)])
-        if from_end.max() >= fewest:
-            rows_of_branches = [slice(turn + 1), slice(turn, None)]
-    ways = []
-    for branch in rows_of_branches:
-        by_slip = np.argsort(slip[branch], kind="stable")
-        ways.append((slip[branch][by_slip], mu[branch][by_slip]))
-    return ways
+    fewest_plateaus = rig.gates.branch_points
+    slices_of_branches = [slice(None)]
+    if len(slip) >= 2 * fewest_plateaus:
+        extreme_index = np.array([np.argmax(slip), np.argmin(slip)])
+        distance_from_end = np.minimum(extreme_index, len(slip) - 1 - extreme_index)
+        turn_index = int(extreme_index[np.argmax(distance_from_end)])
+        if distance_from_end.max() >= fewest_plateaus:
+            slices_of_branches = [slice(turn_index + 1), slice(turn_index, None)]
+    branches = []
+    for rows in slices_of_branches:
+        order_by_slip = np.argsort(slip[rows], kind="stable")
+        branches.append((slip[rows][order_by_slip], mu[rows][order_by_slip]))
+    return branches
 
 
 @gate
 def saturated(run: Run, rig: RigKind) -> Faults:
     """A sensor is at the end of its range for part of the run."""
     for channel in (run.rig.sensor, run.rig.channels[0]):
-        values = run.working[channel.column]
+        values = run.working_signals[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
-            at_extreme = np.flatnonzero(values == extreme)
-            share = len(at_extreme) / max(len(values), 1)
+            index_at_extreme = np.flatnonzero(values == extreme)
+            share = len(index_at_extreme) / max(len(values), 1)
             # a signal that keeps this value to its end is stuck
-            logged_at_extreme = run.signals[channel.column] == extreme
-            rows_to_end = len(logged_at_extreme) - np.argmax(logged_at_extreme)
-            is_stuck = np.count_nonzero(logged_at_extreme) == rows_to_end
+            is_at_extreme = run.signals[channel.column] == extreme
+            rows_from_first_to_end = len(is_at_extreme) - np.argmax(is_at_extreme)
+            is_stuck = np.count_nonzero(is_at_extreme) == rows_from_first_to_end
             if (
-                len(at_extreme) >= rig.stuck_settings.samples
+                len(index_at_extreme) >= rig.stuck_settings.samples
                 and share > rig.gates.saturated_share
                 and not is_stuck
                 and _piled_up(values, extreme, rig.gates.piled_up_factor)
-                and is_noise(changed(np.delete(values, at_extreme)))
+                and is_noise(without_repeats(np.delete(values, index_at_extreme)))
             ):
-                rows = run.working.rows(at_extreme[0], at_extreme[-1])
-                yield {"channel": channel, "extreme": extreme, "share": share, **rows}
+                row_range = run.working_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
+                yield {"channel": channel, "extreme": extreme, "share": share, **row_range}
 
 
 def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
@@ -323,33 +337,33 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
     different_values, counts = np.unique(values, return_counts=True)
     if len(different_values) <= 1:
         return False
-    end, neighbour = (-1, -2) if extreme == different_values[-1] else (0, 1)
-    return bool(counts[end] > factor * counts[neighbour])
+    end_index, neighbour_index = (-1, -2) if extreme == different_values[-1] else (0, 1)
+    return bool(counts[end_index] > factor * counts[neighbour_index])
 
 
 @gate
 def stuck_sensor(run: Run, rig: RigKind) -> Faults:
     """The sensor gives exactly the same reading again and again."""
-    values = run.working[run.rig.sensor.column]
+    values = run.working_signals[run.rig.sensor.column]
     start, stop = _long_hold(values, run, rig)
     if start == stop:
         return
     different_values = np.unique(values)
     hint = ""
-    if len(different_values) >= _FEWEST_VALUES and not is_noise(changed(values)):
+    if len(different_values) >= _FEWEST_VALUES and not is_noise(without_repeats(values)):
         step = f"; it moves in steps of {np.diff(different_values).min():.2g}"
         hint = f"{step}: log it with more digits, if that is its last one"
-    yield {"value": values[start], "hint": hint, **run.working.rows(start, stop - 1)}
+    yield {"value": values[start], "hint": hint, **run.working_signals.row_range(start, stop - 1)}
 
 
 @gate
 def temperature_drift(run: Run, rig: TractionRig) -> Faults:
     """The inlet temperature differs between the plateaus of one run."""
     temperature_c = run.plateaus["inlet_temperature_c"]
-    least = np.fmin.reduce(temperature_c, initial=np.inf)
-    most = np.fmax.reduce(temperature_c, initial=-np.inf)
-    if exceeds(most - least, rig.gates.temperature_drift_max_c):
-        yield {"least": least, "most": most}
+    least_c = np.fmin.reduce(temperature_c, initial=np.inf)
+    most_c = np.fmax.reduce(temperature_c, initial=-np.inf)
+    if exceeds(most_c - least_c, rig.gates.temperature_drift_max_c):
+        yield {"least": least_c, "most": most_c}
 
 
 @gate
@@ -364,11 +378,11 @@ def two_conditions(run: Run, rig: TractionRig) -> Faults:
         # a load that changes within a plateau is neither
         is_held = ~(np.abs(run.plateaus["load_change"]) > rig.gates.load_change_max)
         values = np.where(is_held, run.plateaus[channel.column], np.nan)
-        limit = _between_levels(values, range_of_level, rig.gates.faulty_plateaus_min)
+        limit = _limit_between_levels(values, range_of_level, rig.gates.faulty_plateaus_min)
         if np.isnan(limit):
             continue
         is_high = values > limit
-        changes = np.flatnonzero(is_high[1:] != is_high[:-1])
+        change_index = np.flatnonzero(is_high[1:] != is_high[:-1])
         yield {
             "name": channel.name,
             "unit": channel.unit,
@@ -376,53 +390,58 @@ def two_conditions(run: Run, rig: TractionRig) -> Faults:
             "high": median(values[is_high]),
             "count_low": np.count_nonzero(values < limit),
             "count_high": np.count_nonzero(is_high),
-            "first": run.plateaus["first_row"][changes[0] + 1],
+            "first": run.plateaus["first_row"][change_index[0] + 1],
             "last": run.plateaus["last_row"][-1],
         }
 
 
-def _between_levels(values: FloatArray, range_of_level: float, fewest: int) -> float:
+def _limit_between_levels(values: FloatArray, range_of_level: float, fewest_plateaus: int) -> float:
     """A value that separates two levels; NaN where there are not two.
 
     Args:
         values: Means of plateaus.
         range_of_level: Largest range of one level, relative to its median.
-        fewest: Plateaus that a level has at least.
+        fewest_plateaus: Plateaus that a level has at least.
     """
     ranked = np.sort(values[np.isfinite(values)])
-    if len(ranked) < 2 * fewest:
+    if len(ranked) < 2 * fewest_plateaus:
         return np.nan
     gaps = np.diff(ranked)
-    split = fewest - 1 + int(np.argmax(gaps[fewest - 1 : len(gaps) - fewest + 1]))
-    levels = ranked[: split + 1], ranked[split + 1 :]
-    are_levels = [np.ptp(level) <= range_of_level * abs(median(level)) for level in levels]
-    if all(are_levels) and gaps[split] > range_of_level * abs(ranked[split]):
-        return float(ranked[split] + gaps[split] / 2)
+    split_index = (
+        fewest_plateaus
+        - 1
+        + int(np.argmax(gaps[fewest_plateaus - 1 : len(gaps) - fewest_plateaus + 1]))
+    )
+    levels = ranked[: split_index + 1], ranked[split_index + 1 :]
+    is_narrow = [np.ptp(level) <= range_of_level * abs(median(level)) for level in levels]
+    if all(is_narrow) and gaps[split_index] > range_of_level * abs(ranked[split_index]):
+        return float(ranked[split_index] + gaps[split_index] / 2)
     return np.nan
 
 
 @gate
 def branches_differ(run: Run, rig: TractionRig) -> Faults:
     """The traction coefficients of rising and falling slip do not agree."""
-    differences, _ = _branches(run, rig)
+    differences, _ = _branch_differences(run, rig)
     # the median, because other gates judge single wild points
-    difference = median(np.abs(differences))
-    if difference > rig.gates.branch_difference_max:
-        yield {"difference": difference, "points": len(differences)}
+    median_difference = median(np.abs(differences))
+    if median_difference > rig.gates.branch_difference_max:
+        yield {"difference": median_difference, "points": len(differences)}
 
 
-def _branches(run: Run, rig: TractionRig) -> tuple[FloatArray, FloatArray]:
-    """Differences of mu between the two ways of a sweep, and mu; empty where it goes one way.
+def _branch_differences(run: Run, rig: TractionRig) -> tuple[FloatArray, FloatArray]:
+    """Differences of mu between the two branches of a sweep, and mu, both of shape (slips,).
 
-    Only the slips that both ways reach are compared.
+    Only the slips that both branches reach are compared. Both arrays are empty where the sweep has
+    one branch.
     """
     differences = [np.empty(0)]
     compared_mu = [np.empty(0)]
     for direction in (1, -1):
-        ways = _ways(run, rig, direction)
-        if len(ways) == 1:
+        branches = _branches_in_direction(run, rig, direction)
+        if len(branches) == 1:
             continue
-        (slip, mu), (back_slip, back_mu) = ways
+        (slip, mu), (back_slip, back_mu) = branches
         lowest = max(slip[0], back_slip[0])
         highest = min(slip[-1], back_slip[-1])
         is_shared = (slip >= lowest) & (slip <= highest)
@@ -439,11 +458,11 @@ def directions_differ(run: Run, rig: TractionRig) -> Faults:
         # which names the cause
         return
     differences, _ = differences_of_directions(run.plateaus)
-    difference = median(differences)
+    median_difference = median(differences)
     if len(differences) >= rig.gates.branch_points and (
-        abs(difference) > rig.gates.branch_difference_max
+        abs(median_difference) > rig.gates.branch_difference_max
     ):
-        yield {"difference": difference, "points": len(differences)}
+        yield {"difference": median_difference, "points": len(differences)}
 
 
 # --- warnings
@@ -469,7 +488,7 @@ def little_traction(run: Run, rig: TractionRig) -> Faults:
 @WARNINGS.gate
 def zero_on_trust(run: Run, rig: TractionRig) -> Faults:
     """Nothing in settled readings shows that their zero was removed."""
-    if _is_settled(run) and not is_tested(run, rig.zero_settings):
+    if _is_settled(run) and not shows_its_zero(run, rig.zero_settings):
         yield {}
 
 
@@ -477,11 +496,11 @@ def zero_on_trust(run: Run, rig: TractionRig) -> Faults:
 def drift_not_seen(run: Run, rig: TractionRig) -> Faults:
     """The zero was taken on one side of the run alone, so that nothing shows its drift."""
     if len(run.zero_phases) == 1:
-        (phase,) = run.zero_phases
+        (phase_name,) = run.zero_phases
         allowed_n = rig.zero_settings.max_drift_n
         largest_n = np.nanmax(np.abs(run.plateaus["traction_force_n"]), initial=0.0)
         if largest_n > 0:
-            yield {"part": phase, "allowed": allowed_n, "share": allowed_n / largest_n}
+            yield {"part": phase_name, "allowed": allowed_n, "share": allowed_n / largest_n}
 
 
 @WARNINGS.gate
@@ -489,25 +508,28 @@ def slip_ramp(run: Run, rig: TractionRig) -> Faults:
     """The slip is a continuous ramp, and the lag of the force was taken off."""
     if run.force_lag is not None:
         lag = run.force_lag
-        low_s, high_s = lag.range_s
+        low_s, high_s = lag.tried_range_s
         if lag.is_seen:
-            sentence = "lag_seen"
+            sentence_name = "lag_seen"
         elif high_s > low_s:
-            sentence = "lag_not_seen"
+            sentence_name = "lag_not_seen"
         else:
-            sentence = "lag_stated"
-        template = RULES["sentences"][sentence]
+            sentence_name = "lag_stated"
+        template = RULES["sentences"][sentence_name]
         yield {"how": template.format(lag=lag.lag_s, error=lag.lag_se_s, low=low_s, high=high_s)}
 
 
 @WARNINGS.gate
 def branches_apart(run: Run, rig: TractionRig) -> Faults:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
-    differences, mu = _branches(run, rig)
-    slides = np.abs(mu) > rig.gates.sliding_traction_min
-    ratio = median(differences[slides] / mu[slides])
-    if slides.sum() >= rig.gates.branch_points and abs(ratio) > rig.gates.branch_ratio_max:
-        yield {"ratio": ratio, "points": slides.sum()}
+    differences, mu = _branch_differences(run, rig)
+    is_sliding = np.abs(mu) > rig.gates.sliding_traction_min
+    median_ratio = median(differences[is_sliding] / mu[is_sliding])
+    if (
+        is_sliding.sum() >= rig.gates.branch_points
+        and abs(median_ratio) > rig.gates.branch_ratio_max
+    ):
+        yield {"ratio": median_ratio, "points": is_sliding.sum()}
 
 
 def _is_settled(run: Run) -> bool:
@@ -525,7 +547,7 @@ def _noise_of_samples(run: Run) -> FloatArray:
     """
     if _is_settled(run):
         return np.empty(0)
-    readings = run.working[run.rig.sensor.column]
+    readings = run.working_signals[run.rig.sensor.column]
     return np.abs(np.diff(readings, 2)) / np.sqrt(6)
 
 
@@ -534,10 +556,10 @@ def noisy_sensor(run: Run, rig: RigKind) -> Faults:
     """The readings scatter by a large share of what is measured."""
     noise_of_sample = _noise_of_samples(run)
     noise = MAD_TO_SIGMA * median(noise_of_sample)
-    largest = float(np.nanmax(np.abs(run.plateaus[run.rig.sensor.column]), initial=0.0))
-    enough = len(noise_of_sample) >= _FEWEST_CHANGES
-    if enough and noise > rig.gates.noise_share_max * largest:
-        yield {"noise": noise, "share": noise / largest}
+    largest_reading = float(np.nanmax(np.abs(run.plateaus[run.rig.sensor.column]), initial=0.0))
+    is_long_enough = len(noise_of_sample) >= _FEWEST_CHANGES
+    if is_long_enough and noise > rig.gates.noise_share_max * largest_reading:
+        yield {"noise": noise, "share": noise / largest_reading}
 
 
 @WARNINGS.gate
@@ -546,17 +568,17 @@ def soft_saturation(run: Run, rig: RigKind) -> Faults:
     noise_of_sample = _noise_of_samples(run)
     if len(noise_of_sample) == 0:
         return
-    size = np.abs(run.working[run.rig.sensor.column][1:-1])
-    largest = np.quantile(size, _LARGEST_QUANTILE)
-    small = size < _SMALL_SHARE * largest
-    large = size > _LARGE_SHARE * largest
-    if small.sum() < _FEWEST_CHANGES or large.sum() < _FEWEST_CHANGES:
+    reading_sizes = np.abs(run.working_signals[run.rig.sensor.column][1:-1])
+    largest_size = np.quantile(reading_sizes, _LARGEST_QUANTILE)
+    is_small = reading_sizes < _SMALL_SHARE * largest_size
+    is_large = reading_sizes > _LARGE_SHARE * largest_size
+    if is_small.sum() < _FEWEST_CHANGES or is_large.sum() < _FEWEST_CHANGES:
         return
-    small_noise = MAD_TO_SIGMA * median(noise_of_sample[small])
-    large_noise = MAD_TO_SIGMA * median(noise_of_sample[large])
+    small_noise = MAD_TO_SIGMA * median(noise_of_sample[is_small])
+    large_noise = MAD_TO_SIGMA * median(noise_of_sample[is_large])
     # sensors have the same noise at any reading, and vibrations add to it
-    compressed = large_noise < rig.gates.noise_left_min * small_noise
-    if compressed and is_noise(changed(size[small])):
+    is_compressed = large_noise < rig.gates.noise_left_min * small_noise
+    if is_compressed and is_noise(without_repeats(reading_sizes[is_small])):
         yield {"small": small_noise, "large": large_noise}
 
 
@@ -566,26 +588,26 @@ def uneven_clock(run: Run, rig: RigKind) -> Faults:
 
     An earlier gate refuses time stamps that do not increase.
     """
-    row = run.signals.row
-    gap_s = np.diff(run.signals.time_s)
-    row_step = np.diff(row)
-    if len(gap_s) < _FEWEST_CHANGES:
+    row_numbers = run.signals.row_numbers
+    gaps_s = np.diff(run.signals.time_s)
+    row_steps = np.diff(row_numbers)
+    if len(gaps_s) < _FEWEST_CHANGES:
         return
     # neighbours: no row between them was refused
-    neighbours = row_step == np.median(row_step)
+    is_between_neighbours = row_steps == np.median(row_steps)
     interval_s = run.signals.interval_s
-    deviation_s = np.where(neighbours, np.abs(gap_s - interval_s), 0.0)
-    usual_s = float(np.quantile(deviation_s[neighbours], _LARGEST_QUANTILE))
+    deviation_s = np.where(is_between_neighbours, np.abs(gaps_s - interval_s), 0.0)
+    usual_deviation_s = float(np.quantile(deviation_s[is_between_neighbours], _LARGEST_QUANTILE))
     # a logger's hardware keeps its interval, the timer of a program does not
     scatter_s = rig.gates.clock_scatter_max * interval_s
-    limit_s = max(rig.gates.clock_odd_factor * usual_s, scatter_s)
-    odd = np.flatnonzero(deviation_s > limit_s)
-    if usual_s <= scatter_s and len(odd):
-        first = odd[0]
+    limit_s = max(rig.gates.clock_odd_factor * usual_deviation_s, scatter_s)
+    odd_index = np.flatnonzero(deviation_s > limit_s)
+    if usual_deviation_s <= scatter_s and len(odd_index):
+        first_odd = odd_index[0]
         yield {
             "interval": interval_s,
-            "steps": len(odd),
-            "gap": gap_s[first],
-            "before": row[first],
-            "after": row[first + 1],
+            "steps": len(odd_index),
+            "gap": gaps_s[first_odd],
+            "before": row_numbers[first_odd],
+            "after": row_numbers[first_odd + 1],
         }

@@ -1,7 +1,7 @@
 """Means over plateaus with standard errors that allow for autocorrelated samples.
 
 Plateaus differ in length. Their samples are cut out of a signal into one array, one plateau after
-the other. A mask of the same shape marks the samples that count. So the memory needed grows with
+the other. A mask of the same shape marks the samples that are used. So the memory needed grows with
 the number of samples, whatever the lengths of the plateaus are.
 
 Decides: standard errors of autocorrelated samples.
@@ -17,9 +17,8 @@ import scipy
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 
 # What noise and held values are: definitions behind the gates, whose limits are in the
-# configuration.
-# Noise of two digits of the resolution, or more, gives at least six different values in ten
-# readings.
+# configuration. Ten readings of noise of two digits of the resolution, or more, have at least six
+# different values.
 _READINGS_COMPARED = 10
 _FEWEST_DIFFERENT = 6
 _WINDOWS_AT_ONCE = 10_000
@@ -37,7 +36,7 @@ _FEWEST_HOLDS = 10
 
 # Noise is seldom correlated over more samples than this; a drift or a hum is.
 _LAGS_SUMMED_DIRECTLY = 8
-_MOST_TRANSFORMED = 1 << 19
+_MOST_SAMPLES_TRANSFORMED = 1 << 19
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class Stretches:
         return self.stops - self.starts
 
     @cached_property
-    def first_in_cut(self) -> IndexArray:
+    def cut_starts(self) -> IndexArray:
         """Index of the first sample of each stretch in what `cut` gives, shape (stretches,)."""
         return np.cumsum(self.lengths) - self.lengths
 
@@ -71,44 +70,44 @@ class Stretches:
         return np.concatenate([signal[start:stop] for start, stop in limits])
 
     def all_samples(self) -> BoolArray:
-        """The mask in which each sample of each stretch counts, shape (samples,)."""
+        """The mask in which all samples of all stretches are used, shape (samples,)."""
         return np.ones(self.lengths.sum(), dtype=bool)
 
     def sums(self, values: FloatArray) -> FloatArray:
         """Sum of each stretch of values that `cut` gives, shape (stretches,)."""
         # not BLAS: the last digit must not depend on the processor or its threads
-        return np.add.reduceat(values, self.first_in_cut) if len(self.first_in_cut) else np.empty(0)
+        return np.add.reduceat(values, self.cut_starts) if len(self.cut_starts) else np.empty(0)
 
-    def counts(self, inside: BoolArray) -> IndexArray:
-        """Number of samples of each stretch that count, shape (stretches,)."""
-        if len(self.first_in_cut) == 0:
+    def counts(self, is_used: BoolArray) -> IndexArray:
+        """Number of used samples of each stretch, shape (stretches,)."""
+        if len(self.cut_starts) == 0:
             return np.empty(0, dtype=np.int64)
-        return np.add.reduceat(inside, self.first_in_cut, dtype=np.int64)
+        return np.add.reduceat(is_used, self.cut_starts, dtype=np.int64)
 
-    def for_samples(self, values: FloatArray | IndexArray) -> FloatArray:
-        """The value of its stretch for each sample, shape (samples,)."""
+    def per_sample(self, values: FloatArray | IndexArray) -> FloatArray:
+        """Values of stretches, each repeated for the samples of its stretch; shape (samples,)."""
         return np.repeat(values, self.lengths)
 
-    def first_part(self, inside: BoolArray, share: float) -> BoolArray:
-        """The mask of the first `share` of the samples of each stretch that count."""
-        number_in_log = np.cumsum(inside)
-        counts = self.counts(inside)
-        before = np.cumsum(counts) - counts
-        return inside & (number_in_log <= self.for_samples(before + counts * share))
+    def is_in_first_part(self, is_used: BoolArray, share: float) -> BoolArray:
+        """The mask of the first `share` of the used samples of each stretch, shape (samples,)."""
+        number_in_cut = np.cumsum(is_used)
+        counts = self.counts(is_used)
+        count_before = np.cumsum(counts) - counts
+        return is_used & (number_in_cut <= self.per_sample(count_before + counts * share))
 
-    def means(self, values: FloatArray, inside: BoolArray) -> FloatArray:
-        """Mean of each stretch, shape (stretches,); NaN where none of its samples counts.
+    def means(self, values: FloatArray, is_used: BoolArray) -> FloatArray:
+        """Mean of each stretch, shape (stretches,); NaN where none of its samples is used.
 
         Args:
             values: Samples as `cut` gives them.
-            inside: The mask of the samples that count.
+            is_used: The mask of the samples that are used, shape (samples,).
         """
-        total = self.sums(np.where(inside, values, 0.0))
-        counts = self.counts(inside)
+        total = self.sums(np.where(is_used, values, 0.0))
+        counts = self.counts(is_used)
         return np.divide(total, counts, out=np.full(total.shape, np.nan), where=counts > 0)
 
     def standard_errors(
-        self, values: FloatArray, inside: BoolArray, mean: FloatArray
+        self, values: FloatArray, is_used: BoolArray, mean: FloatArray
     ) -> FloatArray:
         """Standard error of each mean, autocorrelation included; NaN with fewer than two samples.
 
@@ -118,15 +117,15 @@ class Stretches:
 
         Args:
             values: As for `means`.
-            inside: As for `means`.
+            is_used: As for `means`.
             mean: Result of `means`.
 
         Reference: C. J. Geyer, Practical Markov chain Monte Carlo, Statistical Science 7 (1992)
         473, section 3.3 (the initial positive sequence, here over single lags).
         """
-        counts = self.counts(inside)
-        residual = values - self.for_samples(mean)
-        residual[~inside] = 0.0
+        counts = self.counts(is_used)
+        residual = values - self.per_sample(mean)
+        residual[~is_used] = 0.0
         squares = self.sums(residual**2)
         lagged = _sum_of_lags(residual, self.lengths)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -139,29 +138,29 @@ class Stretches:
         The standard deviation is estimated from the median absolute deviation of the stretch. Where
         that is zero, the signal hardly changes and nothing is marked.
         """
-        deviation = np.abs(values - self.for_samples(self.medians(values)))
+        deviation = np.abs(values - self.per_sample(self.medians(values)))
         spread = MAD_TO_SIGMA * self.medians(deviation)
         limit = np.where(spread > 0, threshold * spread, np.inf)
-        return deviation > self.for_samples(limit)
+        return deviation > self.per_sample(limit)
 
     def medians(self, values: FloatArray) -> FloatArray:
         """Median of each stretch, shape (stretches,); NaN where it has a NaN."""
         ranked = values.copy()
-        for start, length in zip(self.first_in_cut.tolist(), self.lengths.tolist(), strict=True):
+        for start, length in zip(self.cut_starts.tolist(), self.lengths.tolist(), strict=True):
             ranked[start : start + length].sort()
         last = self.lengths - 1
-        lower = ranked[self.first_in_cut + last // 2]
-        upper = ranked[self.first_in_cut + (last + 1) // 2]
+        lower = ranked[self.cut_starts + last // 2]
+        upper = ranked[self.cut_starts + (last + 1) // 2]
         # a NaN is the last in order
-        return np.where(np.isnan(ranked[self.first_in_cut + last]), np.nan, (lower + upper) / 2)
+        return np.where(np.isnan(ranked[self.cut_starts + last]), np.nan, (lower + upper) / 2)
 
 
 def mean_with_error(values: FloatArray) -> tuple[float, float]:
     """Mean of samples, shape (n,), and its standard error, autocorrelation included."""
     stretch = Stretches(np.array([0]), np.array([len(values)]))
-    inside = stretch.all_samples()
-    mean = stretch.means(values, inside)
-    return float(mean[0]), float(stretch.standard_errors(values, inside, mean)[0])
+    is_used = stretch.all_samples()
+    mean = stretch.means(values, is_used)
+    return float(mean[0]), float(stretch.standard_errors(values, is_used, mean)[0])
 
 
 def _sum_of_lags(residual: FloatArray, lengths: IndexArray) -> FloatArray:
@@ -225,18 +224,20 @@ def _autocovariances(residual: FloatArray) -> Iterator[FloatArray]:
     takes ten times their memory.
     """
     length = len(residual)
-    block = min(length, _MOST_TRANSFORMED)
-    padded = scipy.fft.next_fast_len(2 * block, real=True)
-    for first_lag in range(0, length, block):
-        cross_spectrum = np.zeros(padded // 2 + 1, dtype=complex)
-        for start in range(0, length - first_lag, block):
-            earlier = residual[start : start + block]
-            later = residual[start + first_lag :][: 2 * block]
-            spectrum = scipy.fft.rfft(earlier, padded)
-            is_same = first_lag == 0 and block == length
-            other_spectrum = spectrum if is_same else scipy.fft.rfft(later, padded)
+    block_length = min(length, _MOST_SAMPLES_TRANSFORMED)
+    padded_length = scipy.fft.next_fast_len(2 * block_length, real=True)
+    for first_lag in range(0, length, block_length):
+        cross_spectrum = np.zeros(padded_length // 2 + 1, dtype=complex)
+        for start in range(0, length - first_lag, block_length):
+            earlier = residual[start : start + block_length]
+            later = residual[start + first_lag :][: 2 * block_length]
+            spectrum = scipy.fft.rfft(earlier, padded_length)
+            is_same = first_lag == 0 and block_length == length
+            other_spectrum = spectrum if is_same else scipy.fft.rfft(later, padded_length)
             cross_spectrum += spectrum.conj() * other_spectrum
-        covariances = scipy.fft.irfft(cross_spectrum, padded)[: min(block, length - first_lag)]
+        covariances = scipy.fft.irfft(cross_spectrum, padded_length)[
+            : min(block_length, length - first_lag)
+        ]
         yield covariances[1:] if first_lag == 0 else covariances
 
 
@@ -253,8 +254,8 @@ def longest_hold(values: FloatArray) -> tuple[int, int]:
     return int(edges[longest]), int(edges[longest + 1])
 
 
-def changed(values: FloatArray) -> FloatArray:
-    """The values that differ from the one before; the first has none before it."""
+def without_repeats(values: FloatArray) -> FloatArray:
+    """The values that differ from the one before them, without the first value."""
     return values[np.flatnonzero(np.diff(values)) + 1]
 
 
@@ -267,21 +268,21 @@ def rows_per_reading(values: FloatArray) -> int:
         >>> rows_per_reading(np.arange(20.0))
         1
     """
-    hold_rows = np.diff(np.flatnonzero(np.diff(values)))
-    if len(hold_rows) < _FEWEST_HOLDS:
+    rows_of_holds = np.diff(np.flatnonzero(np.diff(values)))
+    if len(rows_of_holds) < _FEWEST_HOLDS:
         return 1
-    rows = round(median(hold_rows))
-    share_of_equal = np.mean(np.abs(hold_rows - rows) <= 1)
-    if rows < _SHORTEST_HOLD_ROWS or share_of_equal < _SMALLEST_SHARE_OF_EQUAL_HOLDS:
+    rows_held = round(median(rows_of_holds))
+    share_of_equal = np.mean(np.abs(rows_of_holds - rows_held) <= 1)
+    if rows_held < _SHORTEST_HOLD_ROWS or share_of_equal < _SMALLEST_SHARE_OF_EQUAL_HOLDS:
         return 1
-    return rows
+    return rows_held
 
 
 def is_noise(readings: FloatArray) -> bool:
     """Whether readings scatter over several digits. Few digits, a ramp or few values are no noise.
 
     Args:
-        readings: The readings of a signal as `changed` gives them.
+        readings: The readings of a signal as `without_repeats` gives them.
 
     Examples:
         >>> is_noise(np.tile([70.0, 70.1], 50))

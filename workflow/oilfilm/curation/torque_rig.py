@@ -27,7 +27,7 @@ from oilfilm.logs.torque_log import TORQUE
 from oilfilm.settings.config import TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
 
-_SIGNALS = (
+_SIGNAL_COLUMNS = (
     "inner_speed_rpm",
     "axial_load_n",
     "oil_temperature_c",
@@ -35,7 +35,7 @@ _SIGNALS = (
     "torque_n_m",
 )
 # Names of columns with a radial load: "radial_load_n", "Radial force [N]", "F_r (N)", "Fr".
-_RADIAL_LOAD = re.compile(
+_RADIAL_LOAD_NAME = re.compile(
     r"radial\W*_?(load|force)|(load|force)\W*_?radial|(^|[^a-z])F_?r([^a-z]|$)", re.IGNORECASE
 )
 
@@ -44,20 +44,20 @@ class TorqueRig(RigKind):
     """See `RigKind`."""
 
     name = NAME
-    logs: LogKind = TORQUE
-    table = "torque_runs"
+    kind_of_logs: LogKind = TORQUE
+    table_name = "torque_runs"
     sensor = Channel("torque_n_m", "torque", "N m")
     channels = (
         Channel("axial_load_n", "axial load", "N"),
         Channel("inner_speed_rpm", "speed", "rpm"),
         Channel("oil_temperature_c", "oil temperature", "degC"),
     )
-    means = _SIGNALS
-    errors: tuple[str, ...] = ("torque_n_m",)
-    changes: tuple[str, ...] = ("torque_n_m", "oil_temperature_c", "axial_load_n")
-    transients: tuple[str, ...] = ()
+    mean_columns = _SIGNAL_COLUMNS
+    columns_with_error: tuple[str, ...] = ("torque_n_m",)
+    columns_with_change: tuple[str, ...] = ("torque_n_m", "oil_temperature_c", "axial_load_n")
+    columns_with_transient: tuple[str, ...] = ()
     terms: Mapping[str, str] = {"sensor": sensor.name, "level": "speed"}
-    carried: tuple[str, ...] = ("oil", "rig", "sha256", "reader")
+    run_columns: tuple[str, ...] = ("oil", "rig", "sha256", "reader")
     keeps_refused_runs = False
     shown_signals: Mapping[str, str] = {
         "torque_n_m": "Torque (N m)",
@@ -78,7 +78,7 @@ class TorqueRig(RigKind):
     @staticmethod
     def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
         """See `RigKind.signals`."""
-        columns = {name: samples[name] for name in _SIGNALS}
+        columns = {name: samples[name] for name in _SIGNAL_COLUMNS}
         return Signals(samples["row"], samples["time_s"], columns)
 
     def divide(self, signals: Signals, rig_name: str) -> Division:
@@ -86,37 +86,39 @@ class TorqueRig(RigKind):
         is_turning = np.abs(signals["inner_speed_rpm"]) > self.zero_settings.max_speed_rpm
         if not is_turning.any():
             no_levels = np.array([], dtype=np.int64)
-            return Division(signals, no_levels, no_levels, at_rest=signals, phases={})
-        turning_rows = np.flatnonzero(is_turning)
-        start = int(turning_rows[0])
-        stop = int(turning_rows[-1]) + 1
-        starts, stops, too_short = _levels(signals, start, stop, self.plateau_settings)
+            return Division(signals, no_levels, no_levels, rest_signals=signals, phases={})
+        turning_index = np.flatnonzero(is_turning)
+        start = int(turning_index[0])
+        stop = int(turning_index[-1]) + 1
+        starts, stops, short_level_refusals = _levels(signals, start, stop, self.plateau_settings)
         return Division(
             signals,
             starts,
             stops,
-            at_rest=signals,
+            rest_signals=signals,
             phases={"opening": slice(0, start), "closing": slice(stop, len(signals))},
-            working=is_turning,
-            too_short=too_short,
+            working_samples=is_turning,
+            short_level_refusals=short_level_refusals,
         )
 
-    def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
+    def derive(
+        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> Columns:
         """Torque above the zero, and how steady it is."""
-        load = averages["axial_load_n"]
-        torque = averages["torque_n_m"] - zero
-        load_size = np.where(load == 0, np.nan, np.abs(load))
-        torque_size = np.where(torque == 0, np.nan, np.abs(torque))
+        load_n = averages["axial_load_n"]
+        torque_n_m = averages["torque_n_m"] - zero_of_plateau
+        load_size_n = np.where(load_n == 0, np.nan, np.abs(load_n))
+        torque_size_n_m = np.where(torque_n_m == 0, np.nan, np.abs(torque_n_m))
         return {
             **averages,
-            "tare_n_m": zero,
-            "torque_n_m": torque,
-            "torque_n_m_se": np.hypot(averages["torque_n_m_se"], zero_se),
+            "tare_n_m": zero_of_plateau,
+            "torque_n_m": torque_n_m,
+            "torque_n_m_se": np.hypot(averages["torque_n_m_se"], zero_of_plateau_se),
             "torque_change_n_m": averages["torque_n_m_change"],
-            "torque_change": averages["torque_n_m_change"] / torque_size,
+            "torque_change": averages["torque_n_m_change"] / torque_size_n_m,
             "oil_temperature_change_c": averages["oil_temperature_c_change"],
             "temperature_change_c": averages["oil_temperature_c_change"],
-            "load_change": averages["axial_load_n_change"] / load_size,
+            "load_change": averages["axial_load_n_change"] / load_size_n,
         }
 
     def complete(self, points: pd.DataFrame) -> pd.DataFrame:
@@ -140,43 +142,45 @@ def _levels(
         turning_stop: Index after the last such sample.
         settings: `plateaus` of config's torque_logs.
     """
-    speed = signals["inner_speed_rpm"][turning_start:turning_stop]
+    speed_rpm = signals["inner_speed_rpm"][turning_start:turning_stop]
     interval_s = signals.interval_s
-    steps = find_steps(speed, interval_s, settings.min_step_rpm, settings)
-    starts, stops = settled_parts(len(speed), steps, interval_s, settings)
+    steps = find_steps(speed_rpm, interval_s, settings.min_step_rpm, settings)
+    starts, stops = settled_parts(len(speed_rpm), steps, interval_s, settings)
     # the first level begins with the step out of rest, and the last one ends in a step
     starts[0] += round(settings.settle_s / interval_s)
     stops[-1] -= round(settings.guard_s / interval_s)
-    for level, (start, stop) in enumerate(zip(starts, stops, strict=True)):
+    for level_index, (start, stop) in enumerate(zip(starts, stops, strict=True)):
         if stop > start:
             # a slow ramp goes on beyond the rows that are cut off
-            near_median = _near_median(speed[start:stop], settings)
-            starts[level] += np.argmax(near_median)
-            stops[level] -= np.argmax(near_median[::-1])
+            is_near_median = _is_near_median(speed_rpm[start:stop], settings)
+            starts[level_index] += np.argmax(is_near_median)
+            stops[level_index] -= np.argmax(is_near_median[::-1])
     # a single row gives no standard error
-    is_settled_level = stops - starts > 1
-    too_short: list[Refusal] = []
-    edges = pairwise([0, *steps, len(speed)])
-    for (start, stop), is_settled in zip(edges, is_settled_level, strict=True):
-        if is_settled or stop <= start:
+    has_settled = stops - starts > 1
+    short_level_refusals: list[Refusal] = []
+    level_edges = pairwise([0, *steps, len(speed_rpm)])
+    for (start, stop), has_level_settled in zip(level_edges, has_settled, strict=True):
+        if has_level_settled or stop <= start:
             continue
         # on a ramp hardly any row is near the median one
-        if _near_median(speed[start:stop], settings).mean() > 1 / 3:
-            too_short.append(
+        if _is_near_median(speed_rpm[start:stop], settings).mean() > 1 / 3:
+            short_level_refusals.append(
                 _refusal_of_short_level(
                     signals, turning_start + start, turning_start + stop, settings
                 )
             )
     return (
-        turning_start + starts[is_settled_level],
-        turning_start + stops[is_settled_level],
-        too_short,
+        turning_start + starts[has_settled],
+        turning_start + stops[has_settled],
+        short_level_refusals,
     )
 
 
-def _near_median(speed: FloatArray, settings: TorquePlateauSettings) -> npt.NDArray[np.bool_]:
-    """Where a speed is within the smallest step of its median."""
-    return np.asarray(np.abs(speed - median(speed)) <= settings.min_step_rpm)
+def _is_near_median(
+    speed_rpm: FloatArray, settings: TorquePlateauSettings
+) -> npt.NDArray[np.bool_]:
+    """Mask of the samples at which a speed is within the smallest step of its median."""
+    return np.asarray(np.abs(speed_rpm - median(speed_rpm)) <= settings.min_step_rpm)
 
 
 def _refusal_of_short_level(
@@ -186,15 +190,17 @@ def _refusal_of_short_level(
     speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
-    rows = signals.rows(start, stop - 1)
-    return fault("too_short", "brief_level", speed=speed_rpm, held=held_s, least=least_s, **rows)
+    row_range = signals.row_range(start, stop - 1)
+    return fault(
+        "too_short", "brief_level", speed=speed_rpm, held=held_s, least=least_s, **row_range
+    )
 
 
-def radial_load_warnings(unread: Iterable[str]) -> list[str]:
+def radial_load_warnings(unread_names: Iterable[str]) -> list[str]:
     """Warnings about a radial load, which no calculation of the torque has.
 
     Args:
-        unread: Names of the columns of a torque log that are not read.
+        unread_names: Names of the columns of a torque log that are not read.
     """
-    names = [name for name in unread if _RADIAL_LOAD.search(name)]
-    return [fault("radial_load", column=name).reason for name in names]
+    radial_load_names = [name for name in unread_names if _RADIAL_LOAD_NAME.search(name)]
+    return [fault("radial_load", column=name).reason for name in radial_load_names]

@@ -37,13 +37,13 @@ from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, 
 from oilfilm.curation.statistics import median
 from oilfilm.curation.zero import (
     DIRECTION,
-    force_left,
-    force_left_in_rolling,
-    part_of_curve,
+    force_in_rolling_refusal,
+    force_left_refusal,
+    is_turning_steadily,
+    phase_of_curve_refusal,
     phases_at_standstill,
-    raw_signal,
-    turns_steadily,
-    zero_of_readings,
+    raw_signal_refusal,
+    zero_of_readings_refusal,
     zero_reference,
 )
 from oilfilm.logs.base import Columns, Refusal
@@ -69,7 +69,7 @@ _RELATIVE_CALIBRATION = {
     "traction_force_systematic_n": ("traction_force_n", "traction_force_relative"),
     "entrainment_speed_systematic_m_s": ("entrainment_speed_m_s", "speed_relative"),
 }
-# Source of the zero -> the phases of pure rolling that it needs.
+# Name of a source of the zero -> the phases of pure rolling that it needs.
 _ROLLING_PHASES = {
     "rolling_phases": ("opening", "closing"),
     "opening_phase": ("opening",),
@@ -88,8 +88,8 @@ class TractionRig(RigKind):
     """See `RigKind`."""
 
     name = NAME
-    logs: LogKind = TRACTION
-    table = "points"
+    kind_of_logs: LogKind = TRACTION
+    table_name = "points"
     sensor = Channel("traction_force_n", "traction force", "N")
     channels = (
         Channel("load_n", "load", "N"),
@@ -97,18 +97,18 @@ class TractionRig(RigKind):
         Channel("disc_speed_m_s", "disc speed", "m/s"),
         Channel("inlet_temperature_c", "inlet temperature", "degC"),
     )
-    means = (
+    mean_columns = (
         "slide_roll_ratio",
         "traction_force_n",
         "load_n",
         "entrainment_speed_m_s",
         "inlet_temperature_c",
     )
-    errors = ("slide_roll_ratio", "traction_force_n", "load_n")
-    changes = (*errors, "inlet_temperature_c")
-    transients = ("slide_roll_ratio", "traction_force_n")
+    columns_with_error = ("slide_roll_ratio", "traction_force_n", "load_n")
+    columns_with_change = (*columns_with_error, "inlet_temperature_c")
+    columns_with_transient = ("slide_roll_ratio", "traction_force_n")
     terms: Mapping[str, str] = {"sensor": sensor.name, "level": "slip"}
-    carried: tuple[str, ...] = (
+    run_columns: tuple[str, ...] = (
         "oil",
         "rig",
         "nominal_max_hertz_pressure_gpa",
@@ -144,40 +144,42 @@ class TractionRig(RigKind):
     def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
         """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
         semantics = settings.campaign.semantics_for(rig_name)
-        ball = samples["ball_speed_m_s"]
-        disc = samples["disc_speed_m_s"]
-        entrainment = (ball + disc) / 2
-        sliding = semantics.direction * (disc - ball)
-        slip = unknown_values(len(entrainment))
-        np.divide(sliding, entrainment, out=slip, where=entrainment != 0)
+        ball_m_s = samples["ball_speed_m_s"]
+        disc_m_s = samples["disc_speed_m_s"]
+        entrainment_m_s = (ball_m_s + disc_m_s) / 2
+        sliding_m_s = semantics.direction * (disc_m_s - ball_m_s)
+        slip = unknown_values(len(entrainment_m_s))
+        np.divide(sliding_m_s, entrainment_m_s, out=slip, where=entrainment_m_s != 0)
         force_sign = semantics.traction_sign * semantics.direction
         columns = {name: samples[name] for name in _UNCHANGED_SIGNALS if name in samples}
         columns["traction_force_n"] = force_sign * samples["traction_force_n"]
-        columns["entrainment_speed_m_s"] = entrainment
+        columns["entrainment_speed_m_s"] = entrainment_m_s
         columns["slide_roll_ratio"] = slip
-        columns["ball_speed_m_s"] = ball
-        columns["disc_speed_m_s"] = disc
+        columns["ball_speed_m_s"] = ball_m_s
+        columns["disc_speed_m_s"] = disc_m_s
         return Signals(samples["row"], samples["time_s"], columns)
 
     def divide(self, signals: Signals, rig_name: str) -> Division:
         """Levels of slip; the first and the last of them are pure rolling."""
         curation = self.settings.curation
         # where nothing turns S has no value
-        is_turning = np.isfinite(signals["slide_roll_ratio"]) & turns_steadily(signals, curation)
-        usable = signals.select(is_turning)
-        interval_s = usable.interval_s
+        is_turning = np.isfinite(signals["slide_roll_ratio"]) & is_turning_steadily(
+            signals, curation
+        )
+        usable_signals = signals.select(is_turning)
+        interval_s = usable_signals.interval_s
         steps = find_steps(
-            usable["slide_roll_ratio"],
+            usable_signals["slide_roll_ratio"],
             interval_s,
             self.plateau_settings.min_step,
             self.plateau_settings,
         )
-        starts, stops = settled_parts(len(usable), steps, interval_s, self.plateau_settings)
-        source = self.settings.campaign.semantics_for(rig_name).zero
-        if source == "standstill":
+        starts, stops = settled_parts(len(usable_signals), steps, interval_s, self.plateau_settings)
+        zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
+        if zero_source_name == "standstill":
             phases = phases_at_standstill(signals, curation)
-            return Division(usable, starts, stops, at_rest=signals, phases=phases)
-        rolling = {"opening": slice(0, 0), "closing": slice(0, 0)}
+            return Division(usable_signals, starts, stops, rest_signals=signals, phases=phases)
+        rolling_phases = {"opening": slice(0, 0), "closing": slice(0, 0)}
         if len(steps):
             # the beginning of the opening phase gives the zero; the rest is a plateau without slip
             zero_rows = round(self.zero_settings.duration_s / interval_s)
@@ -185,40 +187,42 @@ class TractionRig(RigKind):
             # rolls for so long that a wrong unit of time would look like a slow log
             if exceeds(LONGEST_HOLD_S, stops[0] * interval_s):
                 zero_rows = max(zero_rows, self.gates.readings_min)
-            rolling["opening"] = slice(0, min(zero_rows, int(stops[0])))
-            rolling["closing"] = slice(int(starts[-1]), int(stops[-1]))
+            rolling_phases["opening"] = slice(0, min(zero_rows, int(stops[0])))
+            rolling_phases["closing"] = slice(int(starts[-1]), int(stops[-1]))
         return Division(
-            usable,
+            usable_signals,
             starts,
             stops,
-            at_rest=usable,
-            phases={name: rolling[name] for name in _ROLLING_PHASES[source]},
+            rest_signals=usable_signals,
+            phases={name: rolling_phases[name] for name in _ROLLING_PHASES[zero_source_name]},
             rest_in_words="pure rolling",
             phases_in_levels=True,
         )
 
     def measured_ramp(self, run: Run, division: Division, rig_name: str) -> Run | None:
-        """The run measured as a continuous ramp of slip; None where it is none."""
+        """See `RigKind.measured_ramp`."""
         signals = division.signals
         is_loaded = (signals["load_n"] > LEAST_LOAD_N).all()
         if not is_loaded or not is_ramp(
             run, self.plateau_settings, self.zero_settings.max_slide_roll_ratio, self._is_held(run)
         ):
             return None
-        source = self.settings.campaign.semantics_for(rig_name).zero
-        if source == "standstill" and run.flaw is not None:
+        zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
+        if zero_source_name == "standstill" and run.flaw is not None:
             return run
-        zero = rolling_zero(signals, source, self.plateau_settings.window_s, self.zero_settings)
+        zero = rolling_zero(
+            signals, zero_source_name, self.plateau_settings.window_s, self.zero_settings
+        )
         if zero.flaw is not None:
             slip = signals["slide_roll_ratio"]
-            numbers = dict(least=slip.min(), most=slip.max(), flaw=zero.flaw.reason)
-            return replace(run, flaw=fault("zero_missing", "ramp_without_zero", **numbers))
-        removed_n, removed_se_n = self._zero_at_standstill(division, source)
+            fields = dict(least=slip.min(), most=slip.max(), flaw=zero.flaw.reason)
+            return replace(run, flaw=fault("zero_missing", "ramp_without_zero", **fields))
+        removed_n, removed_se_n = self._zero_at_standstill(division, zero_source_name)
         sensor = self.sensor.column
         readings = ramp_readings(
             replace(signals, columns={**signals.columns, sensor: signals[sensor] - removed_n}),
             self._force_lag_range_s(rig_name),
-            zero.terms,
+            zero.term_count,
             self.zero_settings.max_slide_roll_ratio,
             self.settings.curation.spikes.threshold,
         )
@@ -227,34 +231,45 @@ class TractionRig(RigKind):
         averages = average(signals, readings.starts, readings.stops, self)
         averages |= _columns_at_slips(averages, readings)
         no_zero = np.zeros(len(readings.slip))
-        measured = replace(
+        measured_run = replace(
             run,
             plateaus=self.derive(averages, no_zero, removed_se_n[readings.starts]),
-            flaw=self._fault_of_ramp(readings),
-            too_short=(),
+            flaw=self._ramp_refusal(readings),
+            short_level_refusals=(),
             zero_phases=zero.phases or tuple(division.phases),
             force_lag=readings.lag,
         )
-        if source == "already_removed" and measured.flaw is None:
-            rolling = rolling_ends(signals, self.plateau_settings.window_s, self.zero_settings)
-            errors = self.gates.significant_errors
+        if zero_source_name == "already_removed" and measured_run.flaw is None:
+            rolling_phases = rolling_ends(
+                signals, self.plateau_settings.window_s, self.zero_settings
+            )
+            significant_errors = self.gates.significant_errors
             curation = self.settings.curation
-            fault_of_zero = force_left_in_rolling(signals, rolling, curation, errors)
-            return replace(measured, flaw=fault_of_zero or force_left(measured, curation, errors))
-        return measured
+            refusal = force_in_rolling_refusal(
+                signals, rolling_phases, curation, significant_errors
+            )
+            return replace(
+                measured_run,
+                flaw=refusal or force_left_refusal(measured_run, curation, significant_errors),
+            )
+        return measured_run
 
-    def _zero_at_standstill(self, division: Division, source: str) -> tuple[FloatArray, FloatArray]:
+    def _zero_at_standstill(
+        self, division: Division, zero_source_name: str
+    ) -> tuple[FloatArray, FloatArray]:
         """Zero at standstill and its standard error at each sample; 0 where another source counts.
 
         Args:
             division: The phases of the run.
-            source: `semantics: zero` of the campaign.
+            zero_source_name: `semantics: zero` of the campaign.
         """
         time_s = division.signals.time_s
-        if source != "standstill":
+        if zero_source_name != "standstill":
             return np.zeros(len(time_s)), np.zeros(len(time_s))
-        threshold = self.settings.curation.spikes.threshold
-        zero = zero_reference(division.at_rest, self.sensor.column, division.phases, threshold)
+        spike_threshold = self.settings.curation.spikes.threshold
+        zero = zero_reference(
+            division.rest_signals, self.sensor.column, division.phases, spike_threshold
+        )
         return zero.zero_at(time_s), zero.standard_error_at(time_s)
 
     def _force_lag_range_s(self, rig_name: str) -> Sequence[float]:
@@ -265,15 +280,15 @@ class TractionRig(RigKind):
         return self.settings.curation.ramps.force_lag_s_range
 
     def _is_held(self, run: Run) -> BoolArray:
-        """Plateaus whose slip does not change, shape (plateaus,)."""
+        """Mask of the plateaus whose slip does not change, shape (plateaus,)."""
         changes = np.abs(run.plateaus["slip_change"]) > self.gates.slip_change_max
         has_transient = np.abs(run.plateaus["slip_transient"]) > self.gates.slip_transient_max
         return np.asarray(~(changes | has_transient))
 
-    def _fault_of_ramp(self, readings: RampReadings) -> Refusal | None:
-        """The fault of a ramp: its zero moves, its lag is too long, or its mu is not certain."""
+    def _ramp_refusal(self, readings: RampReadings) -> Refusal | None:
+        """The refusal of a ramp: its zero moves, its lag is too long, or its mu is not certain."""
         lag = readings.lag
-        shortest_s, longest_s = lag.range_s
+        shortest_s, longest_s = lag.tried_range_s
         error_s = self.gates.significant_errors * lag.lag_se_s
         is_longer = lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_RANGE * longest_s
         is_shorter = lag.lag_s + error_s < shortest_s
@@ -281,33 +296,48 @@ class TractionRig(RigKind):
             limits = dict(least=shortest_s, most=longest_s)
             return fault("slip_ramps", "lag_out_of_range", lag=lag.lag_s, **limits)
         if abs(readings.drift_n) > self.zero_settings.max_drift_n:
-            numbers = dict(drift=readings.drift_n, allowed=self.zero_settings.max_drift_n)
-            return fault("zero_drift", sensor=self.sensor, **numbers)
-        slides = np.abs(readings.slip) > self.gates.sign_slip_min
-        error = median(np.abs(readings.mu_se / readings.mu)[slides])
+            fields = dict(drift=readings.drift_n, allowed=self.zero_settings.max_drift_n)
+            return fault("zero_drift", sensor=self.sensor, **fields)
+        is_sliding = np.abs(readings.slip) > self.gates.sign_slip_min
+        median_error = median(np.abs(readings.mu_se / readings.mu)[is_sliding])
         largest_error = self.settings.curation.ramps.largest_error
-        if error > largest_error:
-            why = "" if lag.is_seen else ". Nothing shows the lag of the force behind the slip"
-            return fault("slip_ramps", "lag_matters", error=error, allowed=largest_error, why=why)
+        if median_error > largest_error:
+            explanation = (
+                "" if lag.is_seen else ". Nothing shows the lag of the force behind the slip"
+            )
+            return fault(
+                "slip_ramps",
+                "lag_matters",
+                error=median_error,
+                allowed=largest_error,
+                why=explanation,
+            )
         return None
 
     def zero_fault(self, run: Run, division: Division, rig_name: str) -> Refusal | None:
-        """A phase that is part of the curve, or a force that should be zero."""
-        source = self.settings.campaign.semantics_for(rig_name).zero
-        if source == "standstill":
+        """The refusal by a phase that is part of the curve, or by a force that should be zero."""
+        zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
+        if zero_source_name == "standstill":
             return run.flaw
-        if source == "already_removed":
-            return force_left(run, self.settings.curation, self.gates.significant_errors)
-        share, errors = self.zero_settings.max_traction_share, self.gates.significant_errors
-        return run.flaw or part_of_curve(division, run.plateaus, share, errors)
+        if zero_source_name == "already_removed":
+            return force_left_refusal(run, self.settings.curation, self.gates.significant_errors)
+        largest_share, significant_errors = (
+            self.zero_settings.max_traction_share,
+            self.gates.significant_errors,
+        )
+        return run.flaw or phase_of_curve_refusal(
+            division, run.plateaus, largest_share, significant_errors
+        )
 
     def settled_fault(self, run: Run) -> Refusal | None:
-        """Rows that are no settled readings, or whose zero the rig has not removed."""
-        return raw_signal(run.signals, self.plateau_settings) or zero_of_readings(
+        """The refusal of rows that are no settled readings, or whose zero was not removed."""
+        return raw_signal_refusal(run.signals, self.plateau_settings) or zero_of_readings_refusal(
             run, self.zero_settings
         )
 
-    def derive(self, averages: Columns, zero: FloatArray, zero_se: FloatArray) -> Columns:
+    def derive(
+        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
         slip = averages["slide_roll_ratio"]
         direction = np.ones(len(slip))
@@ -316,15 +346,22 @@ class TractionRig(RigKind):
         # mishaps
         if is_backwards.sum() >= self.gates.faulty_plateaus_min:
             direction[is_backwards] = -1.0
-        force_n = direction * (averages["traction_force_n"] - zero)
+        force_n = direction * (averages["traction_force_n"] - zero_of_plateau)
         load_n = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
         mu = force_n / load_n
-        force_se_n = np.hypot(averages["traction_force_n_se"], zero_se)
+        force_se_n = np.hypot(averages["traction_force_n_se"], zero_of_plateau_se)
         mu_se = np.hypot(force_se_n, mu * averages["load_n_se"]) / load_n
-        film_um = averages.get("measured_film_thickness_um", unknown_values(len(zero)))
-        kept_columns = ("first_row", "last_row", "n_samples", "n_spikes", "time_s", "duration_s")
+        film_um = averages.get("measured_film_thickness_um", unknown_values(len(zero_of_plateau)))
+        unchanged_columns = (
+            "first_row",
+            "last_row",
+            "n_samples",
+            "n_spikes",
+            "time_s",
+            "duration_s",
+        )
         return {
-            **{name: averages[name] for name in (*kept_columns, *self.means)},
+            **{name: averages[name] for name in (*unchanged_columns, *self.mean_columns)},
             DIRECTION: direction,
             "slide_roll_ratio": direction * slip,
             "force_asymmetry": _asymmetry(averages),
@@ -354,15 +391,15 @@ class TractionRig(RigKind):
 
 def _columns_at_slips(averages: Columns, readings: RampReadings) -> Columns:
     """The columns of plateaus for points on a ramp: no slip is held, so nothing is to be steady."""
-    not_known = unknown_values(len(readings.slip))
+    unknown = unknown_values(len(readings.slip))
     return {
-        "duration_s": not_known,
-        "n_spikes": readings.spikes,
-        "n_samples": readings.stops - readings.starts - readings.spikes,
-        "slide_roll_ratio_change": not_known,
-        "slide_roll_ratio_transient": not_known,
-        "traction_force_n_change": not_known,
-        "traction_force_n_transient": not_known,
+        "duration_s": unknown,
+        "n_spikes": readings.spike_counts,
+        "n_samples": readings.stops - readings.starts - readings.spike_counts,
+        "slide_roll_ratio_change": unknown,
+        "slide_roll_ratio_transient": unknown,
+        "traction_force_n_change": unknown,
+        "traction_force_n_transient": unknown,
         "slide_roll_ratio": readings.slip,
         # a point is at its slip by definition
         "slide_roll_ratio_se": np.zeros(len(readings.slip)),
@@ -378,16 +415,21 @@ def _asymmetry(averages: Columns) -> FloatArray:
     """
     asymmetry = unknown_values(len(averages["time_s"]))
     if "traction_force_1_n" in averages:
-        disc_faster = averages["traction_force_1_n"]
-        ball_faster = averages["traction_force_2_n"]
-        size = np.abs(disc_faster) + np.abs(ball_faster)
-        np.divide(np.abs(disc_faster + ball_faster), size, out=asymmetry, where=size > 0)
+        force_disc_faster = averages["traction_force_1_n"]
+        force_ball_faster = averages["traction_force_2_n"]
+        sum_of_sizes = np.abs(force_disc_faster) + np.abs(force_ball_faster)
+        np.divide(
+            np.abs(force_disc_faster + force_ball_faster),
+            sum_of_sizes,
+            out=asymmetry,
+            where=sum_of_sizes > 0,
+        )
     return asymmetry
 
 
-# Sources of the zero. Two rolling phases are best: they show a drift. Standstill is last: static
-# friction may hold the force.
-BEST_FIRST = ("rolling_phases", "opening_phase", "standstill")
+# Names of sources of the zero. Two rolling phases are best: they show a drift. Standstill is last:
+# static friction may hold the force.
+ZERO_SOURCES_BEST_FIRST = ("rolling_phases", "opening_phase", "standstill")
 
 
 def zero_source(
@@ -406,7 +448,8 @@ def zero_source(
         disc_m_s: Surface speed of the disc, shape (n,).
         load_n: Normal load, shape (n,), in any unit: only ratios of mu matter.
         force_n: Traction force, shape (n,).
-        settings_by_source: Source of `BEST_FIRST` -> settings with it as `semantics: zero`.
+        settings_by_source: Source in `ZERO_SOURCES_BEST_FIRST` -> settings with it as
+            `semantics: zero`.
 
     Returns:
         A value of `semantics: zero`; None where no source is suitable.
@@ -420,11 +463,11 @@ def zero_source(
         "disc_speed_m_s": disc_m_s,
         "inlet_temperature_c": np.zeros(len(time_s)),
     }
-    for source in BEST_FIRST:
+    for source in ZERO_SOURCES_BEST_FIRST:
         settings = settings_by_source[source]
         signals = TractionRig.signals(samples, "", settings)
-        measured = measure(signals, TractionRig(settings), "")
-        if measured.flaw is None or measured.flaw.rule != "zero_missing":
+        measured_run = measure(signals, TractionRig(settings), "")
+        if measured_run.flaw is None or measured_run.flaw.rule != "zero_missing":
             return source
     return None
 
@@ -442,21 +485,21 @@ def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     points = points.assign(
         max_hertz_pressure_gpa=np.nan, film_thickness_um=np.nan, lambda_ratio=np.nan
     )
-    for (rig_name, oil_name), group in points.groupby(["rig", "oil"]):
+    for (rig_name, oil_name), points_of_rig_and_oil in points.groupby(["rig", "oil"]):
         contact = settings.rigs[str(rig_name)].contact()
         oil_file = settings.oils[str(oil_name)]
         if contact is not None:
             oil = oil_file.properties() if oil_file else None
-            derived = contact_state(group, contact, oil, settings.film)
-            points.loc[group.index, list(derived)] = derived
+            columns = contact_state(points_of_rig_and_oil, contact, oil, settings.film)
+            points.loc[points_of_rig_and_oil.index, list(columns)] = columns
         elif "nominal_max_hertz_pressure_gpa" in points:
             # without geometry only the pressure that the log or its sheet states is known
-            stated = group["nominal_max_hertz_pressure_gpa"]
-            points.loc[group.index, "max_hertz_pressure_gpa"] = stated
-    unjudged = points["lambda_ratio"].isna()
-    full_film = exceeds(points["lambda_ratio"], settings.gates.lambda_limit)
+            stated_gpa = points_of_rig_and_oil["nominal_max_hertz_pressure_gpa"]
+            points.loc[points_of_rig_and_oil.index, "max_hertz_pressure_gpa"] = stated_gpa
+    is_unjudged = points["lambda_ratio"].isna()
+    is_full_film = exceeds(points["lambda_ratio"], settings.gates.lambda_limit)
     judgement = np.select(
-        [unjudged, full_film], ["cannot be judged", "full film"], default="below limit"
+        [is_unjudged, is_full_film], ["cannot be judged", "full film"], default="below limit"
     )
     return points.assign(film_judgement=judgement)
 
@@ -474,9 +517,9 @@ def contact_state(
     """
     load_n = points["load_n"].where(points["load_n"] > LEAST_LOAD_N).to_numpy()
     pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
-    derived = pd.DataFrame({"max_hertz_pressure_gpa": pressure_pa / PA_PER_GPA}, points.index)
+    state = pd.DataFrame({"max_hertz_pressure_gpa": pressure_pa / PA_PER_GPA}, points.index)
     if oil is None:
-        return derived
+        return state
     thickness_m, lambda_ratio = contact_film(
         oil,
         contact,
@@ -486,7 +529,7 @@ def contact_state(
         inlet_temperature_c=points["inlet_temperature_c"].to_numpy(),
         slide_roll_ratio=points["slide_roll_ratio"].to_numpy(),
     )
-    return derived.assign(film_thickness_um=thickness_m / M_PER_UM, lambda_ratio=lambda_ratio)
+    return state.assign(film_thickness_um=thickness_m / M_PER_UM, lambda_ratio=lambda_ratio)
 
 
 def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFrame:
@@ -498,11 +541,13 @@ def with_calibration(points: pd.DataFrame, rigs: Mapping[str, Rig]) -> pd.DataFr
     rig_of_point = points["rig"].astype("category")
 
     def from_rig_files(key: str) -> "pd.Series[float]":
-        values = {name: getattr(rig.calibration, key, None) for name, rig in rigs.items()}
-        return rig_of_point.map(values).astype(float)
+        uncertainty_of_rig = {
+            name: getattr(rig.calibration, key, None) for name, rig in rigs.items()
+        }
+        return rig_of_point.map(uncertainty_of_rig).astype(float)
 
     uncertainties: dict[str, pd.Series[float]] = {}
-    for column, (measured, key) in _RELATIVE_CALIBRATION.items():
-        uncertainties[column] = points[measured].abs() * from_rig_files(key)
+    for column, (measured_column, key) in _RELATIVE_CALIBRATION.items():
+        uncertainties[column] = points[measured_column].abs() * from_rig_files(key)
     uncertainties["inlet_temperature_systematic_c"] = from_rig_files("temperature_c")
     return points.assign(**uncertainties)

@@ -26,11 +26,11 @@ from oilfilm.settings.config import (
     ZeroReferenceSettings,
 )
 
-# These say how speed and slope of a run are estimated. The limits that judge them are in the
-# configuration.
-# Column of plateaus: -1 where slip and force were negative, which `derive` turns round; else 1.
+# Column of plateaus: -1 where slip and force were negative, and `derive` has reversed both; else 1.
 DIRECTION = "direction"
-# Rows whose slips differ by less than a step belong to a signal, where they are so many.
+# The constants below say how speed and slope of a run are estimated. The limits that judge them are
+# in the configuration.
+# So many rows, whose slips differ by less than a step, are a signal and no settled readings.
 _FEWEST_ROWS_OF_SIGNAL = 100
 # Quantile of the speeds that stands for the speed of a run, without wild readings.
 _FASTEST_QUANTILE = 0.9
@@ -69,49 +69,49 @@ class ZeroReference:
 
     def _weights(self, time_s: FloatArray) -> FloatArray:
         """Share of each phase in the zero at each time, shape (times, phases)."""
-        phases = len(self.time_s)
-        if phases < 2 or self.time_s[0] == self.time_s[1]:
-            return np.full((len(time_s), phases), 1 / max(phases, 1))
+        phase_count = len(self.time_s)
+        if phase_count < 2 or self.time_s[0] == self.time_s[1]:
+            return np.full((len(time_s), phase_count), 1 / max(phase_count, 1))
         share = (time_s - self.time_s[0]) / (self.time_s[1] - self.time_s[0])
         return np.stack([1 - share, share], axis=1)
 
 
-def phase_too_short(
-    signals: Signals, phase: slice, name: str, min_duration_s: float
+def short_phase_refusal(
+    signals: Signals, phase: slice, phase_in_words: str, min_duration_s: float
 ) -> Refusal | None:
-    """A phase at rest that is missing or too short.
+    """The refusal by a phase at rest that is missing or too short; None where it can be used.
 
     Args:
         signals: The run.
         phase: The samples of the phase.
-        name: The phase in words, as in `opening phase of standstill`.
+        phase_in_words: The phase in words, as in `opening phase of standstill`.
         min_duration_s: Shortest phase that can be used.
     """
-    rows = phase.stop - phase.start
-    if rows <= 0:
-        return fault("zero_missing", "no_phase", name=name)
-    duration_s = rows * signals.interval_s
+    row_count = phase.stop - phase.start
+    if row_count <= 0:
+        return fault("zero_missing", "no_phase", name=phase_in_words)
+    duration_s = row_count * signals.interval_s
     # a single row gives no standard error
-    if reaches(duration_s, min_duration_s) and rows > 1:
+    if reaches(duration_s, min_duration_s) and row_count > 1:
         return None
     return fault(
         "zero_missing",
         "short_phase",
-        name=name,
-        rows=rows,
+        name=phase_in_words,
+        rows=row_count,
         duration=duration_s,
         least=min_duration_s,
     )
 
 
 def zero_reference(
-    signals: Signals, sensor: str, phases: Mapping[str, slice], spike_threshold: float
+    signals: Signals, sensor_column: str, phases: Mapping[str, slice], spike_threshold: float
 ) -> ZeroReference:
     """The zero from the phases at rest.
 
     Args:
         signals: The run.
-        sensor: Column of the sensor.
+        sensor_column: Column of the sensor.
         phases: Name of a phase -> its samples. Empty where the rig has removed the zero itself.
         spike_threshold: Threshold of the spike test, in robust standard deviations.
     """
@@ -119,24 +119,24 @@ def zero_reference(
         starts=np.array([phase.start for phase in phases.values()], dtype=np.int64),
         stops=np.array([phase.stop for phase in phases.values()], dtype=np.int64),
     )
-    outputs = stretches.cut(signals[sensor])
-    inside = ~stretches.spikes(outputs, spike_threshold)
-    output = stretches.means(outputs, inside)
+    phase_outputs = stretches.cut(signals[sensor_column])
+    is_used = ~stretches.spikes(phase_outputs, spike_threshold)
+    output = stretches.means(phase_outputs, is_used)
     return ZeroReference(
-        time_s=stretches.means(stretches.cut(signals.time_s), inside),
+        time_s=stretches.means(stretches.cut(signals.time_s), is_used),
         output=output,
-        output_se=stretches.standard_errors(outputs, inside, output),
+        output_se=stretches.standard_errors(phase_outputs, is_used, output),
     )
 
 
-def moved_zero(
+def moved_zero_refusal(
     zero: ZeroReference,
     division: Division,
     sensor: Channel,
-    allowed: float,
+    largest_drift: float,
     gates: SignalGateSettings,
 ) -> Refusal | None:
-    """A refusal if the zero after the run differs from that before it, by the most likely cause.
+    """The refusal of a zero that moves during the run, by the most likely cause; else None.
 
     The causes are:
 
@@ -148,62 +148,68 @@ def moved_zero(
         zero: The zero at both phases.
         division: The phases.
         sensor: The signal whose zero it is.
-        allowed: Largest difference, in the sensor's unit.
+        largest_drift: Largest difference, in the sensor's unit.
         gates: `zero_moving_share` and `significant_errors`.
     """
-    if abs(zero.drift) <= allowed:
+    if abs(zero.drift) <= largest_drift:
         return None
-    last_name = list(division.phases)[-1]
-    last_phase = division.phases[last_name]
-    values = division.at_rest[sensor.column][last_phase]
-    third = len(values) // 3
-    change = float(np.mean(values[-third:]) - np.mean(values[:third])) if third else 0.0
-    numbers = {"sensor": sensor, "drift": zero.drift, "allowed": allowed}
+    last_phase_name = list(division.phases)[-1]
+    last_phase = division.phases[last_phase_name]
+    last_outputs = division.rest_signals[sensor.column][last_phase]
+    third_count = len(last_outputs) // 3
+    change = (
+        float(np.mean(last_outputs[-third_count:]) - np.mean(last_outputs[:third_count]))
+        if third_count
+        else 0.0
+    )
+    fields = {"sensor": sensor, "drift": zero.drift, "allowed": largest_drift}
     # towards the opening zero, by more than the share of a steady drift
     if -change * np.sign(zero.drift) > gates.zero_moving_share * abs(zero.drift):
-        rows = division.at_rest.rows(last_phase.start, last_phase.stop - 1)
+        row_range = division.rest_signals.row_range(last_phase.start, last_phase.stop - 1)
         return fault(
             "zero_not_settled",
-            phase=last_name,
+            phase=last_phase_name,
             rest=division.rest_in_words,
             change=change,
-            **numbers,
-            **rows,
+            **fields,
+            **row_range,
         )
-    error = float(np.hypot(zero.output_se[0], zero.output_se[-1]))
-    if abs(zero.drift) <= gates.significant_errors * error:
-        return fault("zero_noisy", error=error, **numbers)
-    return fault("zero_drift", **numbers)
+    drift_se = float(np.hypot(zero.output_se[0], zero.output_se[-1]))
+    if abs(zero.drift) <= gates.significant_errors * drift_se:
+        return fault("zero_noisy", error=drift_se, **fields)
+    return fault("zero_drift", **fields)
 
 
 def _is_still(signals: Signals, settings: CurationSettings) -> BoolArray:
-    """The samples at which both surfaces are slower than a share of the run's speed."""
-    faster = np.maximum(np.abs(signals["ball_speed_m_s"]), np.abs(signals["disc_speed_m_s"]))
-    speeds = faster[np.isfinite(faster)]
-    speed_of_run_m_s = np.quantile(speeds, _FASTEST_QUANTILE) if len(speeds) else 0.0
-    return np.asarray(faster <= settings.zero_reference.standstill_share * speed_of_run_m_s)
+    """Mask of the samples at which both surfaces are slower than a share of the run's speed."""
+    faster_m_s = np.maximum(np.abs(signals["ball_speed_m_s"]), np.abs(signals["disc_speed_m_s"]))
+    finite_speeds_m_s = faster_m_s[np.isfinite(faster_m_s)]
+    speed_of_run_m_s = (
+        np.quantile(finite_speeds_m_s, _FASTEST_QUANTILE) if len(finite_speeds_m_s) else 0.0
+    )
+    return np.asarray(faster_m_s <= settings.zero_reference.standstill_share * speed_of_run_m_s)
 
 
 def phases_at_standstill(signals: Signals, settings: CurationSettings) -> dict[str, slice]:
     """The settled samples at standstill before a run, and those after it if they are enough."""
-    guard = round(settings.plateaus.guard_s / signals.interval_s)
-    settle = round(settings.plateaus.settle_s / signals.interval_s)
-    rows = len(signals)
-    turning = np.flatnonzero(~_is_still(signals, settings))
-    if len(turning) == 0:
-        first_turning, last_turning = 0, rows - 1
+    guard_rows = round(settings.plateaus.guard_s / signals.interval_s)
+    settle_rows = round(settings.plateaus.settle_s / signals.interval_s)
+    sample_count = len(signals)
+    turning_index = np.flatnonzero(~_is_still(signals, settings))
+    if len(turning_index) == 0:
+        first_turning_index, last_turning_index = 0, sample_count - 1
     else:
-        first_turning, last_turning = int(turning[0]), int(turning[-1])
-    phases = {"opening": slice(0, max(first_turning - guard, 0))}
-    closing = slice(min(last_turning + 1 + settle, rows), rows)
+        first_turning_index, last_turning_index = int(turning_index[0]), int(turning_index[-1])
+    phases = {"opening": slice(0, max(first_turning_index - guard_rows, 0))}
+    closing = slice(min(last_turning_index + 1 + settle_rows, sample_count), sample_count)
     min_duration_s = settings.zero_reference.min_duration_s
-    if phase_too_short(signals, closing, "closing phase", min_duration_s) is None:
+    if short_phase_refusal(signals, closing, "closing phase", min_duration_s) is None:
         phases["closing"] = closing
     return phases
 
 
-def turns_steadily(signals: Signals, settings: CurationSettings) -> BoolArray:
-    """The samples at which a rig turns, without ramps out of and into standstill.
+def is_turning_steadily(signals: Signals, settings: CurationSettings) -> BoolArray:
+    """Mask of the samples at which a rig turns, without ramps out of and into standstill.
 
     A ramp ends where the speed equals the mean of the following window. `settle_s` is cut off after
     a ramp and `guard_s` before the next one.
@@ -213,82 +219,93 @@ def turns_steadily(signals: Signals, settings: CurationSettings) -> BoolArray:
     if not is_still.any():
         return is_turning
     interval_s = signals.interval_s
-    window = max(round(settings.plateaus.window_s / interval_s), 2)
-    settle = round(settings.plateaus.settle_s / interval_s)
-    guard = round(settings.plateaus.guard_s / interval_s)
+    window_rows = max(round(settings.plateaus.window_s / interval_s), 2)
+    settle_rows = round(settings.plateaus.settle_s / interval_s)
+    guard_rows = round(settings.plateaus.guard_s / interval_s)
     tolerance = settings.zero_reference.ramp_tolerance
     speed = signals["entrainment_speed_m_s"]
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], is_still, [0]]).astype(int)))
-    for start, stop in edges.reshape(-1, 2):
+    standstill_edges = np.flatnonzero(np.diff(np.concatenate([[0], is_still, [0]]).astype(int)))
+    for start, stop in standstill_edges.reshape(-1, 2):
         # within a run a few readings of 0 are lost readings and no standstill
-        if stop - start < window and 0 < start and stop < len(is_still):
+        if stop - start < window_rows and 0 < start and stop < len(is_still):
             continue
-        ramp_up = _ramp_length(speed[stop:], window, tolerance)
-        ramp_down = _ramp_length(speed[:start][::-1], window, tolerance)
-        is_turning[max(start - ramp_down - guard, 0) : stop + ramp_up + settle] = False
+        ramp_up_rows = _ramp_length(speed[stop:], window_rows, tolerance)
+        ramp_down_rows = _ramp_length(speed[:start][::-1], window_rows, tolerance)
+        is_turning[
+            max(start - ramp_down_rows - guard_rows, 0) : stop + ramp_up_rows + settle_rows
+        ] = False
     return is_turning
 
 
-def _ramp_length(speed: FloatArray, window: int, tolerance: float) -> int:
-    """Samples before a speed equals the mean of the window that it begins; all if it never does."""
-    if len(speed) < window:
+def _ramp_length(speed: FloatArray, window_rows: int, tolerance: float) -> int:
+    """Number of samples before a speed equals the mean of the following window.
+
+    It is the number of all samples where this never happens.
+    """
+    if len(speed) < window_rows:
         return len(speed)
     running_sum = np.concatenate([[0.0], np.cumsum(speed)])
-    mean = (running_sum[window:] - running_sum[:-window]) / window
-    is_steady = np.abs(speed[: len(mean)] - mean) <= tolerance * np.abs(mean)
+    mean_speed = (running_sum[window_rows:] - running_sum[:-window_rows]) / window_rows
+    is_steady = np.abs(speed[: len(mean_speed)] - mean_speed) <= tolerance * np.abs(mean_speed)
     # the zeros of the next standstill are steady too, but do not end this ramp
-    is_steady &= mean != 0
+    is_steady &= mean_speed != 0
     return int(np.argmax(is_steady)) if is_steady.any() else len(speed)
 
 
-def sliding_phase(division: Division, name: str, limit: float) -> Refusal | None:
-    """A phase whose slide-roll ratio is beyond a limit; None where it is not."""
-    slip = float(np.mean(division.at_rest["slide_roll_ratio"][division.phases[name]]))
-    if abs(slip) <= limit:
-        return None
-    return fault("zero_missing", "sliding_phase", phase=name, slip=slip, limit=limit)
-
-
-def part_of_curve(
-    division: Division, plateaus: Columns, allowed: float, significant_errors: float
+def sliding_phase_refusal(
+    division: Division, phase_name: str, largest_slip: float
 ) -> Refusal | None:
-    """A phase taken for pure rolling whose traction is more than a share of the largest one.
+    """The refusal by a phase whose mean slide-roll ratio is beyond a limit; else None."""
+    slip = float(np.mean(division.rest_signals["slide_roll_ratio"][division.phases[phase_name]]))
+    if abs(slip) <= largest_slip:
+        return None
+    return fault("zero_missing", "sliding_phase", phase=phase_name, slip=slip, limit=largest_slip)
+
+
+def phase_of_curve_refusal(
+    division: Division, plateaus: Columns, largest_share: float, significant_errors: float
+) -> Refusal | None:
+    """The refusal by a phase that is taken for pure rolling and is part of the curve; else None.
+
+    It is part of the curve where its traction is more than a share of the largest one.
 
     Args:
         division: The phases.
         plateaus: The plateaus of the run.
-        allowed: That share.
+        largest_share: Largest share of the largest traction coefficient.
         significant_errors: Standard errors beyond which a slip is significant.
     """
-    slips = plateaus["slide_roll_ratio"]
-    mu = plateaus["traction_coefficient"]
-    largest = float(np.nanmax(np.abs(mu), initial=0.0))
-    for name, phase in division.phases.items():
-        phase_slips = division.at_rest["slide_roll_ratio"][phase]
-        slip, error = mean_with_error(phase_slips)
+    plateau_slips = plateaus["slide_roll_ratio"]
+    plateau_mu = plateaus["traction_coefficient"]
+    largest_mu = float(np.nanmax(np.abs(plateau_mu), initial=0.0))
+    for phase_name, phase in division.phases.items():
+        phase_slips = division.rest_signals["slide_roll_ratio"][phase]
+        slip, slip_se = mean_with_error(phase_slips)
         # Student's distribution: the error of the mean of few readings is itself uncertain
-        chance = scipy.stats.norm.sf(significant_errors)
-        errors = float(scipy.stats.t.isf(chance, max(len(phase_slips) - 1, 1)))
-        if abs(slip) <= errors * error:
+        tail_probability = scipy.stats.norm.sf(significant_errors)
+        error_limit = float(scipy.stats.t.isf(tail_probability, max(len(phase_slips) - 1, 1)))
+        if abs(slip) <= error_limit * slip_se:
             continue
-        slope = initial_slope(slips, mu, slip)
+        slope = initial_slope(plateau_slips, plateau_mu, slip)
         removed_mu = abs(slope * slip)
-        if removed_mu > allowed * largest:
+        if removed_mu > largest_share * largest_mu:
             return fault(
                 "zero_missing",
                 "part_of_curve",
-                phase=name,
-                share=removed_mu / largest,
+                phase=phase_name,
+                share=removed_mu / largest_mu,
                 slip=slip,
                 slope=slope,
                 mu=removed_mu,
-                allowed=allowed,
+                allowed=largest_share,
             )
     return None
 
 
-def force_left(run: Run, curation: CurationSettings, significant_errors: float) -> Refusal | None:
-    """A force without slip or at standstill although the rig is said to have removed its zero.
+def force_left_refusal(
+    run: Run, curation: CurationSettings, significant_errors: float
+) -> Refusal | None:
+    """The refusal by a force without slip or at standstill, where the rig removes the zero itself.
 
     Args:
         run: The run.
@@ -299,9 +316,9 @@ def force_left(run: Run, curation: CurationSettings, significant_errors: float) 
     allowed_n = curation.zero_reference.max_drift_n
     min_duration_s = curation.zero_reference.min_duration_s
     phases = {
-        f"in the {name} phase of standstill": phase
-        for name, phase in phases_at_standstill(run.signals, curation).items()
-        if phase_too_short(run.signals, phase, name, min_duration_s) is None
+        f"in the {phase_name} phase of standstill": phase
+        for phase_name, phase in phases_at_standstill(run.signals, curation).items()
+        if short_phase_refusal(run.signals, phase, phase_name, min_duration_s) is None
     }
     threshold = curation.spikes.threshold
     standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
@@ -312,54 +329,58 @@ def force_left(run: Run, curation: CurationSettings, significant_errors: float) 
     conditions = ["without slip"] * int(is_rolling.sum()) + list(phases)
     force_n = np.append(plateaus["traction_force_n"][is_rolling], standstill.output)
     error_n = np.append(force_error_n[is_rolling], standstill.output_se)
-    return _first_force_left(force_n, significant_errors * error_n, conditions, allowed_n)
+    return _first_force_refusal(force_n, significant_errors * error_n, conditions, allowed_n)
 
 
-def force_left_in_rolling(
+def force_in_rolling_refusal(
     signals: Signals,
     phases: Mapping[str, slice],
     curation: CurationSettings,
     significant_errors: float,
 ) -> Refusal | None:
-    """A force in pure rolling although the rig is said to have removed its zero.
+    """The refusal by a force in pure rolling, where the rig removes the zero itself.
 
     Args:
         signals: The run.
         phases: Name of a phase of pure rolling -> its samples; short ones are not judged.
         curation: `zero_reference` and `spikes`.
-        significant_errors: As for `force_left`.
+        significant_errors: As for `force_left_refusal`.
     """
     settings = curation.zero_reference
     judged_phases = {
-        f"in the {name} phase of pure rolling": phase
-        for name, phase in phases.items()
-        if phase_too_short(signals, phase, name, settings.min_duration_s) is None
+        f"in the {phase_name} phase of pure rolling": phase
+        for phase_name, phase in phases.items()
+        if short_phase_refusal(signals, phase, phase_name, settings.min_duration_s) is None
     }
     zero = zero_reference(signals, "traction_force_n", judged_phases, curation.spikes.threshold)
     tolerances_n = significant_errors * zero.output_se
-    return _first_force_left(zero.output, tolerances_n, list(judged_phases), settings.max_drift_n)
+    return _first_force_refusal(
+        zero.output, tolerances_n, list(judged_phases), settings.max_drift_n
+    )
 
 
-def _first_force_left(
+def _first_force_refusal(
     force_n: FloatArray, tolerances_n: FloatArray, conditions: Sequence[str], allowed_n: float
 ) -> Refusal | None:
-    """The first force beyond what is allowed; None where all are within it.
+    """The refusal by the first force beyond what is allowed; None where all are within it.
 
     Args:
-        force_n: Forces where there should be none, shape (places,).
-        tolerances_n: What their noise explains, shape (places,).
-        conditions: Where they are, in words.
+        force_n: Forces where there should be none, shape (conditions,).
+        tolerances_n: What their noise explains, shape (conditions,).
+        conditions: The condition of each force, in words.
         allowed_n: Largest force that is allowed.
     """
-    beyond = np.flatnonzero(np.abs(force_n) > allowed_n + tolerances_n)
-    if len(beyond) == 0:
+    index_beyond = np.flatnonzero(np.abs(force_n) > allowed_n + tolerances_n)
+    if len(index_beyond) == 0:
         return None
-    first = beyond[0]
-    return fault("zero_left", force=force_n[first], place=conditions[first], allowed=allowed_n)
+    first_beyond = index_beyond[0]
+    return fault(
+        "zero_left", force=force_n[first_beyond], place=conditions[first_beyond], allowed=allowed_n
+    )
 
 
-def raw_signal(signals: Signals, settings: PlateauSettings) -> Refusal | None:
-    """Rows that are no settled readings, because they follow each other too closely.
+def raw_signal_refusal(signals: Signals, settings: PlateauSettings) -> Refusal | None:
+    """The refusal of rows that follow each other too closely to be settled readings; else None.
 
     Args:
         signals: The run.
@@ -367,21 +388,21 @@ def raw_signal(signals: Signals, settings: PlateauSettings) -> Refusal | None:
     """
     # NaN where the log has no time
     interval_s = median(np.diff(signals.time_s))
-    step = median(np.abs(np.diff(signals["slide_roll_ratio"])))
-    numbers = dict(rows=len(signals), interval=interval_s, step=step)
-    numbers |= dict(least_s=settings.min_duration_s, least=settings.min_step)
+    slip_step = median(np.abs(np.diff(signals["slide_roll_ratio"])))
+    fields = dict(rows=len(signals), interval=interval_s, step=slip_step)
+    fields |= dict(least_s=settings.min_duration_s, least=settings.min_step)
     if interval_s > 0 and exceeds(settings.min_duration_s, interval_s):
-        return fault("no_settled_readings", "fast_rows", **numbers)
+        return fault("no_settled_readings", "fast_rows", **fields)
     has_many_rows = len(signals) >= _FEWEST_ROWS_OF_SIGNAL
-    if not interval_s > 0 and has_many_rows and step < settings.min_step / 2:
-        return fault("no_settled_readings", "close_rows", **numbers)
+    if not interval_s > 0 and has_many_rows and slip_step < settings.min_step / 2:
+        return fault("no_settled_readings", "close_rows", **fields)
     return None
 
 
-def _forces_reversed(signals: Signals) -> bool:
-    """Whether the rig reverses the slip: half the difference of both forces has no zero."""
-    one_direction = signals.columns.get("traction_force_1_n", np.empty(0))
-    return bool(np.isfinite(one_direction).any())
+def _reverses_slip(signals: Signals) -> bool:
+    """Whether the rig reverses the slip; then half the difference of both forces has no zero."""
+    force_of_one_direction = signals.columns.get("traction_force_1_n", np.empty(0))
+    return bool(np.isfinite(force_of_one_direction).any())
 
 
 def _largest_zero_n(plateaus: Columns, settings: ZeroReferenceSettings) -> FloatArray:
@@ -391,47 +412,49 @@ def _largest_zero_n(plateaus: Columns, settings: ZeroReferenceSettings) -> Float
     return np.asarray(np.fmax(settings.max_drift_n, share_n))
 
 
-def _without_slip(plateaus: Columns, allowed_n: FloatArray) -> BoolArray:
-    """Settled readings so near pure rolling that their own traction is less than a force."""
+def _is_without_slip(plateaus: Columns, allowed_n: FloatArray) -> BoolArray:
+    """Mask of settled readings so near pure rolling that their traction is below a force."""
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
     slope = initial_slope(slip[slip != 0], mu[slip != 0], 0.0)
     return np.asarray(slope * np.abs(slip) * plateaus["load_n"] <= allowed_n)
 
 
-def is_tested(run: Run, settings: ZeroReferenceSettings) -> bool:
+def shows_its_zero(run: Run, settings: ZeroReferenceSettings) -> bool:
     """Whether settled readings show their zero: without slip, or in both directions of it."""
-    rolls = _without_slip(run.plateaus, _largest_zero_n(run.plateaus, settings))
-    in_both_directions, _ = differences_of_directions(run.plateaus)
-    return bool(rolls.any() or len(in_both_directions) or _forces_reversed(run.signals))
+    is_rolling = _is_without_slip(run.plateaus, _largest_zero_n(run.plateaus, settings))
+    differences, _ = differences_of_directions(run.plateaus)
+    return bool(is_rolling.any() or len(differences) or _reverses_slip(run.signals))
 
 
-def zero_of_readings(run: Run, settings: ZeroReferenceSettings) -> Refusal | None:
-    """A zero that is left in settled readings, by those without slip or of both directions.
+def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refusal | None:
+    """The refusal by a zero that is left in settled readings; None where none is found.
+
+    Readings without slip show it, and readings of both directions of slip.
 
     Args:
         run: The run, of which each row is a plateau.
         settings: Largest zero, and largest share of the largest traction.
     """
-    if _forces_reversed(run.signals):
+    if _reverses_slip(run.signals):
         return None
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
     load_n = run.plateaus["load_n"]
     largest_n = _largest_zero_n(run.plateaus, settings)
-    is_rolling = _without_slip(run.plateaus, largest_n)
+    is_rolling = _is_without_slip(run.plateaus, largest_n)
     # a reading with some slip may have as much traction of its own
     allowed_n = largest_n * np.where(slip == 0, 1, 2)
-    beyond = np.flatnonzero(is_rolling & (np.abs(mu * load_n) > allowed_n))
-    if len(beyond):
-        first = beyond[0]
+    index_beyond = np.flatnonzero(is_rolling & (np.abs(mu * load_n) > allowed_n))
+    if len(index_beyond):
+        first_beyond = index_beyond[0]
         return fault(
             "zero_left",
             "zero_left_without_slip",
-            force=mu[first] * load_n[first],
-            mu=mu[first],
-            slip=slip[first],
-            allowed=allowed_n[first],
+            force=mu[first_beyond] * load_n[first_beyond],
+            mu=mu[first_beyond],
+            slip=slip[first_beyond],
+            allowed=allowed_n[first_beyond],
         )
     offset_mu = zero_of_directions(run.plateaus)
     allowed_mu = median(largest_n / load_n)
@@ -450,24 +473,24 @@ def zero_of_directions(plateaus: Columns) -> float:
 
 
 def differences_of_directions(plateaus: Columns) -> tuple[FloatArray, FloatArray]:
-    """Size of mu at positive slips less that at negative ones, and that at negative ones.
+    """Difference of mu between positive and negative slips of the same size, and mu at the latter.
 
-    Only slips that both directions reach are compared. Positive slips are interpolated.
+    Only slips that both directions reach are compared. Mu at positive slips is interpolated.
 
     Returns:
         Both of shape (negative slips,).
     """
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
-    is_known = np.isfinite(slip) & np.isfinite(mu)
-    is_negative = is_known & (plateaus[DIRECTION] < 0)
-    is_positive = is_known & (plateaus[DIRECTION] > 0)
+    has_mu = np.isfinite(slip) & np.isfinite(mu)
+    is_negative = has_mu & (plateaus[DIRECTION] < 0)
+    is_positive = has_mu & (plateaus[DIRECTION] > 0)
     if not is_negative.any() or not is_positive.any():
         return np.empty(0), np.empty(0)
-    by_slip = np.argsort(slip[is_positive], kind="stable")
-    rising = slip[is_positive][by_slip]
-    is_shared = is_negative & (slip >= rising[0]) & (slip <= rising[-1])
-    positive_mu = np.interp(slip[is_shared], rising, mu[is_positive][by_slip])
+    order_by_slip = np.argsort(slip[is_positive], kind="stable")
+    rising_slip = slip[is_positive][order_by_slip]
+    is_shared = is_negative & (slip >= rising_slip[0]) & (slip <= rising_slip[-1])
+    positive_mu = np.interp(slip[is_shared], rising_slip, mu[is_positive][order_by_slip])
     return positive_mu - mu[is_shared], mu[is_shared]
 
 
@@ -493,27 +516,29 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
         >>> print(f"{initial_slope(slip, mu, 0.002):.3f}")
         4.554
     """
-    distance = np.abs(slip - at_slip)
-    size = np.abs(mu)
-    usable = np.isfinite(distance) & np.isfinite(size)
-    usable &= (distance > 0) & (distance >= abs(at_slip) / 2)
-    distance = distance[usable]
-    size = size[usable]
-    if len(distance) == 0:
+    slip_distance = np.abs(slip - at_slip)
+    mu_size = np.abs(mu)
+    is_usable = np.isfinite(slip_distance) & np.isfinite(mu_size)
+    is_usable &= (slip_distance > 0) & (slip_distance >= abs(at_slip) / 2)
+    slip_distance = slip_distance[is_usable]
+    mu_size = mu_size[is_usable]
+    if len(slip_distance) == 0:
         return 0.0
-    is_nearest = reaches(_SAME_LEVEL_RATIO * distance.min(), distance)
-    nearest_distance = distance[is_nearest].mean()
-    nearest_size = size[is_nearest].mean()
-    chord = nearest_size / nearest_distance
-    distance = distance[~is_nearest]
-    size = size[~is_nearest]
-    if len(distance) == 0:
+    is_nearest = reaches(_SAME_LEVEL_RATIO * slip_distance.min(), slip_distance)
+    nearest_slip_distance = slip_distance[is_nearest].mean()
+    nearest_mu_size = mu_size[is_nearest].mean()
+    chord = nearest_mu_size / nearest_slip_distance
+    slip_distance = slip_distance[~is_nearest]
+    mu_size = mu_size[~is_nearest]
+    if len(slip_distance) == 0:
         return float(_STEEPEST_RATIO * chord)
-    is_following = reaches(_SAME_LEVEL_RATIO * distance.min(), distance)
-    step = distance[is_following].mean() - nearest_distance
-    next_chord = (size[is_following] - nearest_size).mean() / step
+    is_following = reaches(_SAME_LEVEL_RATIO * slip_distance.min(), slip_distance)
+    distance_to_next_level = slip_distance[is_following].mean() - nearest_slip_distance
+    next_chord = (mu_size[is_following] - nearest_mu_size).mean() / distance_to_next_level
     if next_chord <= 0:
         return float(_STEEPEST_RATIO * chord)
     # from the middle of the first chord back to the middle between no slip and that of the zero
-    exponent = (nearest_distance + abs(at_slip)) / (nearest_distance + step)
+    exponent = (nearest_slip_distance + abs(at_slip)) / (
+        nearest_slip_distance + distance_to_next_level
+    )
     return float(chord * np.clip((chord / next_chord) ** exponent, 1, _STEEPEST_RATIO))

@@ -28,12 +28,12 @@ MOST_ROWS = 4_500_000
 # Largest ratio of the unpacked to the packed size. An archive with more was made to fill the
 # memory.
 MOST_UNPACKED_RATIO = 250
-_LARGEST_TEXT_BY_LINE_MIB = 64
+_LARGEST_TEXT_READ_BY_LINE_MIB = 64
 _BYTES_PER_MIB = 1 << 20
 
 
 # Set points of a run that its log or the campaign states, by key.
-Nominal = Mapping[str, float]
+SetPoints = Mapping[str, float]
 # Set point -> its quantity, as header keys name it, and its unit.
 SET_POINT_UNITS = {
     "max_hertz_pressure_gpa": ("max_hertz_pressure", "GPa"),
@@ -70,14 +70,14 @@ class Refusal:
     last_row: int = 0
     refused_rows: int = 0
 
-    def of_rows(self, run_id: str, first: int, last: int) -> "Refusal":
-        """The refusal of the rows from `first` to `last`; of no rows where `last` is smaller."""
+    def of_rows(self, run_id: str, first_row: int, last_row: int) -> "Refusal":
+        """The refusal of rows `first_row` to `last_row`; of no rows if `last_row` is smaller."""
         return replace(
             self,
             run_id=run_id,
-            first_row=min(first, last),
-            last_row=last,
-            refused_rows=last - first + 1,
+            first_row=min(first_row, last_row),
+            last_row=last_row,
+            refused_rows=last_row - first_row + 1,
         )
 
 
@@ -86,13 +86,15 @@ class UnreadableLogError(Exception):
 
     Attributes:
         refusal: Why it cannot be used.
-        rows: Number of lines that may be data rows.
+        row_count: Number of lines that may be data rows.
     """
 
-    def __init__(self, reason: str, advice: str = "", rows: int = 0, rule: str = "columns") -> None:
+    def __init__(
+        self, reason: str, advice: str = "", row_count: int = 0, rule: str = "columns"
+    ) -> None:
         super().__init__(reason)
         self.refusal = Refusal(rule, reason, advice)
-        self.rows = rows
+        self.row_count = row_count
 
     @classmethod
     def from_refusal(cls, refusal: Refusal) -> Self:
@@ -105,14 +107,14 @@ def too_large(reason: str) -> UnreadableLogError:
     return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
 
-def check_rows(rows: int) -> None:
+def check_row_count(row_count: int) -> None:
     """Refuse a table with more rows than any log, before it is read.
 
     Raises:
         UnreadableLogError: The table has more than `MOST_ROWS` rows.
     """
-    if rows > MOST_ROWS:
-        raise too_large(f"the log has {rows} rows, more than {MOST_ROWS}")
+    if row_count > MOST_ROWS:
+        raise too_large(f"the log has {row_count} rows, more than {MOST_ROWS}")
 
 
 def check_lines(content: bytes) -> None:
@@ -121,13 +123,13 @@ def check_lines(content: bytes) -> None:
     Raises:
         UnreadableLogError: The text is too large.
     """
-    if len(content) > _LARGEST_TEXT_BY_LINE_MIB * _BYTES_PER_MIB:
-        raise too_large(f"a text of this format is read up to {_LARGEST_TEXT_BY_LINE_MIB} MiB")
+    if len(content) > _LARGEST_TEXT_READ_BY_LINE_MIB * _BYTES_PER_MIB:
+        raise too_large(f"a text of this format is read up to {_LARGEST_TEXT_READ_BY_LINE_MIB} MiB")
 
 
 @dataclass(frozen=True)
-class LogColumn:
-    """A column of a log that is read.
+class ColumnSummary:
+    """What a column of a log that is read holds, for messages and `oilfilm check`.
 
     Attributes:
         name: Name in the log.
@@ -155,18 +157,18 @@ class Understood:
     """How the columns and the header of a run were understood.
 
     Attributes:
-        columns: The columns that are read.
-        unused: Names of the columns that are not read.
-        sources: Source of each header key: `header` or `run sheet`.
-        names: All columns, each with the unit beside its name.
-        stated: Header keys, each with its value, without oil, rig and set points.
+        columns: Summaries of the columns that are read.
+        unused_names: Names of the columns that are not read.
+        source_of_key: Header key -> its source: `header` or `run sheet`.
+        names_with_units: Names of all columns, each with the unit beside it.
+        statements: Header lines as `key=text`, without those of oil, rig and set points.
     """
 
-    columns: Sequence[LogColumn] = ()
-    unused: Sequence[str] = ()
-    sources: Mapping[str, str] = field(default_factory=dict)
-    names: tuple[str, ...] = ()
-    stated: tuple[str, ...] = ()
+    columns: Sequence[ColumnSummary] = ()
+    unused_names: Sequence[str] = ()
+    source_of_key: Mapping[str, str] = field(default_factory=dict)
+    names_with_units: tuple[str, ...] = ()
+    statements: tuple[str, ...] = ()
 
 
 NOTHING_UNDERSTOOD = Understood()
@@ -178,10 +180,10 @@ class LoggedRun:
 
     Attributes:
         run_id: Unique name of the run.
-        oil: Id of the oil.
-        rig: Name of the rig file; of a torque log the bearing.
-        kind: `continuous` or `steps` (settled readings).
-        nominal: Set points of the run.
+        oil_name: Id of the oil.
+        rig_name: Name of the rig file; of a torque log the bearing.
+        log_kind: `continuous` or `steps` (settled readings).
+        set_points: Set points that the log, its sheet or the campaign states.
         samples: Its columns in the table of samples.
         flaw: Why the run cannot be used; None where it can. The samples are kept in both cases.
         label: Name that the log itself gives the run.
@@ -189,10 +191,10 @@ class LoggedRun:
     """
 
     run_id: str
-    oil: str
-    rig: str
-    kind: str
-    nominal: Nominal
+    oil_name: str
+    rig_name: str
+    log_kind: str
+    set_points: SetPoints
     samples: Columns
     flaw: Refusal | None = None
     label: str = ""
@@ -231,14 +233,14 @@ class Reading:
     """Everything found in one raw file.
 
     Attributes:
-        rows: Number of data rows, good and bad.
+        row_count: Number of data rows, good and bad.
         runs: The runs of the file.
         refusals: What was refused of it, and remarks.
         form: How the text was read.
         unpacked_sha256: sha256 of the content of a packed file; empty where it is not packed.
     """
 
-    rows: int
+    row_count: int
     runs: list[LoggedRun] = field(default_factory=list)
     refusals: list[Refusal] = field(default_factory=list)
     form: TextForm = NO_TEXT
@@ -246,12 +248,12 @@ class Reading:
 
 
 def refused_ranges(
-    run_id: str, rows: IndexArray, rule: str, problem: str, advice: str
+    run_id: str, row_numbers: IndexArray, rule: str, problem: str, advice: str
 ) -> list[Refusal]:
     """One refusal per unbroken range of rows that have the same problem."""
     return [
         Refusal(rule, f"rows {first} to {last}: {problem}", advice).of_rows(run_id, first, last)
-        for first, last in unbroken_ranges(rows)
+        for first, last in unbroken_ranges(row_numbers)
     ]
 
 
@@ -277,12 +279,12 @@ def parse_decimal(text: str) -> float:
     return parse_number(text.replace(",", ".", 1))
 
 
-def parse_set_point(name: str, text: str) -> float | None:
+def parse_set_point(set_point_key: str, text: str) -> float | None:
     """The number of a set point, with a decimal point or comma.
 
     None where the text is no number, or where the number is out of the range of the set point.
     """
-    least, most = _set_point_range(name)
+    least, most = _set_point_range(set_point_key)
     try:
         value = parse_decimal(text)
     except ValueError:
@@ -290,20 +292,20 @@ def parse_set_point(name: str, text: str) -> float | None:
     return value if least < value < most else None
 
 
-def expected_set_point(name: str) -> str:
+def expected_set_point(set_point_key: str) -> str:
     """The range and unit of a set point, for a message."""
-    least, most = _set_point_range(name)
-    _, unit = SET_POINT_UNITS[name]
+    least, most = _set_point_range(set_point_key)
+    _, unit = SET_POINT_UNITS[set_point_key]
     if unit == "GPa":
         unit = "GPa, not MPa"
     return f"a number above {least:g}, below {most:g} (in {unit})"
 
 
-def _set_point_range(name: str) -> tuple[float, float]:
-    """Both limits are excluded; in the unit of the set point."""
-    if name == "inlet_temperature_c":
+def _set_point_range(set_point_key: str) -> tuple[float, float]:
+    """Lower and upper limit of a set point, in its unit; both limits are excluded."""
+    if set_point_key == "inlet_temperature_c":
         return ABSOLUTE_ZERO_C, LARGEST_READING
-    if name == "max_hertz_pressure_gpa":
+    if set_point_key == "max_hertz_pressure_gpa":
         return 0.0, LARGEST_PRESSURE_GPA
     return 0.0, LARGEST_READING
 
@@ -314,17 +316,20 @@ def distinct_names(names: Iterable[str]) -> list[str]:
     distinct = []
     for name in names:
         # a name becomes part of other names: no backslashes of escaped characters
-        plain = "".join(mark if mark.isprintable() else "?" for mark in name)[:80]
-        occurrences[plain] += 1
-        count = occurrences[plain]
-        distinct.append(f"{plain}-{count}" if count > 1 else plain)
+        printable_name = "".join(mark if mark.isprintable() else "?" for mark in name)[:80]
+        occurrences[printable_name] += 1
+        count = occurrences[printable_name]
+        distinct.append(f"{printable_name}-{count}" if count > 1 else printable_name)
     return distinct
 
 
-def unbroken_ranges(rows: IndexArray) -> list[tuple[int, int]]:
+def unbroken_ranges(row_numbers: IndexArray) -> list[tuple[int, int]]:
     """Sorted row numbers as (first, last) pairs of unbroken ranges."""
-    if len(rows) == 0:
+    if len(row_numbers) == 0:
         return []
-    starts = np.flatnonzero(np.diff(rows, prepend=rows[0] - 2) != 1)
-    ends = np.append(starts[1:] - 1, len(rows) - 1)
-    return [(int(rows[start]), int(rows[end])) for start, end in zip(starts, ends, strict=True)]
+    start_index = np.flatnonzero(np.diff(row_numbers, prepend=row_numbers[0] - 2) != 1)
+    end_index = np.append(start_index[1:] - 1, len(row_numbers) - 1)
+    return [
+        (int(row_numbers[start_of_range]), int(row_numbers[end_of_range]))
+        for start_of_range, end_of_range in zip(start_index, end_index, strict=True)
+    ]

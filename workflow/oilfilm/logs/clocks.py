@@ -34,28 +34,33 @@ def with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     """
     meanings = vocabulary.meanings(table.names, table.units)
     has_time = any(quantity == "time" for quantity, _ in meanings.values())
-    clocked_indices = [
-        index for index in meanings if index in table.clocks or index in table.time_column_of
+    clocked_column_indices = [
+        index
+        for index in meanings
+        if index in table.clock_of_column or index in table.time_index_of_column
     ]
-    if has_time or not clocked_indices or table.columns:
+    if has_time or not clocked_column_indices or table.columns:
         return table
-    if not table.time_column_of:
-        clocks = [_clock(table, index) for index in clocked_indices]
-        if _is_one_clock(clocks, table.rows):
-            return _with_time_column(table, _ticks(clocks[0], table.rows), clocks[0].unit, {})
-    if len(clocked_indices) < len(meanings):
+    if not table.time_index_of_column:
+        clocks = [_clock_since_log_start(table, index) for index in clocked_column_indices]
+        if _is_one_clock(clocks, table.row_count):
+            return _with_time_column(
+                table, _times_by_clock(clocks[0], table.row_count), clocks[0].unit, {}
+            )
+    if len(clocked_column_indices) < len(meanings):
         # of the other channels nobody knows when they were read
         return table
-    return _aligned(table, clocked_indices)
+    return _aligned(table, clocked_column_indices)
 
 
-def _is_one_clock(clocks: Sequence[Clock], rows: int) -> bool:
+def _is_one_clock(clocks: Sequence[Clock], row_count: int) -> bool:
     """Whether clocks agree over all rows."""
     first_clock = clocks[0]
     for clock in clocks:
         # largest difference of both clocks in any row
         difference = (
-            abs(clock.start - first_clock.start) + abs(clock.interval - first_clock.interval) * rows
+            abs(clock.start - first_clock.start)
+            + abs(clock.interval - first_clock.interval) * row_count
         )
         if clock.unit != first_clock.unit or not difference <= _SAME_CLOCK * abs(
             first_clock.interval
@@ -71,103 +76,120 @@ class _Channel(NamedTuple):
     readings: FloatArray
 
 
-def _aligned(table: LoggedTable, indices: Sequence[int]) -> LoggedTable:
+def _aligned(table: LoggedTable, channel_indices: Sequence[int]) -> LoggedTable:
     """The table with its channels at the times of the fastest one.
 
     Args:
         table: The table.
-        indices: Indices of the channels that are read.
+        channel_indices: Indices of the channels that are read.
     """
     channels: dict[int, _Channel] = {}
-    units = {table.clocks[index].unit for index in indices if index in table.clocks} or {"s"}
-    for index, readings in zip(indices, table.values(indices), strict=True):
+    units = {
+        table.clock_of_column[index].unit
+        for index in channel_indices
+        if index in table.clock_of_column
+    } or {"s"}
+    for index, readings in zip(channel_indices, table.read_values(channel_indices), strict=True):
         if readings.dtype.kind not in "iuf":
             return table
-        times = _times(table, index)
-        rows_with_reading = np.flatnonzero(np.isfinite(readings) & np.isfinite(times))
+        times = _times_of_channel(table, index)
+        index_with_reading = np.flatnonzero(np.isfinite(readings) & np.isfinite(times))
         # shorter channels end in rows without a number
-        count = int(rows_with_reading[-1]) + 1 if len(rows_with_reading) else 0
-        channels[index] = _Channel(times[:count], readings[:count].astype(np.float64))
+        reading_count = int(index_with_reading[-1]) + 1 if len(index_with_reading) else 0
+        channels[index] = _Channel(
+            times[:reading_count], readings[:reading_count].astype(np.float64)
+        )
     if len(units) > 1 or any(len(channel.times) < 2 for channel in channels.values()):
         return table
-    interval_by_index = {
+    interval_of_index = {
         index: float(np.median(np.diff(channel.times))) for index, channel in channels.items()
     }
-    if not all(interval > 0 for interval in interval_by_index.values()):
+    if not all(interval > 0 for interval in interval_of_index.values()):
         return table
-    shortest_interval = min(interval_by_index.values())
+    shortest_interval = min(interval_of_index.values())
     # of equally fast channels the one that starts first
     fastest_index = min(
-        (index for index in indices if interval_by_index[index] <= shortest_interval * (1 + 1e-9)),
+        (
+            index
+            for index in channel_indices
+            if interval_of_index[index] <= shortest_interval * (1 + 1e-9)
+        ),
         key=lambda index: channels[index].times[0],
     )
     times_of_fastest = channels[fastest_index].times
     latest_start = max(float(channel.times[0]) for channel in channels.values())
     earliest_end = min(float(channel.times[-1]) for channel in channels.values())
     if latest_start >= earliest_end:
-        return replace(table, problem=_no_overlap(table, channels))
-    numbers_by_index: dict[int, Values] = {}
+        return replace(table, problem=_no_overlap_problem(table, channels))
+    numbers_of_index: dict[int, Values] = {}
     for index, (times, readings) in channels.items():
-        numbers = np.interp(times_of_fastest, times, readings)
+        interpolated_readings = np.interp(times_of_fastest, times, readings)
         # what is read as often as the fastest channel has a reading of its own for each row
-        held_time = (
-            interval_by_index[index] if interval_by_index[index] > 1.5 * shortest_interval else 0.0
+        hold_time = (
+            interval_of_index[index] if interval_of_index[index] > 1.5 * shortest_interval else 0.0
         )
         tolerance = _SAME_CLOCK * shortest_interval
         is_beyond = (
             np.maximum(times[0] - times_of_fastest, times_of_fastest - times[-1])
-            > held_time + tolerance
+            > hold_time + tolerance
         )
-        numbers_by_index[index] = np.where(is_beyond, np.nan, numbers)
-    note = _note_on_clocks(table, channels, interval_by_index, fastest_index)
-    return _with_time_column(table, times_of_fastest, units.pop(), numbers_by_index).with_note(note)
+        numbers_of_index[index] = np.where(is_beyond, np.nan, interpolated_readings)
+    note = _note_on_clocks(table, channels, interval_of_index, fastest_index)
+    return _with_time_column(table, times_of_fastest, units.pop(), numbers_of_index).with_note(note)
 
 
-def _clock(table: LoggedTable, index: int) -> Clock:
-    """The clock of a channel, which counts from the start of the log."""
-    clock = table.clocks[index]
-    return clock._replace(start=clock.start + table.started_s.get(index, 0.0))
+def _clock_since_log_start(table: LoggedTable, index: int) -> Clock:
+    """The clock of a channel, counted from the start of the log."""
+    clock = table.clock_of_column[index]
+    return clock._replace(start=clock.start + table.start_s_of_column.get(index, 0.0))
 
 
-def _ticks(clock: Clock, rows: int) -> FloatArray:
+def _times_by_clock(clock: Clock, row_count: int) -> FloatArray:
     """Time of each row by a clock, shape (rows,)."""
-    return clock.start + clock.interval * np.arange(rows, dtype=np.float64)
+    return clock.start + clock.interval * np.arange(row_count, dtype=np.float64)
 
 
-def _times(table: LoggedTable, index: int) -> FloatArray:
+def _times_of_channel(table: LoggedTable, index: int) -> FloatArray:
     """Time of each reading of a channel, shape (rows,)."""
-    if index in table.time_column_of:
-        (times,) = table.values([table.time_column_of[index]])
-        return times.astype(np.float64) + table.started_s.get(index, 0.0)
-    return _ticks(_clock(table, index), table.rows)
+    if index in table.time_index_of_column:
+        (times,) = table.read_values([table.time_index_of_column[index]])
+        return times.astype(np.float64) + table.start_s_of_column.get(index, 0.0)
+    return _times_by_clock(_clock_since_log_start(table, index), table.row_count)
 
 
 def _with_time_column(
-    table: LoggedTable, time: FloatArray, unit: str, aligned: Mapping[int, Values]
+    table: LoggedTable, time: FloatArray, unit: str, aligned_values_of_index: Mapping[int, Values]
 ) -> LoggedTable:
     """The table with a column of time, and with other numbers in the aligned columns."""
     time_index = len(table.names)
-    new_columns = {**aligned, time_index: time}
+    new_values_of_index = {**aligned_values_of_index, time_index: time}
 
-    def values(indices: Sequence[int]) -> list[Values]:
-        logged_indices = [index for index in indices if index not in new_columns]
-        logged = dict(zip(logged_indices, table.values(logged_indices), strict=True))
-        return [new_columns[index] if index in new_columns else logged[index] for index in indices]
+    def read_values(column_indices: Sequence[int]) -> list[Values]:
+        logged_indices = [index for index in column_indices if index not in new_values_of_index]
+        logged_values_of_index = dict(
+            zip(logged_indices, table.read_values(logged_indices), strict=True)
+        )
+        return [
+            new_values_of_index[index]
+            if index in new_values_of_index
+            else logged_values_of_index[index]
+            for index in column_indices
+        ]
 
     return replace(
         table,
         names=[*table.names, "time"],
         units=[*table.units, unit],
-        values=values,
-        rows=len(time),
+        read_values=read_values,
+        row_count=len(time),
         # labels are not read by a clock
-        texts=None if aligned else table.texts,
-        show=None if aligned else table.show,
-        cut_row_cells=0 if aligned else table.cut_row_cells,
+        read_texts=None if aligned_values_of_index else table.read_texts,
+        show_row=None if aligned_values_of_index else table.show_row,
+        cut_row_cell_count=0 if aligned_values_of_index else table.cut_row_cell_count,
     )
 
 
-def _no_overlap(table: LoggedTable, channels: Mapping[int, _Channel]) -> base.Refusal:
+def _no_overlap_problem(table: LoggedTable, channels: Mapping[int, _Channel]) -> base.Refusal:
     spans_of_channels = [
         f"{table.names[index][:60]!r} from {channel.times[0]:.6g} to {channel.times[-1]:.6g}"
         for index, channel in channels.items()
@@ -179,7 +201,7 @@ def _no_overlap(table: LoggedTable, channels: Mapping[int, _Channel]) -> base.Re
 def _note_on_clocks(
     table: LoggedTable,
     channels: Mapping[int, _Channel],
-    interval_by_index: Mapping[int, float],
+    interval_of_index: Mapping[int, float],
     fastest_index: int,
 ) -> str:
     """The sentence about channels whose clock is not that of the fastest one."""
@@ -188,20 +210,20 @@ def _note_on_clocks(
     for index, channel in channels.items():
         times = channel.times
         is_other = (
-            abs(interval_by_index[index] - interval_by_index[fastest_index])
-            > 1e-9 * interval_by_index[fastest_index]
+            abs(interval_of_index[index] - interval_of_index[fastest_index])
+            > 1e-9 * interval_of_index[fastest_index]
         )
         if (
             is_other
-            or abs(times[0] - times_of_fastest[0]) > _SAME_CLOCK * interval_by_index[fastest_index]
+            or abs(times[0] - times_of_fastest[0]) > _SAME_CLOCK * interval_of_index[fastest_index]
         ):
             other_channels.append(
                 f"{table.names[index][:60]!r} (from {times[0]:.6g}, every "
-                f"{interval_by_index[index]:.4g})"
+                f"{interval_of_index[index]:.4g})"
             )
     return (
         f"{', '.join(other_channels)} have clocks of their own; they are interpolated onto the "
         "times of "
         f"{table.names[fastest_index][:60]!r} (from {times_of_fastest[0]:.6g}, every "
-        f"{interval_by_index[fastest_index]:.4g})"
+        f"{interval_of_index[fastest_index]:.4g})"
     )

@@ -17,7 +17,7 @@ from oilfilm.base.errors import printable
 from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray, IndexArray
 from oilfilm.logs import base
 from oilfilm.logs.clocks import with_time
-from oilfilm.logs.log_kind import Column, LogKind, UsableLog, Vocabulary
+from oilfilm.logs.log_kind import LoggedColumn, LogKind, UsableLog, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 from oilfilm.logs.run_sheet import Labels, RunSheet
 from oilfilm.logs.runs_in_table import runs_in_table
@@ -40,8 +40,8 @@ _MANY_ROWS_SHARE = 0.05
 # Keys that have columns of their own in the table of runs.
 _KEYS_WITH_COLUMN = frozenset({"oil", "rig", "log_kind", "run", *base.SET_POINT_KEYS})
 _MOST_STATED_KEYS = 30
-# Of the columns of a log that the table of runs names.
-_MOST_NAMES, _LONGEST_NAME = 200, 100
+# The table of runs names so many columns of a log, each in so many letters, at most.
+_MOST_NAMES_STATED, _LONGEST_NAME_STATED = 200, 100
 _NOTE_ADVICE = "Nothing to do if that is right."
 ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used."
 
@@ -51,32 +51,34 @@ def read_tables(
 ) -> base.Reading:
     """The runs in the tables of a file, and what was refused of them."""
     form = tables_of_file[0]
-    rows = 0
+    row_count = 0
     reading = base.Reading(0, form=form)
     run_names: list[str] = []
     context = _Context(file, form, settings, kind, sheet)
     for table in tables_of_file[1]:
-        run_tables = _runs_in(table, settings, kind)
+        run_tables = _tables_of_runs(table, settings, kind)
         for run_table in run_tables:
-            run_names += _read_run(run_table, rows + 1, reading, context)
-        rows += sum(run_table.rows for run_table in run_tables)
+            run_names += _read_run(run_table, row_count + 1, reading, context)
+        row_count += sum(run_table.row_count for run_table in run_tables)
     refusals = [*reading.refusals, *sheet.unmatched_rows(file, run_names)]
-    return replace(reading, rows=rows, refusals=refusals)
+    return replace(reading, row_count=row_count, refusals=refusals)
 
 
-def _runs_in(table: LoggedTable, settings: Settings, kind: LogKind) -> list[LoggedTable]:
-    """The runs in a table, with its time. Its columns are converted once for all of them."""
+def _tables_of_runs(table: LoggedTable, settings: Settings, kind: LogKind) -> list[LoggedTable]:
+    """One table per run of a table, with a time. Columns are read once for all runs."""
     vocabulary = kind.vocabulary_of(settings.campaign)
     table = with_time(table, vocabulary)
-    converted: dict[int, Values] = {}
+    values_of_index: dict[int, Values] = {}
 
-    def values(indices: Sequence[int]) -> list[Values]:
-        not_yet_converted = [index for index in indices if index not in converted]
-        if not_yet_converted:
-            converted.update(zip(not_yet_converted, table.values(not_yet_converted), strict=True))
-        return [converted[index] for index in indices]
+    def read_values(column_indices: Sequence[int]) -> list[Values]:
+        indices_to_read = [index for index in column_indices if index not in values_of_index]
+        if indices_to_read:
+            values_of_index.update(
+                zip(indices_to_read, table.read_values(indices_to_read), strict=True)
+            )
+        return [values_of_index[index] for index in column_indices]
 
-    return runs_in_table(replace(table, values=values), vocabulary, settings)
+    return runs_in_table(replace(table, read_values=read_values), vocabulary, settings)
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ class _Context:
 
 
 def _read_run(
-    table: LoggedTable, first_row: int, reading: base.Reading, context: _Context
+    table: LoggedTable, first_row_number: int, reading: base.Reading, context: _Context
 ) -> list[str]:
     """Add the run of a table, or why it is refused, to the reading of its file.
 
@@ -101,57 +103,65 @@ def _read_run(
         The names of the runs in the file; none where the file is one run.
     """
     form, kind = context.form, context.kind
-    read_as = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
+    encoding_in_words = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
     labels = context.sheet.labels(context.file, table.run_name, table.keys, context.settings)
     try:
-        run, refused = _read_table(table, labels, first_row, form, context.settings, kind)
-        parts = _parts_at_set_points(table, run, first_row, kind)
-        if len(parts) > 1:
-            return [name for part in parts for name in _read_run(part, first_row, reading, context)]
+        run, refusals = _read_table(table, labels, first_row_number, form, context.settings, kind)
+        tables_of_set_points = _tables_of_set_points(table, run, first_row_number, kind)
+        if len(tables_of_set_points) > 1:
+            return [
+                name
+                for table_of_set_point in tables_of_set_points
+                for name in _read_run(table_of_set_point, first_row_number, reading, context)
+            ]
         reading.runs.append(run)
     except (ValueError, base.UnreadableLogError) as error:
-        problem = base.Refusal("columns", f"{error}{read_as}", kind.vocabulary.advice)
+        problem = base.Refusal("columns", f"{error}{encoding_in_words}", kind.vocabulary.advice)
         if isinstance(error, base.UnreadableLogError):
             problem = error.refusal
         problem = labels.with_exclusion(problem)
         run_id = labels.run_id if table.run_name else ""
-        rows = base.unbroken_ranges(table.numbers_of_rows(first_row))
+        row_ranges = base.unbroken_ranges(table.row_numbers(first_row_number))
         # a table without rows is refused, too
-        rows = rows or [(first_row, first_row - 1)]
-        refused = [problem.of_rows(run_id, first, last) for first, last in rows]
-    reading.refusals.extend(refused)
+        row_ranges = row_ranges or [(first_row_number, first_row_number - 1)]
+        refusals = [problem.of_rows(run_id, first, last) for first, last in row_ranges]
+    reading.refusals.extend(refusals)
     reading.refusals.extend(labels.remarks)
     return [table.run_name] if table.run_name else []
 
 
-def _parts_at_set_points(
-    table: LoggedTable, run: base.LoggedRun, first_row: int, kind: LogKind
+def _tables_of_set_points(
+    table: LoggedTable, run: base.LoggedRun, first_row_number: int, kind: LogKind
 ) -> list[LoggedTable]:
-    """The parts of a run at different set points; the table itself where it has one."""
+    """One table per set point of a run; the table itself where the run has one set point."""
     # some formats say themselves what a run is
-    rows_of_parts = [] if table.columns else kind.rows_of_set_points(run)
-    if len(rows_of_parts) < 2:
+    row_indices_of_parts = [] if table.columns else kind.row_indices_of_set_points(run)
+    if len(row_indices_of_parts) < 2:
         return [table]
     # rows that cannot be used belong to the part before them
-    first_rows = [int(run.samples["row"][rows[0]]) for rows in rows_of_parts[1:]]
-    split_indices = np.searchsorted(table.numbers_of_rows(first_row), first_rows)
-    listed_rows = ", ".join(map(str, first_rows[:10]))
+    first_row_numbers = [
+        int(run.samples["row"][row_index[0]]) for row_index in row_indices_of_parts[1:]
+    ]
+    split_indices = np.searchsorted(table.row_numbers(first_row_number), first_row_numbers)
+    listed_rows = ", ".join(map(str, first_row_numbers[:10]))
     note = (
         f"the load or the speed changes to another set point at row {listed_rows}; the rows "
         f"before and after are runs of their own"
     )
-    parts: list[LoggedTable] = []
-    for number, rows in enumerate(np.split(np.arange(table.rows), split_indices), start=1):
+    tables_of_parts: list[LoggedTable] = []
+    for number, row_index in enumerate(
+        np.split(np.arange(table.row_count), split_indices), start=1
+    ):
         name = f"{table.run_name} setpoint{number}".strip()
-        part = table.part(rows, name, table.keys)
-        parts.append(part.with_note(note))
-    return parts
+        table_of_part = table.select_rows(row_index, name, table.keys)
+        tables_of_parts.append(table_of_part.with_note(note))
+    return tables_of_parts
 
 
 def _read_table(
     table: LoggedTable,
     labels: Labels,
-    first_row: int,
+    first_row_number: int,
     form: base.TextForm,
     settings: Settings,
     kind: LogKind,
@@ -165,50 +175,57 @@ def _read_table(
     if table.problem:
         raise base.UnreadableLogError.from_refusal(table.problem)
     vocabulary = kind.vocabulary_of(settings.campaign)
-    not_needed = kind.not_needed(labels.keys, settings)
-    names, table = _without_twins(table, vocabulary)
-    columns = table.columns or vocabulary.columns(names, table.units, not_needed)
+    unneeded_quantities = kind.unneeded_quantities(labels.keys, settings)
+    names, table = _names_without_twins(table, vocabulary)
+    columns = table.columns or vocabulary.columns_of_run(names, table.units, unneeded_quantities)
     problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
     first_problem = next(filter(None, problems), None)
     if first_problem:
         raise base.UnreadableLogError.from_refusal(first_problem)
-    logged = _numbers(table, columns)
-    values, readable = _converted(logged)
-    rows = table.numbers_of_rows(first_row)
-    good, refusals = _good_rows(table, list(logged.values()), readable, rows)
+    numbers_of_column = _logged_numbers(table, columns)
+    values_of_quantity, is_readable = _converted_values(numbers_of_column)
+    row_numbers = table.row_numbers(first_row_number)
+    is_good, refusals = _mask_of_good_rows(
+        table, list(numbers_of_column.values()), is_readable, row_numbers
+    )
     refusals += [base.Refusal(base.READING_NOTE, note, _NOTE_ADVICE) for note in table.notes]
     refusals = [replace(refusal, run_id=labels.run_id) for refusal in refusals]
-    if not good.all():
-        rows = rows[good]
-        values = {quantity: numbers[good] for quantity, numbers in values.items()}
+    if not is_good.all():
+        row_numbers = row_numbers[is_good]
+        values_of_quantity = {
+            quantity: numbers[is_good] for quantity, numbers in values_of_quantity.items()
+        }
     log = UsableLog(
         labels.run_id,
         labels.keys,
-        list(logged),
-        rows,
-        values,
-        labels.excluded or _flaw(table, labels, rows, values, refusals, form),
-        _understood(table, labels, logged),
+        list(numbers_of_column),
+        row_numbers,
+        values_of_quantity,
+        labels.exclusion
+        or _flaw_of_rows(table, labels, row_numbers, values_of_quantity, refusals, form),
+        _understood(table, labels, numbers_of_column),
     )
-    return kind.run(log, settings), refusals
+    return kind.make_run(log, settings), refusals
 
 
-def _without_twins(table: LoggedTable, vocabulary: Vocabulary) -> tuple[list[str], LoggedTable]:
-    """The names of a table, empty for a column that repeats an earlier one, and notes on these.
+def _names_without_twins(
+    table: LoggedTable, vocabulary: Vocabulary
+) -> tuple[list[str], LoggedTable]:
+    """The names of the columns, empty for a twin of an earlier column, and the table with notes.
 
-    Two columns of one quantity with the same numbers are one column.
+    A column is a twin of an earlier one where both have the same quantity and the same numbers.
     """
     names = list(table.names)
     if table.columns:
         return names, table
-    first_by_quantity: dict[str, int] = {}
+    first_index_of_quantity: dict[str, int] = {}
     notes: list[str] = []
     meanings = vocabulary.meanings(table.names, table.units)
     for index, (quantity, unit) in meanings.items():
-        first_index = first_by_quantity.setdefault(quantity, index)
+        first_index = first_index_of_quantity.setdefault(quantity, index)
         if first_index == index or unit != meanings[first_index][1]:
             continue
-        numbers, twin_numbers = table.values([first_index, index])
+        numbers, twin_numbers = table.read_values([first_index, index])
         if numbers.dtype.kind not in "iuf" or twin_numbers.dtype.kind not in "iuf":
             continue
         if np.array_equal(numbers, twin_numbers, equal_nan=True):
@@ -220,46 +237,51 @@ def _without_twins(table: LoggedTable, vocabulary: Vocabulary) -> tuple[list[str
     return names, replace(table, notes=(*table.notes, *notes))
 
 
-def _good_rows(
-    table: LoggedTable, logged: Sequence[FloatArray], readable: BoolArray, rows: IndexArray
+def _mask_of_good_rows(
+    table: LoggedTable,
+    numbers_of_columns: Sequence[FloatArray],
+    is_readable: BoolArray,
+    row_numbers: IndexArray,
 ) -> tuple[BoolArray, list[base.Refusal]]:
-    """Which rows can be used, shape (rows,), and the refusals of the others.
+    """The mask of the rows that can be used, shape (rows,), and the refusals of the other rows.
 
     Args:
         table: The table.
-        logged: Its columns as logged, each of shape (rows,).
-        readable: Rows whose cells hold usable numbers.
-        rows: Row numbers in the file.
+        numbers_of_columns: Its columns as logged, each of shape (rows,).
+        is_readable: Mask of the rows whose cells hold usable numbers.
+        row_numbers: Row numbers in the file.
     """
     # a last row without a line end has a refusal of its own
-    ended = np.ones(len(rows), dtype=bool)
-    if table.cut_row_cells:
-        ended[-1] = False
+    is_ended = np.ones(len(row_numbers), dtype=bool)
+    if table.cut_row_cell_count:
+        is_ended[-1] = False
     refusals = [
-        _refusal_of_unreadable_rows(table, logged, first, last, int(np.searchsorted(rows, first)))
-        for first, last in base.unbroken_ranges(rows[ended & ~readable])
+        _refusal_of_unreadable_rows(
+            table, numbers_of_columns, first, last, int(np.searchsorted(row_numbers, first))
+        )
+        for first, last in base.unbroken_ranges(row_numbers[is_ended & ~is_readable])
     ]
-    good = readable & ended
-    if table.contradictory is not None:
-        contradictory = rows[good & table.contradictory]
+    is_good = is_readable & is_ended
+    if table.is_contradictory is not None:
+        contradictory_row_numbers = row_numbers[is_good & table.is_contradictory]
         refusals += base.refused_ranges(
             "",
-            contradictory,
+            contradictory_row_numbers,
             "identity_broken",
             "the row contradicts itself: speeds, slip, forces, coefficient disagree",
             "Look at these rows: a sensor or the export has failed there.",
         )
-        good &= ~table.contradictory
-    if table.cut_row_cells:
-        refusals.append(_refusal_of_cut_row(table, int(rows[-1])))
-    return good, refusals
+        is_good &= ~table.is_contradictory
+    if table.cut_row_cell_count:
+        refusals.append(_refusal_of_cut_row(table, int(row_numbers[-1])))
+    return is_good, refusals
 
 
-def _flaw(
+def _flaw_of_rows(
     table: LoggedTable,
     labels: Labels,
-    rows: IndexArray,
-    values: Mapping[str, FloatArray],
+    row_numbers: IndexArray,
+    values_of_quantity: Mapping[str, FloatArray],
     refusals: Sequence[base.Refusal],
     form: base.TextForm,
 ) -> base.Refusal | None:
@@ -268,8 +290,8 @@ def _flaw(
     Args:
         table: The table.
         labels: What is known of the run.
-        rows: Numbers of the good rows.
-        values: Their values by quantity.
+        row_numbers: Numbers of the good rows.
+        values_of_quantity: Their values by quantity.
         refusals: The refusals of the other rows.
         form: How the text was read.
     """
@@ -278,24 +300,24 @@ def _flaw(
     for refusal in refusals:
         if refusal.rule == "cut_row":
             return replace(refusal, run_id="", rule="truncated")
-    if "time" in values and labels.keys.get("log_kind") != "steps":
-        rate_change = _rate_change(values["time"], rows)
+    if "time" in values_of_quantity and labels.keys.get("log_kind") != "steps":
+        rate_change = _rate_change_flaw(values_of_quantity["time"], row_numbers)
         if rate_change:
             return rate_change
-    return _two_decimal_marks(table, refusals, form)
+    return _decimal_marks_flaw(table, refusals, form)
 
 
 def _understood(
-    table: LoggedTable, labels: Labels, logged: Mapping[Column, FloatArray]
+    table: LoggedTable, labels: Labels, numbers_of_column: Mapping[LoggedColumn, FloatArray]
 ) -> base.Understood:
     """How the columns and the header of a run were understood."""
-    read = {column.index for column in logged}
+    indices_read = {column.index for column in numbers_of_column}
     return base.Understood(
-        columns=[column.summary(numbers) for column, numbers in logged.items()],
-        unused=[name for index, name in enumerate(table.names) if index not in read],
-        sources=labels.sources,
-        names=_names_with_units(table),
-        stated=_stated(labels.keys),
+        columns=[column.summary(numbers) for column, numbers in numbers_of_column.items()],
+        unused_names=[name for index, name in enumerate(table.names) if index not in indices_read],
+        source_of_key=labels.source_of_key,
+        names_with_units=_names_with_units(table),
+        statements=_statements(labels.keys),
     )
 
 
@@ -304,12 +326,12 @@ def _names_with_units(table: LoggedTable) -> tuple[str, ...]:
     names: list[str] = []
     for name, unit in zip(table.names, table.units, strict=True):
         name_with_unit = f"{name} [{unit}]" if unit else name
-        names.append(printable(name_with_unit)[:_LONGEST_NAME])
-    return tuple(names[:_MOST_NAMES])
+        names.append(printable(name_with_unit)[:_LONGEST_NAME_STATED])
+    return tuple(names[:_MOST_NAMES_STATED])
 
 
-def _stated(keys: Mapping[str, str]) -> tuple[str, ...]:
-    """What header and run sheet say beside oil, rig and set points; of a time stamp the day."""
+def _statements(keys: Mapping[str, str]) -> tuple[str, ...]:
+    """Header lines as `key=text`, without oil, rig and set points; of a time stamp only the day."""
     statements: list[str] = []
     for key, text in sorted(keys.items()):
         if not text or key in _KEYS_WITH_COLUMN:
@@ -321,138 +343,151 @@ def _stated(keys: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def _refusal_of_unreadable_rows(
-    table: LoggedTable, logged: Sequence[FloatArray], first: int, last: int, index: int
+    table: LoggedTable,
+    numbers_of_columns: Sequence[FloatArray],
+    first_row_number: int,
+    last_row_number: int,
+    first_index: int,
 ) -> base.Refusal:
     """Refusal of rows with a bad cell, which shows the first of them.
 
     Args:
         table: The table.
-        logged: Its columns as logged.
-        first: Number of the first row in the file.
-        last: Number of the last row in the file.
-        index: Index of the first row in the table.
+        numbers_of_columns: Its columns as logged.
+        first_row_number: Number of the first row in the file.
+        last_row_number: Number of the last row in the file.
+        first_index: Index of the first row in the table.
     """
-    if table.show:
-        row_text = table.show(index)
+    if table.show_row:
+        row_text = table.show_row(first_index)
     else:
-        row_text = ", ".join(f"{numbers[index]:g}" for numbers in logged)
+        row_text = ", ".join(f"{numbers[first_index]:g}" for numbers in numbers_of_columns)
     reason = (
-        f"rows {first} to {last}: cells are missing, too many, not numbers or absurdly large; row "
-        f"{first} reads {row_text[:80]!r}"
+        f"rows {first_row_number} to {last_row_number}: cells are missing, too many, not numbers "
+        f"or absurdly large; row {first_row_number} reads {row_text[:80]!r}"
     )
-    return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows("", first, last)
+    return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows(
+        "", first_row_number, last_row_number
+    )
 
 
-def _refusal_of_cut_row(table: LoggedTable, row: int) -> base.Refusal:
+def _refusal_of_cut_row(table: LoggedTable, row_number: int) -> base.Refusal:
     """The refusal of a last row without a line end."""
-    row_text = table.show(table.rows - 1) if table.show else ""
-    zeros = row_text.count("\0")
+    row_text = table.show_row(table.row_count - 1) if table.show_row else ""
+    zero_count = row_text.count("\0")
     rule = "cut_row"
-    last_good = f"(its last good row is {row - 1})"
-    if zeros:
-        reason = f"the log ends in {zeros} zero bytes in row {row} {last_good}"
+    last_good = f"(its last good row is {row_number - 1})"
+    if zero_count:
+        reason = f"the log ends in {zero_count} zero bytes in row {row_number} {last_good}"
         advice = "The disk or the logger has lost what was there: copy the log again."
-    elif table.cut_row_cells < len(table.names):
-        reason = f"the log ends in the middle of row {row} {last_good}"
+    elif table.cut_row_cell_count < len(table.names):
+        reason = f"the log ends in the middle of row {row_number} {last_good}"
         advice = "This row is not used. Check whether the run was complete."
     else:
         rule = "unterminated_row"
-        reason = f"row {row}, the last, has no line end, so that its last number may be cut"
+        reason = f"row {row_number}, the last, has no line end, so that its last number may be cut"
         advice = "End the file with a line end."
-    return base.Refusal(rule, reason, advice).of_rows("", row, row)
+    return base.Refusal(rule, reason, advice).of_rows("", row_number, row_number)
 
 
-def _rate_change(time: FloatArray, rows: IndexArray) -> base.Refusal | None:
+def _rate_change_flaw(time_s: FloatArray, row_numbers: IndexArray) -> base.Refusal | None:
     """A flaw where the sampling rate changes within a run: levels are found at one interval."""
-    blocks = (len(time) - 1) // _ROWS_PER_BLOCK
-    if blocks < 2 * _FEWEST_BLOCKS:
+    block_count = (len(time_s) - 1) // _ROWS_PER_BLOCK
+    if block_count < 2 * _FEWEST_BLOCKS:
         return None
-    steps_by_block = np.diff(time)[: blocks * _ROWS_PER_BLOCK].reshape(blocks, _ROWS_PER_BLOCK)
+    steps_of_block_s = np.diff(time_s)[: block_count * _ROWS_PER_BLOCK].reshape(
+        block_count, _ROWS_PER_BLOCK
+    )
     # gates judge pauses and wrong digits of single rows
-    trimmed_steps = np.sort(steps_by_block, axis=1)[
+    trimmed_steps_s = np.sort(steps_of_block_s, axis=1)[
         :, _ROWS_PER_BLOCK // 10 : -_ROWS_PER_BLOCK // 10
     ]
-    intervals_s = trimmed_steps.mean(axis=1)
+    intervals_s = trimmed_steps_s.mean(axis=1)
     if not intervals_s[0] > 0:
         return None
-    slower = intervals_s > intervals_s[0] * _LARGEST_RATE_RATIO
-    faster = intervals_s < intervals_s[0] / _LARGEST_RATE_RATIO
-    changed = slower | faster
-    if changed.sum() < _FEWEST_BLOCKS:
+    is_slower = intervals_s > intervals_s[0] * _LARGEST_RATE_RATIO
+    is_faster = intervals_s < intervals_s[0] / _LARGEST_RATE_RATIO
+    has_changed = is_slower | is_faster
+    if has_changed.sum() < _FEWEST_BLOCKS:
         return None
-    first_changed = int(np.argmax(changed))
+    first_changed_block = int(np.argmax(has_changed))
+    row_of_change = row_numbers[first_changed_block * _ROWS_PER_BLOCK]
     return base.Refusal(
         "sampling_rate",
         f"rows come every {intervals_s[0]:.3g} s at first and every "
-        f"{intervals_s[first_changed]:.3g} s from "
-        f"about row {rows[first_changed * _ROWS_PER_BLOCK]} on; expected one sampling rate",
+        f"{intervals_s[first_changed_block]:.3g} s from about row {row_of_change} on; expected one "
+        "sampling rate",
     )
 
 
-def _two_decimal_marks(
+def _decimal_marks_flaw(
     table: LoggedTable, refusals: Sequence[base.Refusal], form: base.TextForm
 ) -> base.Refusal | None:
     """A flaw where many rows are refused because they have the other decimal mark."""
     mark = form.decimal_mark
-    if form.delimiter in ("", "comma") or table.show is None:
+    if form.delimiter in ("", "comma") or table.show_row is None:
         return None
     number_with_other_mark = r"\d\.\d" if mark == "comma" else r"\d,\d"
-    with_other_mark = []
+    refusals_with_other_mark = []
     for refusal in refusals:
         _, _, row_text = refusal.reason.partition("reads")
         if re.search(number_with_other_mark, row_text):
-            with_other_mark.append(refusal)
-    refused_rows = sum(refusal.refused_rows for refusal in with_other_mark)
-    if not with_other_mark or refused_rows < table.rows * _MANY_ROWS_SHARE:
+            refusals_with_other_mark.append(refusal)
+    refused_rows = sum(refusal.refused_rows for refusal in refusals_with_other_mark)
+    if not refusals_with_other_mark or refused_rows < table.row_count * _MANY_ROWS_SHARE:
         return None
-    reason = f"{with_other_mark[0].reason}; most other rows have a decimal {mark}"
+    reason = f"{refusals_with_other_mark[0].reason}; most other rows have a decimal {mark}"
     return base.Refusal("decimal_marks", reason)
 
 
-def _numbers(table: LoggedTable, columns: Sequence[Column]) -> dict[Column, FloatArray]:
-    """The columns with their numbers as logged, without spare ones that hold none.
+def _logged_numbers(
+    table: LoggedTable, columns: Sequence[LoggedColumn]
+) -> dict[LoggedColumn, FloatArray]:
+    """Column -> its numbers as logged, without spare columns that hold no numbers.
 
     Raises:
         ValueError: A column holds something else.
     """
-    logged: dict[Column, FloatArray] = {}
-    all_values = table.values([column.index for column in columns])
-    for column, values in zip(columns, all_values, strict=True):
-        if values.dtype.kind in "iuf":
-            logged[column] = values.astype(np.float64, copy=False)
-        elif not column.spare:
+    numbers_of_column: dict[LoggedColumn, FloatArray] = {}
+    all_values = table.read_values([column.index for column in columns])
+    for column, logged_values in zip(columns, all_values, strict=True):
+        if logged_values.dtype.kind in "iuf":
+            numbers_of_column[column] = logged_values.astype(np.float64, copy=False)
+        elif not column.is_spare:
             raise ValueError(f"the column {column.name[:60]!r} does not hold numbers")
-    return logged
+    return numbers_of_column
 
 
-def _converted(logged: Mapping[Column, FloatArray]) -> tuple[dict[str, FloatArray], BoolArray]:
-    """Numbers in the units of the columns, by quantity, and which rows can be used.
+def _converted_values(
+    numbers_of_column: Mapping[LoggedColumn, FloatArray],
+) -> tuple[dict[str, FloatArray], BoolArray]:
+    """Quantity -> numbers in the unit of its column; and the mask of the rows that can be used.
 
     A row can be used where every number is finite and below the largest reading of any rig. Numbers
     of spare columns are not judged.
     """
-    within_limits = []
-    for column, numbers in logged.items():
-        if not column.spare:
+    is_within_limits = []
+    for column, numbers in numbers_of_column.items():
+        if not column.is_spare:
             limit = _LARGEST_TIME if column.quantity == "time" else base.LARGEST_READING
-            within_limits.append(np.abs(numbers) < limit)
-    readable = np.logical_and.reduce(within_limits)
-    all_readable = bool(readable.all())
-    values: dict[str, FloatArray] = {}
-    for column, numbers in logged.items():
-        usable = numbers if all_readable else np.where(readable, numbers, np.nan)
-        values[column.quantity] = column.conversion.convert(usable)
-    for column in logged:
+            is_within_limits.append(np.abs(numbers) < limit)
+    is_readable = np.logical_and.reduce(is_within_limits)
+    are_all_readable = bool(is_readable.all())
+    values_of_quantity: dict[str, FloatArray] = {}
+    for column, numbers in numbers_of_column.items():
+        usable_numbers = numbers if are_all_readable else np.where(is_readable, numbers, np.nan)
+        values_of_quantity[column.quantity] = column.conversion.convert(usable_numbers)
+    for column in numbers_of_column:
         quantity = column.quantity
-        numbers = values[quantity]
+        numbers = values_of_quantity[quantity]
         if column.conversion.unit == "GPa":
-            readable = readable & ~(np.abs(numbers) > base.LARGEST_PRESSURE_GPA)
+            is_readable = is_readable & ~(np.abs(numbers) > base.LARGEST_PRESSURE_GPA)
         if quantity.endswith("temperature"):
-            readable = readable & ~((numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C))
-    return values, readable
+            is_readable = is_readable & ~((numbers <= ABSOLUTE_ZERO_C) | (numbers >= _HOTTEST_C))
+    return values_of_quantity, is_readable
 
 
-def seconds(values: Values) -> Values:
+def as_seconds(values: Values) -> Values:
     """Instants as seconds since the first, durations as seconds; numbers stay as they are."""
     if values.dtype.kind not in "mM":
         return values
@@ -475,7 +510,7 @@ def texts_of(values: Values) -> Texts:
     Args:
         values: Values of a column, shape (rows,).
     """
-    codes, different_values = pd.factorize(values)
+    code_of_row, different_values = pd.factorize(values)
     # the code of a missing value is -1
-    texts = [*(header_text(value) for value in different_values.tolist()), ""]
-    return np.array(texts, dtype=object)[codes]
+    text_of_code = [*(header_text(value) for value in different_values.tolist()), ""]
+    return np.array(text_of_code, dtype=object)[code_of_row]

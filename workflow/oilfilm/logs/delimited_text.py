@@ -17,13 +17,13 @@ from typing import NamedTuple
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, text_rows
-from oilfilm.logs.base import TextForm, UnreadableLogError, check_rows, parse_decimal
+from oilfilm.logs.base import TextForm, UnreadableLogError, check_row_count, parse_decimal
 from oilfilm.logs.header import FULL_WIDTH
-from oilfilm.logs.likely_names import likely_names
+from oilfilm.logs.likely_names import likely_line_of_names
 from oilfilm.logs.log_kind import Meanings, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
-_BLANKS = " "
+_BLANK_DELIMITER = " "
 _DELIMITERS = (",", ";", "\t", "|")
 # A line with fewer numbers may be a header line.
 _FEWEST_NUMBERS_OF_ROW = 3
@@ -38,7 +38,7 @@ _BLANKS_BETWEEN_CELLS = re.compile(rb"[ \t]+")
 _BLANKS_AROUND_LINE = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
 _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
 # A number in groups of thousands, with a decimal mark behind them.
-_GROUPED = re.compile(r"[-+]?\d{1,3}(?:(?P<group_mark>[.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+_GROUPED_NUMBER = re.compile(r"[-+]?\d{1,3}(?:(?P<group_mark>[.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
 _LONGEST_UNIT = 8
 # Limits where blanks separate the columns: words of a name, columns of a log.
 _MOST_WORDS_OF_NAME = 5
@@ -50,32 +50,32 @@ _LARGEST_CONTROL_SHARE = 0.02
 
 @dataclass(frozen=True)
 class _Head:
-    """The lines above the rows, and the first rows.
+    """The beginning of a text log: the lines above the rows, and the first rows.
 
     Attributes:
-        header: The lines above the names.
-        lines_above_rows: Number of lines above the first row.
+        header_lines: The lines above the names.
+        line_count_above_rows: Number of lines above the first row.
         delimiter: Character between cells; a blank for any number of blanks.
         names: Names of the columns.
         units: Unit of each column from a line below the names; empty where there is none.
-        rows: Cells of the first rows.
-        quoted: Whether quotes occur, so that a cell may hold the delimiter.
+        first_rows: The first rows, each as a list of its cells.
+        has_quotes: Whether quotes occur, so that a cell may hold the delimiter.
     """
 
-    header: Sequence[str]
-    lines_above_rows: int
+    header_lines: Sequence[str]
+    line_count_above_rows: int
     delimiter: str
     names: list[str]
     units: list[str]
-    rows: list[list[str]]
-    quoted: bool
+    first_rows: list[list[str]]
+    has_quotes: bool
 
 
 @dataclass(frozen=True)
 class _NameLine:
-    """The line of names: its number from 0, the delimiter, the names."""
+    """The line of names: its index among the lines of the text, the delimiter, the names."""
 
-    number: int
+    line_index: int
     delimiter: str
     names: list[str]
 
@@ -83,7 +83,7 @@ class _NameLine:
 def recognises(head: bytes) -> bool:
     """True for any text."""
     head = text_rows.without_zero_blocks(head)
-    text = text_rows.normalise(head).decode("utf-8", "replace")
+    text = text_rows.normalised(head).decode("utf-8", "replace")
     letters = text.lstrip("\ufeff \n")[:_LETTERS_JUDGED]
     control_letters = [
         letter for letter in letters if not (letter.isprintable() or letter.isspace())
@@ -95,14 +95,18 @@ def recognises(head: bytes) -> bool:
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
     encoding = text_rows.encoding_of(content)
-    text = text_rows.normalise(content, encoding)
-    check_rows(max(text_rows.count_rows(text) - 1, 0))
+    text = text_rows.normalised(content, encoding)
+    check_row_count(max(text_rows.count_rows(text) - 1, 0))
     first_form, first_table = _table(text, encoding, vocabulary)
-    blocks = _blocks(text, vocabulary)
-    if len(blocks) < 2:
+    texts_of_blocks = _texts_of_blocks(text, vocabulary)
+    if len(texts_of_blocks) < 2:
         return first_form, [first_table]
-    tables_of_blocks = [_table(block, encoding, vocabulary)[1] for block in blocks]
-    names = base.distinct_names(f"block{number}" for number, _ in enumerate(blocks, start=1))
+    tables_of_blocks = [
+        _table(text_of_block, encoding, vocabulary)[1] for text_of_block in texts_of_blocks
+    ]
+    names = base.distinct_names(
+        f"block{number}" for number, _ in enumerate(texts_of_blocks, start=1)
+    )
     return first_form, [
         replace(table, run_name=name, keys=keys)
         for table, name, keys in zip(
@@ -115,7 +119,7 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
     """How a text with one line of names is written, and its table.
 
     Args:
-        text: The text, as `normalise` gives it.
+        text: The text, as `normalised` gives it.
         encoding: The encoding of the file.
         vocabulary: The names that are known.
 
@@ -123,52 +127,56 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         UnreadableLogError: No line names columns, or a row is above it.
     """
     # one of the lines may be that of the names
-    rows = max(text_rows.count_rows(text) - 1, 0)
+    row_count = max(text_rows.count_rows(text) - 1, 0)
     try:
-        head = _find_head(text, vocabulary)
+        head = _head_of_text(text, vocabulary)
         # a row may be above the names: all lines count
-        rows += 1
+        row_count += 1
         _refuse_row_above_names(head)
         body, start_of_rows = _without_comments(text, head)
-        rows = text_rows.count_rows(body, start_of_rows)
+        row_count = text_rows.count_rows(body, start_of_rows)
         meanings = vocabulary.meanings(head.names, head.units)
-        stamp_columns = _stamp_columns(head, meanings)
+        stamp_indices = _stamp_indices(head, meanings)
     except ValueError as error:
-        read_as = "" if encoding == "ascii" else f"; read as {encoding}"
-        raise UnreadableLogError(f"{error}{read_as}", vocabulary.advice, rows) from error
-    if stamp_columns:
+        encoding_in_words = "" if encoding == "ascii" else f"; read as {encoding}"
+        raise UnreadableLogError(
+            f"{error}{encoding_in_words}", vocabulary.advice, row_count
+        ) from error
+    if stamp_indices:
         # seconds, in spite of any unit that the log gives
-        head.units[stamp_columns[0]] = "s"
-    body, delimiter, start_of_rows = _plain_cells(body, head, start_of_rows)
-    decimal_mark, group_mark = _marks(head, delimiter, meanings.keys() - stamp_columns)
-    keys = _header_keys(head.header, head.delimiter)
+        head.units[stamp_indices[0]] = "s"
+    body, delimiter, start_of_rows = _rows_with_plain_cells(body, head, start_of_rows)
+    decimal_mark, group_mark = _decimal_and_group_mark(
+        head, delimiter, meanings.keys() - stamp_indices
+    )
+    keys = _header_keys(head.header_lines, head.delimiter)
     may_grow = "time" in vocabulary.required and keys.get("log_kind") != "steps"
     body, notes = _with_line_end(body, start_of_rows, delimiter, len(head.names), may_grow=may_grow)
-    table = text_rows.TextTable(
-        body, len(head.names), delimiter, decimal_mark, group_mark, stamp_columns, start_of_rows
+    text_table = text_rows.TextTable(
+        body, len(head.names), delimiter, decimal_mark, group_mark, stamp_indices, start_of_rows
     )
     logged = LoggedTable(
         keys,
         head.names,
         head.units,
-        table.numbers,
-        table.rows,
-        cut_row_cells=table.cut_row_cells,
-        show=table.show,
-        texts=table.texts,
+        text_table.numbers,
+        text_table.row_count,
+        cut_row_cell_count=text_table.cut_row_cell_count,
+        show_row=text_table.row_text,
+        read_texts=text_table.texts,
         notes=notes,
     )
     return TextForm.from_marks(encoding, head.delimiter, decimal_mark), logged
 
 
-def _blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
-    """The parts of a text that each have header lines and the same line of names above rows.
+def _texts_of_blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
+    """The texts of the blocks of a log: each has header lines, a line of names, and rows.
 
-    Programs of rigs write one for each step. A line of names that a logger repeats without header
-    lines, while time goes on, begins no block.
+    The line of names is the same in all blocks. Programs of rigs write one block per step. A line
+    of names that a logger repeats without header lines, while time goes on, begins no block.
     """
-    head = _find_head(text, vocabulary)
-    start_of_names = _start_of_line(text, len(head.header))
+    head = _head_of_text(text, vocabulary)
+    start_of_names = _start_of_line(text, len(head.header_lines))
     line_of_names = text[start_of_names : text.find(b"\n", start_of_names) + 1]
     starts = [0]
     end_of_line_above = text.find(b"\n" + line_of_names, start_of_names) if line_of_names else -1
@@ -184,7 +192,7 @@ def _blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
 def _with_line_end(
     body: bytes, start_of_rows: int, delimiter: str, width: int, *, may_grow: bool
 ) -> tuple[bytes, tuple[str, ...]]:
-    """The rows, the last one ended where it is complete, and a note that says so.
+    """The text with a line end behind the last row, if this row is complete, and a note on it.
 
     The last row is complete where it has all its cells and its last number is as long as those
     above it: a number that was cut is shorter. In a log that may still be written, all of them
@@ -201,13 +209,13 @@ def _with_line_end(
         return body, ()
     lines = body[max(start_of_rows, len(body) - text_rows.HEAD_BYTES) :].decode("utf-8", "replace")
     *rows_above, last_row = [line.split(delimiter) for line in lines.split("\n")]
-    lengths = [_length_of_number(row[-1]) for row in rows_above if len(row) == width]
-    if len(last_row) != width or not lengths:
+    lengths_above = [_length_of_number(row[-1]) for row in rows_above if len(row) == width]
+    if len(last_row) != width or not lengths_above:
         return body, ()
     last_length = _length_of_number(last_row[-1])
-    shortest_whole = min(length.whole for length in lengths)
-    fewest_decimals = min(length.decimals for length in lengths)
-    most_decimals = max(length.decimals for length in lengths)
+    shortest_whole = min(length.whole for length in lengths_above)
+    fewest_decimals = min(length.decimals for length in lengths_above)
+    most_decimals = max(length.decimals for length in lengths_above)
     if last_length.whole < shortest_whole or last_length.decimals < fewest_decimals:
         return body, ()
     if may_grow and last_length.decimals < most_decimals:
@@ -220,24 +228,24 @@ def _with_line_end(
 
 
 class _NumberLength(NamedTuple):
-    """Letters of a number before and behind its decimal mark; -1 and -1 without a number."""
+    """Number of digits before and behind a decimal mark; -1 and -1 where a cell has no number."""
 
     whole: int
     decimals: int
 
 
 def _length_of_number(cell: str) -> _NumberLength:
-    number = _bare(cell)
-    if not _is_number(number):
+    bare_number = _bare_cell(cell)
+    if not _is_number(bare_number):
         return _NumberLength(-1, -1)
-    whole, _, decimals = number.lstrip("+-").replace(",", ".").partition(".")
+    whole, _, decimals = bare_number.lstrip("+-").replace(",", ".").partition(".")
     return _NumberLength(len(whole), len(decimals))
 
 
-def _start_of_line(text: bytes, number: int) -> int:
-    """Position of the line with a number, from 0."""
+def _start_of_line(text: bytes, line_index: int) -> int:
+    """Position in a text of the first byte of the line with an index."""
     position = 0
-    for _ in range(number):
+    for _ in range(line_index):
         position = text.index(b"\n", position) + 1
     return position
 
@@ -254,9 +262,9 @@ def _start_of_header(text: bytes, start_of_names: int, head: _Head) -> int:
     while start > 0:
         start_of_line_above = text.rfind(b"\n", 0, start - 1) + 1
         line = text[start_of_line_above : start - 1].decode("utf-8", "replace")
-        cells = _split(line, head.delimiter)
-        numbers = [cell for cell in cells if _is_number(cell) or text_rows.is_stamp(cell)]
-        if len(cells) >= len(head.names) and len(numbers) > len(cells) / 2:
+        cells = _cells_of_line(line, head.delimiter)
+        number_cells = [cell for cell in cells if _is_number(cell) or text_rows.is_stamp(cell)]
+        if len(cells) >= len(head.names) and len(number_cells) > len(cells) / 2:
             return start
         start = start_of_line_above
     return start
@@ -274,7 +282,7 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
     times: list[str] = []
     lines_below = text[start_of_names : start_of_names + text_rows.HEAD_BYTES].split(b"\n")[1:3]
     for line in (line_above, *lines_below):
-        cells = _split(line.decode("utf-8", "replace"), head.delimiter)
+        cells = _cells_of_line(line.decode("utf-8", "replace"), head.delimiter)
         cell = cells[time_index].strip('" ') if time_index < len(cells) else ""
         if cell[:1].isdigit():
             times.append(cell)
@@ -288,7 +296,7 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
 
 
 def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
-    """Header keys of each block, with those above the first block that no other block gives."""
+    """Header keys of each block; those that only the first block gives hold for all blocks."""
     keys_of_other_blocks = {key for table in tables[1:] for key in table.keys}
     keys_of_file = {
         key: text for key, text in tables[0].keys.items() if key not in keys_of_other_blocks
@@ -298,18 +306,20 @@ def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
 
 def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
     """A text that ends in the rows, without comments between them, and where they start."""
-    lines_above = text[: text_rows.HEAD_BYTES].split(b"\n", head.lines_above_rows)[
-        : head.lines_above_rows
+    lines_above = text[: text_rows.HEAD_BYTES].split(b"\n", head.line_count_above_rows)[
+        : head.line_count_above_rows
     ]
     start_of_rows = sum(len(line) for line in lines_above) + len(lines_above)
     # searched first: most logs have no comments there, and to replace them takes much longer
     if text.find(b"\n#", max(start_of_rows - 1, 0)) < 0:
         return text, start_of_rows
-    rows = _COMMENT_LINES.sub(lambda line: _row_or_nothing(line[0], head), text[start_of_rows:])
-    return rows, 0
+    text_of_rows = _COMMENT_LINES.sub(
+        lambda line: _row_or_empty(line[0], head), text[start_of_rows:]
+    )
+    return text_of_rows, 0
 
 
-def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
+def _head_of_text(text: bytes, vocabulary: Vocabulary) -> _Head:
     """The lines of names and of units, and the first rows.
 
     Raises:
@@ -322,42 +332,42 @@ def _find_head(text: bytes, vocabulary: Vocabulary) -> _Head:
     lines = beginning.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
     line_of_names = _line_of_names(lines, vocabulary)
     names, delimiter = line_of_names.names, line_of_names.delimiter
-    lines_above_rows = line_of_names.number + 1
-    rows: list[list[str]] = []
-    number_of_row: list[int] = []
-    for number, line in enumerate(lines[lines_above_rows:], start=lines_above_rows):
+    line_count_above_rows = line_of_names.line_index + 1
+    first_rows: list[list[str]] = []
+    line_index_of_row: list[int] = []
+    for line_index, line in enumerate(lines[line_count_above_rows:], start=line_count_above_rows):
         is_comment = line.startswith("#") and not _is_row(line, delimiter, len(names))
         if line.strip() and not is_comment:
-            rows.append(_split(line, delimiter))
-            number_of_row.append(number)
+            first_rows.append(_cells_of_line(line, delimiter))
+            line_index_of_row.append(line_index)
     units = [""] * len(names)
-    if rows and _is_unit_row(rows[0], names, vocabulary):
-        units = [_bare(cell) for cell in rows.pop(0)]
-        lines_above_rows = number_of_row[0] + 1
-    width = _width(rows, names)
+    if first_rows and _is_unit_row(first_rows[0], names, vocabulary):
+        units = [_bare_cell(cell) for cell in first_rows.pop(0)]
+        line_count_above_rows = line_index_of_row[0] + 1
+    width = _row_width(first_rows, names)
     empty_cells = [""] * width
     return _Head(
-        header=lines[: line_of_names.number],
-        lines_above_rows=lines_above_rows,
+        header_lines=lines[: line_of_names.line_index],
+        line_count_above_rows=line_count_above_rows,
         delimiter=delimiter,
         names=[*names, *empty_cells][:width],
         units=[*units, *empty_cells][:width],
-        rows=rows,
-        quoted='"' in beginning,
+        first_rows=first_rows,
+        has_quotes='"' in beginning,
     )
 
 
-def _width(rows: Sequence[Sequence[str]], names: Sequence[str]) -> int:
-    """Number of cells of a row: that of most rows, unless names or cells would be lost.
+def _row_width(first_rows: Sequence[Sequence[str]], names: Sequence[str]) -> int:
+    """Number of cells of a row: as in most rows, or as many as names where the two contradict.
 
     Rows, or the names alone, may have a delimiter behind the last cell.
     """
-    if not rows:
+    if not first_rows:
         return len(names)
-    width = _most_frequent(len(row) for row in rows)
+    width = _most_frequent(len(row) for row in first_rows)
     would_lose_names = any(names[width:])
     would_lose_cells = width > len(names) and any(
-        any(row[len(names) :]) for row in rows if len(row) == width
+        any(row[len(names) :]) for row in first_rows if len(row) == width
     )
     return len(names) if would_lose_names or would_lose_cells else width
 
@@ -377,19 +387,19 @@ def _is_row(line: str, delimiter: str, width: int) -> bool:
     - it has as many cells as names (not where blanks separate cells: they separate words too);
     - more than half of the cells are numbers or errors.
     """
-    cells = _split(line, delimiter)
+    cells = _cells_of_line(line, delimiter)
     if _SPREADSHEET_ERROR.fullmatch(cells[0]):
         return True
-    if delimiter != _BLANKS and len(cells) == width:
+    if delimiter != _BLANK_DELIMITER and len(cells) == width:
         return True
-    numbers = [cell for cell in cells if cell.startswith("#") or _is_number(cell)]
-    return len(numbers) > width / 2
+    number_cells = [cell for cell in cells if cell.startswith("#") or _is_number(cell)]
+    return len(number_cells) > width / 2
 
 
-def _row_or_nothing(line: bytes, head: _Head) -> bytes:
-    """A `#` line that is a row; nothing for a comment."""
-    text = line.decode("utf-8", "replace")
-    return line if _is_row(text, head.delimiter, len(head.names)) else b""
+def _row_or_empty(line: bytes, head: _Head) -> bytes:
+    """The `#` line itself where it is a row; empty where it is a comment."""
+    line_text = line.decode("utf-8", "replace")
+    return line if _is_row(line_text, head.delimiter, len(head.names)) else b""
 
 
 def _refuse_row_above_names(head: _Head) -> None:
@@ -398,13 +408,13 @@ def _refuse_row_above_names(head: _Head) -> None:
     Raises:
         ValueError: A line above has numbers in the same cells as the first row.
     """
-    if not head.rows:
+    if not head.first_rows:
         return
-    is_number = [_is_number(cell) for cell in head.rows[0]]
+    is_number = [_is_number(cell) for cell in head.first_rows[0]]
     if sum(is_number) < _FEWEST_NUMBERS_OF_ROW:
         return
-    for number, line in enumerate(head.header, start=1):
-        cells = _split(line, head.delimiter)
+    for number, line in enumerate(head.header_lines, start=1):
+        cells = _cells_of_line(line, head.delimiter)
         if [_is_number(cell) or cell.startswith("#") for cell in cells] == is_number:
             raise ValueError(
                 f"line {number} reads {line[:_LETTERS_SHOWN]!r}, which looks like a row, but is "
@@ -418,38 +428,38 @@ def _line_of_names(lines: Sequence[str], vocabulary: Vocabulary) -> _NameLine:
     Raises:
         ValueError: No line does.
     """
-    plain_lines: dict[int, str] = {}
-    comments: dict[int, str] = {}
-    for number, line in enumerate(lines):
+    uncommented_line_of_index: dict[int, str] = {}
+    comment_of_index: dict[int, str] = {}
+    for line_index, line in enumerate(lines):
         if line.lstrip().startswith("#"):
-            comments[number] = line.lstrip("# \t")
+            comment_of_index[line_index] = line.lstrip("# \t")
         else:
-            plain_lines[number] = line
+            uncommented_line_of_index[line_index] = line
     # some programs write the names as a comment
-    for candidates in (plain_lines, comments):
-        line_of_names = _best_line_of_names(candidates, vocabulary)
+    for candidates in (uncommented_line_of_index, comment_of_index):
+        line_of_names = _line_with_most_known_names(candidates, vocabulary)
         if line_of_names is not None:
             return line_of_names
     hint = ""
-    for number, line in enumerate(lines):
-        width = _width_of_rows(lines[number + 1 : number + 1 + _LINES_COMPARED])
+    for line_index, line in enumerate(lines):
+        width = _width_between_blanks(lines[line_index + 1 : line_index + 1 + _LINES_COMPARED])
         if width < _FEWEST_COLUMNS:
             continue
         for names in _names_between_blanks(line, vocabulary):
-            if _count_known(names, vocabulary) >= 2:
+            if _known_name_count(names, vocabulary) >= 2:
                 if len(names) == width:
-                    return _NameLine(number, _BLANKS, names)
+                    return _NameLine(line_index, _BLANK_DELIMITER, names)
                 hint = f": blanks part {width} columns, but {len(names)} names; write these without"
     if not hint:
-        first_line = next((line for line in plain_lines.values() if line.strip()), "")
+        first_line = next((line for line in uncommented_line_of_index.values() if line.strip()), "")
         hint = f"; its first line is {first_line[:120]!r}" if first_line else ""
-        commented_names = _names_in_comment(comments.values(), first_line)
-        likely_line = likely_names(lines)
+        commented_names = _names_in_comment(comment_of_index.values(), first_line)
+        likely_line = likely_line_of_names(lines)
         if commented_names:
             hint = f"; the names in its comment are {commented_names[:120]!r}"
         elif likely_line is not None:
-            number, text = likely_line
-            hint = f"; the names seem to be in line {number}: {text.strip()[:160]!r}"
+            line_number, text = likely_line
+            hint = f"; the names seem to be in line {line_number}: {text.strip()[:160]!r}"
     raise ValueError(f"no line names columns of a {vocabulary.name} log{hint}")
 
 
@@ -457,42 +467,44 @@ def _names_in_comment(comments: Collection[str], row: str) -> str:
     """The last comment that has as many cells as a row, and no number; empty without one."""
     names = ""
     for delimiter in _DELIMITERS:
-        width = len(_split(row, delimiter))
+        width = len(_cells_of_line(row, delimiter))
         for comment in comments:
-            cells = _split(comment, delimiter)
+            cells = _cells_of_line(comment, delimiter)
             if width > 1 and len(cells) == width and not any(map(_is_number, cells)):
                 names = comment
     return names
 
 
-def _best_line_of_names(lines: Mapping[int, str], vocabulary: Vocabulary) -> _NameLine | None:
-    """The line with most known names, at least two; None without one.
+def _line_with_most_known_names(
+    line_of_index: Mapping[int, str], vocabulary: Vocabulary
+) -> _NameLine | None:
+    """The line with the most known names, two or more; None where there is no such line.
 
     Args:
-        lines: Number of a line -> its text.
+        line_of_index: Index of a line -> its text.
         vocabulary: The names that are known.
     """
-    best: _NameLine | None = None
+    best_line: _NameLine | None = None
     largest_count = 1
-    for number, line in lines.items():
-        if best and number > best.number + _LINES_COMPARED:
+    for line_index, line in line_of_index.items():
+        if best_line and line_index > best_line.line_index + _LINES_COMPARED:
             break
         for delimiter in _DELIMITERS:
-            names = _split(line, delimiter)
+            names = _cells_of_line(line, delimiter)
             if len(names) <= largest_count or _is_number(names[0]):
                 continue
-            known_count = _count_known(names, vocabulary)
+            known_count = _known_name_count(names, vocabulary)
             if known_count > largest_count:
-                best = _NameLine(number, delimiter, names)
+                best_line = _NameLine(line_index, delimiter, names)
                 largest_count = known_count
-    return best
+    return best_line
 
 
-def _count_known(names: Sequence[str], vocabulary: Vocabulary) -> int:
+def _known_name_count(names: Sequence[str], vocabulary: Vocabulary) -> int:
     return sum(vocabulary.meaning(name) is not None for name in names)
 
 
-def _width_of_rows(lines: Sequence[str]) -> int:
+def _width_between_blanks(lines: Sequence[str]) -> int:
     """Number of cells between blanks in most rows of numbers; 0 where there are none."""
     rows = [line.split() for line in lines if line.strip()]
     return _most_frequent(
@@ -515,13 +527,13 @@ def _names_between_blanks(line: str, vocabulary: Vocabulary) -> Iterator[list[st
     names: list[str] = []
     first_word = 0
     while first_word < len(words):
-        word_count = _words_of_known_name(words[first_word:], vocabulary)
+        word_count = _word_count_of_known_name(words[first_word:], vocabulary)
         names.append(" ".join(words[first_word : first_word + word_count]))
         first_word += word_count
     yield names
 
 
-def _words_of_known_name(words: Sequence[str], vocabulary: Vocabulary) -> int:
+def _word_count_of_known_name(words: Sequence[str], vocabulary: Vocabulary) -> int:
     """How many of the first words are the longest known name; 1 where none is known."""
     for count in range(min(_MOST_WORDS_OF_NAME, len(words)), 1, -1):
         if vocabulary.meaning(" ".join(words[:count])):
@@ -529,9 +541,9 @@ def _words_of_known_name(words: Sequence[str], vocabulary: Vocabulary) -> int:
     return 1
 
 
-def _split(line: str, delimiter: str) -> list[str]:
+def _cells_of_line(line: str, delimiter: str) -> list[str]:
     """The cells of a line, without blanks around them."""
-    if delimiter == _BLANKS:
+    if delimiter == _BLANK_DELIMITER:
         return line.split()
     cells = line.split(delimiter)
     if '"' in line:
@@ -540,41 +552,43 @@ def _split(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _plain_cells(body: bytes, head: _Head, start_of_rows: int) -> tuple[bytes, str, int]:
-    """The rows with a delimiter that no cell holds, this delimiter, and where the rows start."""
-    if head.delimiter == _BLANKS:
-        rows = _BLANKS_AROUND_LINE.sub(b"", body[start_of_rows:])
-        rows = _BLANKS_BETWEEN_CELLS.sub(b"\t", rows)
-        return text_rows.normalise(rows, "ascii"), "\t", 0
-    cells_hold_delimiter = head.quoted and any(
-        head.delimiter in cell for row in head.rows for cell in row
+def _rows_with_plain_cells(body: bytes, head: _Head, start_of_rows: int) -> tuple[bytes, str, int]:
+    """A text of the rows with a delimiter that no cell holds, this delimiter, and their start."""
+    if head.delimiter == _BLANK_DELIMITER:
+        text_of_rows = _BLANKS_AROUND_LINE.sub(b"", body[start_of_rows:])
+        text_of_rows = _BLANKS_BETWEEN_CELLS.sub(b"\t", text_of_rows)
+        return text_rows.normalised(text_of_rows, "ascii"), "\t", 0
+    cells_hold_delimiter = head.has_quotes and any(
+        head.delimiter in cell for row in head.first_rows for cell in row
     )
     if not cells_hold_delimiter:
         return body, head.delimiter, start_of_rows
     # line by line: a single quote then harms one row only
     lines = body[start_of_rows:].decode("utf-8").split("\n")
-    text = "\n".join("\t".join(_split(line, head.delimiter)) for line in lines)
-    return text_rows.normalise(text.encode(), "ascii"), "\t", 0
+    text = "\n".join("\t".join(_cells_of_line(line, head.delimiter)) for line in lines)
+    return text_rows.normalised(text.encode(), "ascii"), "\t", 0
 
 
-def _marks(head: _Head, delimiter: str, indices: Set[int]) -> tuple[str, str]:
-    """Decimal mark and mark between thousands, from the columns of numbers with some indices."""
-    if delimiter == "," and not head.quoted:
+def _decimal_and_group_mark(
+    head: _Head, delimiter: str, number_indices: Set[int]
+) -> tuple[str, str]:
+    """Decimal mark and mark between thousands (empty without one), by the columns of numbers."""
+    if delimiter == "," and not head.has_quotes:
         return ".", ""
     # from all of the first rows: one row may hold whole numbers only
     cells_with_comma = []
-    for row in head.rows:
-        cells = [_bare(row[index]) for index in indices if index < len(row)]
+    for row in head.first_rows:
+        cells = [_bare_cell(row[index]) for index in number_indices if index < len(row)]
         cells_with_comma += [cell for cell in cells if "," in cell]
     for cell in cells_with_comma:
-        grouped = _GROUPED.fullmatch(cell)
-        if grouped:
-            return (",", ".") if grouped["group_mark"] == "." else (".", ",")
+        grouped_number = _GROUPED_NUMBER.fullmatch(cell)
+        if grouped_number:
+            return (",", ".") if grouped_number["group_mark"] == "." else (".", ",")
     has_decimal_comma = cells_with_comma and delimiter != ","
     return "," if has_decimal_comma else ".", ""
 
 
-def _stamp_columns(head: _Head, meanings: Meanings) -> tuple[int, ...]:
+def _stamp_indices(head: _Head, meanings: Meanings) -> tuple[int, ...]:
     """Indices of the columns of time stamps, see `TextTable`; empty where time is a number.
 
     Raises:
@@ -585,7 +599,9 @@ def _stamp_columns(head: _Head, meanings: Meanings) -> tuple[int, ...]:
     )
     if time_index is None:
         return ()
-    cells = [row[time_index].strip('" ') if time_index < len(row) else "" for row in head.rows]
+    cells = [
+        row[time_index].strip('" ') if time_index < len(row) else "" for row in head.first_rows
+    ]
     with_colon_or_slash = [cell for cell in cells if _CLOCK_OR_DATE.search(cell)]
     if len(with_colon_or_slash) <= len(cells) / 2:
         return ()
@@ -596,7 +612,7 @@ def _stamp_columns(head: _Head, meanings: Meanings) -> tuple[int, ...]:
             "expected "
             "numbers, or time stamps such as '2026-03-01 10:15:00.250'"
         )
-    for index, column in enumerate(zip_longest(*head.rows, fillvalue="")):
+    for index, column in enumerate(zip_longest(*head.first_rows, fillvalue="")):
         dates = [cell for cell in column if text_rows.is_date(cell.strip('" '))]
         if len(dates) > len(cells) / 2:
             return time_index, index
@@ -604,33 +620,33 @@ def _stamp_columns(head: _Head, meanings: Meanings) -> tuple[int, ...]:
 
 
 def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabulary) -> bool:
-    """Whether the row below the names has units: most known columns have one that fits them."""
+    """Whether the row below the names has units: most known columns have a usable unit there."""
     # a row with a number is the first row of the log
     if any(cells[len(names) :]) or any(_is_number(cell) for cell in cells):
         return False
-    units = [_bare(cell) for cell in cells] + [""] * len(names)
+    units = [_bare_cell(cell) for cell in cells] + [""] * len(names)
     meanings = vocabulary.meanings(names, [""] * len(names))
-    fitting_columns = [
+    fitting_indices = [
         index
         for index, (quantity, _) in meanings.items()
-        if vocabulary.fits(quantity, units[index])
+        if vocabulary.is_convertible(quantity, units[index])
     ]
-    if len(fitting_columns) > len(meanings) / 2:
+    if len(fitting_indices) > len(meanings) / 2:
         return True
     # in a log of another kind only some units fit; its message must not be that units are missing
-    has_long_unit = any(len(units[index]) > 1 for index in fitting_columns)
+    has_long_unit = any(len(units[index]) > 1 for index in fitting_indices)
     return has_long_unit and all(len(unit) <= _LONGEST_UNIT for unit in units)
 
 
 def _is_number(cell: str) -> bool:
     try:
-        float(_bare(cell).replace(",", "."))
+        float(_bare_cell(cell).replace(",", "."))
     except ValueError:
         return False
     return True
 
 
-def _bare(cell: str) -> str:
+def _bare_cell(cell: str) -> str:
     """A cell without brackets, quotes and blanks around it."""
     return cell.strip('[]() "')
 
@@ -641,7 +657,7 @@ def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
     The mark between key and value is the first of `:`, `=` and the delimiter. Two values of one key
     are joined: what needs this key refuses the log.
     """
-    marks = {":", "=", delimiter} - {_BLANKS}
+    marks = {":", "=", delimiter} - {_BLANK_DELIMITER}
     keys: dict[str, str] = {}
     for line in lines:
         text = line.strip().lstrip("#").strip()

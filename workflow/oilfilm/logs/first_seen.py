@@ -21,18 +21,18 @@ class FirstSeen:
     """The listing of a campaign, which `sha256sum -c` reads: one line per log, never changed.
 
     Args:
-        campaign: Name of the campaign.
-        logs: Name of the folder of its logs, if that is another one.
+        campaign_name: Name of the campaign.
+        log_folder_name: Name of the folder of its logs, if that is another one.
         folder: Folder of the listings.
 
     Raises:
         OilfilmError: A line of the listing is damaged.
     """
 
-    def __init__(self, campaign: str, logs: str = "", *, folder: Path) -> None:
-        self._campaign = campaign
-        self._path = folder / f"{logs or campaign}.sha256"
-        self._digests: dict[str, str] = {}
+    def __init__(self, campaign_name: str, log_folder_name: str = "", *, folder: Path) -> None:
+        self._campaign_name = campaign_name
+        self._path = folder / f"{log_folder_name or campaign_name}.sha256"
+        self._digest_of_log: dict[str, str] = {}
         # a campaign that has not run has no listing
         text = self._path.read_text(encoding="utf-8") if self._path.is_file() else ""
         # not `splitlines`, which also splits at rare marks that a path may have
@@ -44,15 +44,15 @@ class FirstSeen:
                     f"{self._path}, line {number}: expected a sha256, two blanks and the path of a "
                     "log below data/raw. Put the file back from version control or a backup."
                 )
-            self._digests[match["log"]] = match["digest"]
+            self._digest_of_log[match["log"]] = match["digest"]
 
-    def gone(self, logs: Iterable[str]) -> str:
+    def sentence_on_missing(self, logs: Iterable[str]) -> str:
         """A sentence about the logs of earlier runs that are missing now; empty without any.
 
         Args:
             logs: Paths of the logs that are there now.
         """
-        missing = sorted(self._digests.keys() - set(logs))
+        missing = sorted(self._digest_of_log.keys() - set(logs))
         if not missing:
             return ""
         return (
@@ -63,12 +63,12 @@ class FirstSeen:
         )
 
     def check_and_add(
-        self, digests: Mapping[str, str], acknowledged: Iterable[Mapping[str, str]]
+        self, digest_of_log: Mapping[str, str], acknowledged: Iterable[Mapping[str, str]]
     ) -> None:
         """Refuse logs that have changed since they were first read, and list those that are new.
 
         Args:
-            digests: sha256 of each log by its path from the top folder.
+            digest_of_log: sha256 of each log by its path from the top folder.
             acknowledged: Intended changes, by the keys of the campaign file.
 
         Raises:
@@ -76,33 +76,35 @@ class FirstSeen:
             OSError: The listing cannot be written.
         """
         acknowledged_changes = list(acknowledged)
-        changed = {
-            log: (self._digests[log], digest)
-            for log, digest in digests.items()
-            if self._digests.get(log, digest) != digest
+        digests_of_changed_log = {
+            log: (self._digest_of_log[log], digest)
+            for log, digest in digest_of_log.items()
+            if self._digest_of_log.get(log, digest) != digest
         }
         for entry in acknowledged_changes:
-            was, now = changed.get(entry["log"], ("", ""))
+            was, now = digests_of_changed_log.get(entry["log"], ("", ""))
             if was.startswith(entry["was"]) and now.startswith(entry["now"]):
-                changed.pop(entry["log"], None)
-        if changed:
-            raise self._changed_logs(changed, has_acknowledged=bool(acknowledged_changes))
-        all_digests = dict(digests) | self._digests
-        if all_digests != self._digests:
-            write_text(listing(dict(sorted(all_digests.items()))), self._path)
-            self._digests = all_digests
+                digests_of_changed_log.pop(entry["log"], None)
+        if digests_of_changed_log:
+            raise self._changed_logs_error(
+                digests_of_changed_log, has_acknowledged=bool(acknowledged_changes)
+            )
+        digest_of_any_log = dict(digest_of_log) | self._digest_of_log
+        if digest_of_any_log != self._digest_of_log:
+            write_text(listing(dict(sorted(digest_of_any_log.items()))), self._path)
+            self._digest_of_log = digest_of_any_log
 
-    def _changed_logs(
-        self, changed: Mapping[str, tuple[str, str]], has_acknowledged: bool
+    def _changed_logs_error(
+        self, digests_of_changed_log: Mapping[str, tuple[str, str]], has_acknowledged: bool
     ) -> OilfilmError:
-        """The error for changed logs.
+        """The error for changed logs, with the lines that acknowledge the changes.
 
         Args:
-            changed: Digest at first and now, by the path of the log.
+            digests_of_changed_log: Path of a log -> its first digest, and the one that it has now.
             has_acknowledged: Whether the campaign file has the key `acknowledged_changes`.
         """
-        first_log, *other_logs = changed
-        first_digest, _ = changed[first_log]
+        first_log, *other_logs = digests_of_changed_log
+        first_digest, _ = digests_of_changed_log[first_log]
         more = f", and {len(other_logs)} more" if other_logs else ""
         if has_acknowledged:
             where_to_add = "at the end of `acknowledged_changes` in"
@@ -110,7 +112,7 @@ class FirstSeen:
         else:
             where_to_add = "to"
             lines_to_add = ["acknowledged_changes:"]
-        for log, (was, now) in changed.items():
+        for log, (was, now) in digests_of_changed_log.items():
             lines_to_add += [
                 f"  - log: {json.dumps(log)}",
                 f'    was: "{was[:_DIGITS_SHOWN]}"',
@@ -122,6 +124,6 @@ class FirstSeen:
             f"{first_log}: has changed since a run first read it (it was "
             f"{first_digest[:_DIGITS_SHOWN]} then, {self._path} says){more}. Put it back. If the "
             f"change is meant, add these lines {where_to_add} "
-            f"config/campaigns/{self._campaign}.yaml, "
+            f"config/campaigns/{self._campaign_name}.yaml, "
             f"with the reason:\n{all_lines}"
         )

@@ -18,7 +18,7 @@ FORMAT_ADVICE = "data/raw/README.md describes the format."
 
 # Chinese input methods write full-width characters in place of these.
 FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
-# Unit as `plain_key` leaves it -> unit.
+# Text of a unit as `plain_key` leaves it -> the unit.
 UNIT_BY_PLAIN_KEY = {
     "gpa": "GPa",
     "mpa": "MPa",
@@ -42,11 +42,11 @@ UNIT_BY_PLAIN_KEY = {
     "\N{DEGREE SIGN}f": "degF",
 }
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
-# Similarity (`difflib` ratio) from which two words are one word with a slip of the pen: more than
-# if one letter of four were changed.
-_SIMILARITY_OF_SLIP = 0.75
+# Two words with a larger similarity (ratio of `difflib`) are one word that is misspelt: less than
+# one letter of four is changed.
+_SIMILARITY_OF_MISSPELLING = 0.75
 # Shorter names are similar to too many words.
-_SHORTEST_NAME = 6
+_SHORTEST_NAME_COMPARED = 6
 # Keys under which logs name their oil, beside words such as `name` and `type`.
 _OIL_KEYS = frozenset(
     "oil lubricant lube fluid grease öl oel prüföl schmierstoff huile lubrifiant aceite lubricante "
@@ -78,31 +78,31 @@ def split_unit(name: str) -> tuple[str, str]:
 
 
 def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """Header lines by the keys of the project: set points in its units, the oil by its id.
+    """Key of the project -> text, from header lines: set points in its units, the oil by its id.
 
     Two lines with the same meaning and different values give both values. Such a text is neither
     a number nor an oil, and the log is refused.
 
     Args:
-        logged: Header lines by the keys of the log, as `plain_key` makes them.
+        logged: Key of the log, as `plain_key` makes it -> text of the line.
         settings: Settings with the names of keys under `header` and the aliases of oils.
     """
-    key_by_name = listed_names(settings)
+    key_by_name = key_by_listed_name(settings)
     keys: dict[str, str] = {}
-    for logged_key, logged_text in logged.items():
-        key, text = project_key_and_text(logged_key, logged_text, key_by_name)
+    for logged_key, text in logged.items():
+        key, project_text = project_key_and_text(logged_key, text, key_by_name)
         if key == "oil":
-            text = oil_id(text, settings)
-        if keys.get(key, text) != text:
-            text = f"{keys[key]} / {text}"
-        keys[key] = text
+            project_text = oil_id(project_text, settings)
+        if keys.get(key, project_text) != project_text:
+            project_text = f"{keys[key]} / {project_text}"
+        keys[key] = project_text
     key_of_oil = oil_key(keys)
     if key_of_oil and "oil" not in keys:
         keys["oil"] = oil_id(keys[key_of_oil], settings)
     return keys
 
 
-def listed_names(settings: Settings) -> dict[str, str]:
+def key_by_listed_name(settings: Settings) -> dict[str, str]:
     """Name of a header line, listed under `header` of the campaign file -> key of the project."""
     key_by_name: dict[str, str] = {}
     for key, names in settings.campaign.header.items():
@@ -112,7 +112,7 @@ def listed_names(settings: Settings) -> dict[str, str]:
 
 
 def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """Header lines by the keys of the project, with the only rig or oil of a campaign added."""
+    """Key of the project -> text, with the rig or oil of a campaign that has only one."""
     keys = dict(named)
     if len(settings.rigs) == 1:
         keys.setdefault("rig", next(iter(settings.rigs)))
@@ -129,63 +129,65 @@ def project_key_and_text(
     Args:
         logged_key: The key of the log, as `plain_key` makes it.
         text: The text of the line.
-        key_by_name: As `listed_names` gives them.
+        key_by_name: As `key_by_listed_name` gives them.
     """
-    set_point, unit_of_key = _set_point(logged_key, key_by_name)
+    set_point_key, unit_of_key = _set_point_key_and_unit(logged_key, key_by_name)
     digits, unit_of_text = number_and_unit(text)
     unit = unit_of_text or unit_of_key
     # the load has one set point, as force or as pressure
-    if set_point == "load_n" and conversion_to_set_point("max_hertz_pressure_gpa", unit):
-        set_point = "max_hertz_pressure_gpa"
+    if set_point_key == "load_n" and conversion_to_set_point("max_hertz_pressure_gpa", unit):
+        set_point_key = "max_hertz_pressure_gpa"
     # without a unit `load` may be anything
-    if not unit_of_key and not conversion_to_set_point(set_point, unit_of_text):
+    if not unit_of_key and not conversion_to_set_point(set_point_key, unit_of_text):
         bare_key, _ = split_unit(logged_key)
         key = key_by_name.get(logged_key) or key_by_name.get(bare_key) or logged_key
         return key, text
     try:
         value = parse_decimal(digits)
     except ValueError:
-        return set_point, text
-    conversion = conversion_to_set_point(set_point, unit)
+        return set_point_key, text
+    conversion = conversion_to_set_point(set_point_key, unit)
     if conversion is None:
-        return set_point, text if unit_of_text else f"{text} {unit_of_key}"
+        return set_point_key, text if unit_of_text else f"{text} {unit_of_key}"
     if text == digits and conversion.scale == 1 and conversion.offset == 0:
-        return set_point, text
+        return set_point_key, text
     # rounded: the error of a conversion would make two values of 80 N and 0.08 kN
-    return set_point, f"{conversion.scale * value + conversion.offset:.12g}"
+    return set_point_key, f"{conversion.scale * value + conversion.offset:.12g}"
 
 
-def _set_point(logged_key: str, key_by_name: Mapping[str, str]) -> tuple[str, str]:
-    """Set point and unit that the key of a header line gives; empty where there is none.
+def _set_point_key_and_unit(logged_key: str, key_by_name: Mapping[str, str]) -> tuple[str, str]:
+    """Key of the set point and unit that the key of a header line gives; both empty without one.
 
     The unit is in brackets or in the key. A name that the campaign file lists, and the key of the
     project, are in the unit of the key.
     """
     bare_key, text_in_brackets = split_unit(logged_key)
-    unit = UNIT_BY_PLAIN_KEY.get(text_in_brackets, text_in_brackets)
-    for set_point, (quantity, set_point_unit) in SET_POINT_UNITS.items():
-        if set_point in (logged_key, key_by_name.get(logged_key)):
+    unit_in_brackets = UNIT_BY_PLAIN_KEY.get(text_in_brackets, text_in_brackets)
+    for set_point_key, (quantity, set_point_unit) in SET_POINT_UNITS.items():
+        if set_point_key in (logged_key, key_by_name.get(logged_key)):
             # brackets may be a part of a name that the campaign file lists
-            return set_point, unit if unit and conversion_to_set_point(
-                set_point, unit
+            return set_point_key, unit_in_brackets if unit_in_brackets and conversion_to_set_point(
+                set_point_key, unit_in_brackets
             ) else set_point_unit
-        if set_point in (bare_key, key_by_name.get(bare_key)):
-            return set_point, unit or set_point_unit
+        if set_point_key in (bare_key, key_by_name.get(bare_key)):
+            return set_point_key, unit_in_brackets or set_point_unit
         if logged_key.startswith(f"{quantity}_"):
             unit_in_key = logged_key.removeprefix(f"{quantity}_")
-            if unit_in_key in UNIT_BY_PLAIN_KEY and conversion_to_set_point(set_point, unit_in_key):
-                return set_point, UNIT_BY_PLAIN_KEY[unit_in_key]
+            if unit_in_key in UNIT_BY_PLAIN_KEY and conversion_to_set_point(
+                set_point_key, unit_in_key
+            ):
+                return set_point_key, UNIT_BY_PLAIN_KEY[unit_in_key]
         if bare_key == quantity:
-            return set_point, unit
+            return set_point_key, unit_in_brackets
     return "", ""
 
 
-def conversion_to_set_point(set_point: str, unit: str) -> Conversion | None:
+def conversion_to_set_point(set_point_key: str, unit: str) -> Conversion | None:
     """The conversion of a unit, in any spelling, to that of a set point; None where none exists."""
     unit = UNIT_BY_PLAIN_KEY.get(plain_key(unit), unit)
-    if not set_point or not unit:
+    if not set_point_key or not unit:
         return None
-    _, set_point_unit = SET_POINT_UNITS[set_point]
+    _, set_point_unit = SET_POINT_UNITS[set_point_key]
     return possible_conversion(unit, (set_point_unit,))
 
 
@@ -216,8 +218,8 @@ def oil_key(keys: Mapping[str, str]) -> str | None:
     return None
 
 
-def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
-    """The refusal of a key that nearly is that of a set point without a value.
+def misspelt_key_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
+    """The refusal of a key that looks like a misspelt one, of a set point that has no value.
 
     Values come from the log or the campaign file.
     """
@@ -231,7 +233,7 @@ def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
     for key, (quantity, _) in SET_POINT_UNITS.items():
         key_by_name[key] = key
         key_by_name[quantity] = key
-    for name, key in listed_names(settings).items():
+    for name, key in key_by_listed_name(settings).items():
         if key == "oil" or key in SET_POINT_UNITS:
             key_by_name[name] = key
     for name, key in key_by_name.items():
@@ -240,42 +242,46 @@ def misspelt_key(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
         for logged_key, text in keys.items():
             lacks_unit = logged_key == name and number_and_unit(text)[0] != ""
             bare_key, _ = split_unit(logged_key)
-            if lacks_unit or _is_slip_of_the_pen(bare_key, name):
-                return _unknown_key(logged_key, key if lacks_unit else name)
+            if lacks_unit or _is_misspelling(bare_key, name):
+                return _unknown_key_problem(logged_key, key if lacks_unit else name)
     return None
 
 
-def _unknown_key(logged_key: str, meant: str) -> Refusal:
+def _unknown_key_problem(logged_key: str, meant_key: str) -> Refusal:
     return Refusal(
         "unknown_header_key",
-        f"the header has the unknown key {logged_key[:60]!r}; did you mean {meant!r}?",
+        f"the header has the unknown key {logged_key[:60]!r}; did you mean {meant_key!r}?",
         f"Correct the header, or list the key under `header` of the campaign file. {FORMAT_ADVICE}",
     )
 
 
 @lru_cache(maxsize=4096)
-def _is_slip_of_the_pen(written: str, meant: str) -> bool:
+def _is_misspelling(written: str, meant: str) -> bool:
     """Whether a name has as many words as the meant one, each similar to its counterpart.
 
     A short name is none.
 
     Examples:
-        >>> _is_slip_of_the_pen("entrainement_speed_m_s", "entrainment_speed_m_s")
+        >>> _is_misspelling("entrainement_speed_m_s", "entrainment_speed_m_s")
         True
-        >>> _is_slip_of_the_pen("outlet_temperature_c", "inlet_temperature_c")
+        >>> _is_misspelling("outlet_temperature_c", "inlet_temperature_c")
         False
     """
-    words = written.split("_")
+    written_words = written.split("_")
     meant_words = meant.split("_")
-    if written == meant or len(meant) < _SHORTEST_NAME or len(words) != len(meant_words):
+    if (
+        written == meant
+        or len(meant) < _SHORTEST_NAME_COMPARED
+        or len(written_words) != len(meant_words)
+    ):
         return False
     return all(
-        SequenceMatcher(None, word, meant_word).ratio() > _SIMILARITY_OF_SLIP
-        for word, meant_word in zip(words, meant_words, strict=True)
+        SequenceMatcher(None, word, meant_word).ratio() > _SIMILARITY_OF_MISSPELLING
+        for word, meant_word in zip(written_words, meant_words, strict=True)
     )
 
 
-def unknown_name(key: str, keys: Mapping[str, str], names: Iterable[str]) -> Refusal | None:
+def unknown_name_problem(key: str, keys: Mapping[str, str], names: Iterable[str]) -> Refusal | None:
     """Why the oil or the rig in a log's header cannot be used; None where it can.
 
     Args:
@@ -283,22 +289,22 @@ def unknown_name(key: str, keys: Mapping[str, str], names: Iterable[str]) -> Ref
         keys: Header keys of the log.
         names: The oils or rigs of the campaign.
     """
-    listed = ", ".join(names)
+    names_in_words = ", ".join(names)
     if key not in keys:
         return Refusal(
             "header",
             f"the header has no line `# {key}: ...` and no property `{key}`; the campaign has "
-            f"several: {listed}",
+            f"several: {names_in_words}",
             f"Add it, name the {key} in the run sheet, or list the log's own key under "
             f"`header: {key}` of the campaign file. {FORMAT_ADVICE}",
         )
     if keys[key] in names:
         return None
-    alias = ", list the name under `oil_aliases`" if key == "oil" else ""
+    advice_on_alias = ", list the name under `oil_aliases`" if key == "oil" else ""
     return Refusal(
         f"unknown_{key}",
-        f"the header says {key} {keys[key][:60]!r}; the campaign knows {listed}",
-        f"Correct the header{alias} or add the {key} to the campaign file.",
+        f"the header says {key} {keys[key][:60]!r}; the campaign knows {names_in_words}",
+        f"Correct the header{advice_on_alias} or add the {key} to the campaign file.",
     )
 
 

@@ -71,7 +71,7 @@ READERS: dict[str, Reader] = {
     "csv": delimited_text,
 }
 # First bytes of files that are no logs -> what they are.
-FOREIGN = {
+DESCRIPTION_OF_FIRST_BYTES = {
     b"PK\x03\x04": "a zip archive: unpack it",
     b"\xd0\xcf\x11\xe0": "an old Excel workbook (.xls): save it as xlsx, ods or csv",
     b"\x89HDF": "an HDF5 file: export the channels as csv, or save a MATLAB file with -v7",
@@ -79,14 +79,14 @@ FOREIGN = {
     b"\x1f\x8b": "a log that was packed twice: unpack it once",
 }
 # Formats that a library reads. Any error that it raises shows a damaged file.
-BINARY = frozenset({"tdms", "parquet", "xlsx", "ods", "mat"})
+BINARY_FORMATS = frozenset({"tdms", "parquet", "xlsx", "ods", "mat"})
 
 
 def recognised_format(content: bytes) -> str | None:
     """The name of the format of a file's bytes; None where no reader recognises them."""
     head = content[:4096]
     is_spreadsheet = workbook.recognises(head) or opendocument.recognises(head)
-    if head.startswith(tuple(FOREIGN)) and not is_spreadsheet:
+    if head.startswith(tuple(DESCRIPTION_OF_FIRST_BYTES)) and not is_spreadsheet:
         return None
     return next((name for name, reader in READERS.items() if reader.recognises(head)), None)
 
@@ -96,32 +96,47 @@ _BYTES_PER_MIB = 1 << 20
 # A file may always be unpacked to this size, however small it is.
 _UNSUSPICIOUS_BYTES = 16 * _BYTES_PER_MIB
 # First bytes of a packed file -> name of its codec.
-_CODECS = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
+_CODEC_OF_FIRST_BYTES = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 
 @dataclass(frozen=True)
 class ReadLog:
-    """How one raw file was understood: its format, its rows, and the columns of each run."""
+    """How one raw file was understood.
+
+    Attributes:
+        file: Name of the log.
+        format_name: Name of its format; `none` where it is not known.
+        form: How its text is written.
+        row_count: Number of its data rows, good and bad.
+        understood_of_run: Id of a run -> how its columns and header were understood.
+    """
 
     file: str
-    format: str
+    format_name: str
     form: base.TextForm
-    rows: int
-    runs: Mapping[str, base.Understood]
+    row_count: int
+    understood_of_run: Mapping[str, base.Understood]
 
 
 @dataclass(frozen=True)
 class Ingested:
-    """The content of some raw files of a campaign; `samples` by oil."""
+    """The content of some raw files of a campaign.
 
-    samples: dict[str, pd.DataFrame]
+    Attributes:
+        samples_of_oil: Name of an oil -> table of the samples of its runs.
+        runs: Table of runs.
+        quarantine: Table of quarantine.
+        logs: How each file was understood.
+    """
+
+    samples_of_oil: dict[str, pd.DataFrame]
     runs: pd.DataFrame
     quarantine: pd.DataFrame
     logs: list[ReadLog]
 
     def all_samples(self) -> pd.DataFrame:
         """The samples of all oils, the rows of a run together."""
-        frames = [frame for frame in self.samples.values() if len(frame)]
+        frames = [frame for frame in self.samples_of_oil.values() if len(frame)]
         if len(frames) == 1:
             return frames[0]
         return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")
@@ -132,8 +147,8 @@ def ingest_logs(
     settings: Settings,
     kind: LogKind = TRACTION,
     sheet: RunSheet = NO_SHEET,
-    keep: Callable[[base.LoggedRun], None] | None = None,
-    verified: Mapping[str, str] | None = None,
+    keep_run: Callable[[base.LoggedRun], None] | None = None,
+    known_digests: Mapping[str, str] | None = None,
 ) -> Ingested:
     """Read raw logs into samples, runs and quarantine.
 
@@ -142,24 +157,26 @@ def ingest_logs(
         settings: The settings.
         kind: The kind of log.
         sheet: The run sheet; it overrides the headers of the logs.
-        keep: Called with one run after the other. Without it the samples are returned.
-        verified: sha256 by name of the logs for which it is known already.
+        keep_run: Called with one run after the other. Without it the samples are returned.
+        known_digests: Name of a log -> its sha256, where it is known already.
 
     Raises:
         OilfilmError: Runs of two logs have the same name.
         RuntimeError: A reader lost a row (a defect of oilfilm, never of the log).
     """
-    runs_of_oil: dict[str, list[base.LoggedRun]] = {oil: [] for oil in settings.oils}
+    runs_of_oil: dict[str, list[base.LoggedRun]] = {oil_name: [] for oil_name in settings.oils}
     run_rows: list[dict[str, Any]] = []
     quarantine_rows: list[dict[str, Any]] = []
     file_of_run: dict[str, str] = {}
     read_logs: list[ReadLog] = []
     for file, content in logs:
         format_name, reading = read_log(content, file, settings, kind, sheet)
-        understood = {run.run_id: run.understood for run in reading.runs}
-        read_logs.append(ReadLog(file, format_name, reading.form, reading.rows, understood))
-        digest = (verified or {}).get(file) or hashlib.sha256(content).hexdigest()
-        file_columns = {
+        understood_of_run = {run.run_id: run.understood for run in reading.runs}
+        read_logs.append(
+            ReadLog(file, format_name, reading.form, reading.row_count, understood_of_run)
+        )
+        digest = (known_digests or {}).get(file) or hashlib.sha256(content).hexdigest()
+        columns_of_file = {
             "campaign": settings.campaign.name,
             "file": file,
             "sha256": digest,
@@ -174,15 +191,17 @@ def ingest_logs(
                     f"{file}: its run gets the name {run.run_id!r}, which a run of {other_file} "
                     "has already. Rename the file."
                 )
-            run_rows.append(file_columns | _run_columns(run, reading.refusals))
-            if keep is None:
-                runs_of_oil[run.oil].append(run)
+            run_rows.append(columns_of_file | _row_of_runs(run, reading.refusals))
+            if keep_run is None:
+                runs_of_oil[run.oil_name].append(run)
             else:
-                keep(run)
+                keep_run(run)
         quarantine_rows += _quarantine_rows(reading.refusals, file, settings)
     quarantine_rows += _quarantine_rows(sheet.remarks, sheet.name, settings)
     return Ingested(
-        samples={oil: _samples(runs) for oil, runs in runs_of_oil.items()},
+        samples_of_oil={
+            oil_name: _table_of_samples(runs) for oil_name, runs in runs_of_oil.items()
+        },
         runs=tables.from_rows(run_rows, "runs"),
         quarantine=tables.from_rows(quarantine_rows, "quarantine"),
         logs=read_logs,
@@ -199,7 +218,7 @@ def _quarantine_rows(
 
 @contextmanager
 def sample_files(
-    paths: Mapping[str, Path], provenance: Mapping[str, Any]
+    path_of_oil: Mapping[str, Path], provenance: Mapping[str, Any]
 ) -> Iterator[Callable[[base.LoggedRun], None]]:
     """Write the samples of runs one after the other: memory does not grow with their number.
 
@@ -207,37 +226,43 @@ def sample_files(
     The footer gets `content`, the digest of each run's samples.
 
     Args:
-        paths: File of each oil.
+        path_of_oil: Name of an oil -> the file of its samples.
         provenance: As for `tables.writing`.
 
     Yields:
         A function that takes one run after the other.
     """
-    waiting: dict[str, list[base.LoggedRun]] = {oil: [] for oil in paths}
-    run_digests: dict[str, dict[str, str]] = {oil: {} for oil in paths}
+    waiting_runs_of_oil: dict[str, list[base.LoggedRun]] = {
+        oil_name: [] for oil_name in path_of_oil
+    }
+    run_digests_of_oil: dict[str, dict[str, str]] = {oil_name: {} for oil_name in path_of_oil}
     with ExitStack() as files:
-        write_samples = {}
-        for oil, path in paths.items():
+        write_samples_of_oil = {}
+        for oil_name, path in path_of_oil.items():
             # filled while the samples are written; the footer is written last
-            footer = {**provenance, "content": run_digests[oil]}
-            write_samples[oil] = files.enter_context(tables.writing("samples", path, footer))
+            footer = {**provenance, "content": run_digests_of_oil[oil_name]}
+            write_samples_of_oil[oil_name] = files.enter_context(
+                tables.writing("samples", path, footer)
+            )
 
-        def write_waiting(oil: str) -> None:
-            if waiting[oil]:
-                samples = _samples(waiting[oil])
-                write_samples[oil](samples)
-                run_digests[oil].update(digests_of_runs(samples))
-                waiting[oil].clear()
+        def write_waiting(oil_name: str) -> None:
+            if waiting_runs_of_oil[oil_name]:
+                samples = _table_of_samples(waiting_runs_of_oil[oil_name])
+                write_samples_of_oil[oil_name](samples)
+                run_digests_of_oil[oil_name].update(digests_of_runs(samples))
+                waiting_runs_of_oil[oil_name].clear()
 
-        def keep(run: base.LoggedRun) -> None:
-            waiting_rows = sum(len(waiting_run) for waiting_run in waiting[run.oil])
-            if waiting_rows + len(run) > tables.ROW_GROUP:
-                write_waiting(run.oil)
-            waiting[run.oil].append(run)
+        def keep_run(run: base.LoggedRun) -> None:
+            waiting_row_count = sum(
+                len(waiting_run) for waiting_run in waiting_runs_of_oil[run.oil_name]
+            )
+            if waiting_row_count + len(run) > tables.ROW_GROUP:
+                write_waiting(run.oil_name)
+            waiting_runs_of_oil[run.oil_name].append(run)
 
-        yield keep
-        for oil in paths:
-            write_waiting(oil)
+        yield keep_run
+        for oil_name in path_of_oil:
+            write_waiting(oil_name)
 
 
 def read_bytes(path: Path) -> bytes:
@@ -286,7 +311,7 @@ def read_log(
         tables_of_file = _tables_of_file(
             format_name, unpacked, kind.vocabulary_of(settings.campaign)
         )
-        reading = _without_absurd(read_tables(tables_of_file, file, settings, kind, sheet))
+        reading = _without_absurd_rows(read_tables(tables_of_file, file, settings, kind, sheet))
         if not reading.runs and not reading.refusals:
             reason = f"the file looks like {format_name}, but holds no row of data"
             advice = "Take it out, or export it again."
@@ -294,12 +319,13 @@ def read_log(
         if unpacked is not content:
             reading = replace(reading, unpacked_sha256=hashlib.sha256(unpacked).hexdigest())
     except base.UnreadableLogError as error:
-        reading = base.Reading(error.rows, [], [error.refusal.of_rows("", 1, error.rows)])
-    kept_rows = sum(len(run) for run in reading.runs)
-    refused_rows = sum(refusal.refused_rows for refusal in reading.refusals)
-    if kept_rows + refused_rows != reading.rows:
+        reading = base.Reading(error.row_count, [], [error.refusal.of_rows("", 1, error.row_count)])
+    kept_row_count = sum(len(run) for run in reading.runs)
+    refused_row_count = sum(refusal.refused_rows for refusal in reading.refusals)
+    if kept_row_count + refused_row_count != reading.row_count:
         raise RuntimeError(
-            f"{file}: {reading.rows} rows, but {kept_rows} kept and {refused_rows} refused"
+            f"{file}: {reading.row_count} rows, but {kept_row_count} kept and "
+            f"{refused_row_count} refused"
         )
     refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
     return format_name, replace(reading, refusals=refusals)
@@ -312,50 +338,50 @@ def _tables_of_file(format_name: str, content: bytes, vocabulary: Vocabulary) ->
         UnreadableLogError: The format is not known, or nothing of the file can be used.
     """
     if format_name not in READERS:
-        raise _unknown_format(content, vocabulary)
+        raise _unknown_format_error(content, vocabulary)
     try:
         return READERS[format_name].tables(content, vocabulary)
     except base.UnreadableLogError:
         raise
     except Exception as error:
-        if format_name not in BINARY:
+        if format_name not in BINARY_FORMATS:
             raise
         message = " ".join(str(error).split())[:200] or type(error).__name__
         reason = f"the file begins like {format_name}, but cannot be read: {message}"
         raise base.UnreadableLogError(reason, base.COPY_AGAIN, rule="damaged_file") from error
 
 
-def _unknown_format(content: bytes, vocabulary: Vocabulary) -> base.UnreadableLogError:
+def _unknown_format_error(content: bytes, vocabulary: Vocabulary) -> base.UnreadableLogError:
     """The error for a file that no reader recognises."""
     if content:
         description = f"not text; its first bytes are {content[:8].hex(' ')} (hexadecimal)"
-        for first_bytes, foreign in FOREIGN.items():
+        for first_bytes, foreign_description in DESCRIPTION_OF_FIRST_BYTES.items():
             if content.startswith(first_bytes):
-                description = foreign
+                description = foreign_description
         reason = f"the format is not known: the file is {description}"
     else:
         reason = "the file is empty"
     return base.UnreadableLogError(
         reason,
         f"Formats read: {', '.join(READERS)}. data/raw/README.md describes them.",
-        rows=_rows_among_zeros(content, vocabulary),
+        row_count=_row_count_among_zeros(content, vocabulary),
         rule="unknown_format",
     )
 
 
-def _rows_among_zeros(content: bytes, vocabulary: Vocabulary) -> int:
-    """Rows of a text that zero bytes near its top hide; 0 where there is no text."""
+def _row_count_among_zeros(content: bytes, vocabulary: Vocabulary) -> int:
+    """Number of rows of a text that is not recognised because of zero bytes; 0 without a text."""
     text = content.replace(b"\0", b"")
     if recognised_format(text) != "csv":
         return 0
     try:
-        _, found = delimited_text.tables(text, vocabulary)
+        _, logged_tables = delimited_text.tables(text, vocabulary)
     except base.UnreadableLogError as error:
-        return error.rows
-    return sum(table.rows for table in found)
+        return error.row_count
+    return sum(table.row_count for table in logged_tables)
 
 
-def _without_absurd(reading: base.Reading) -> base.Reading:
+def _without_absurd_rows(reading: base.Reading) -> base.Reading:
     """The reading without rows whose numbers no table may hold, such as a load of 1e6 GPa.
 
     Readers judge the cells. This function judges the numbers after conversion.
@@ -391,14 +417,14 @@ def unpack(content: bytes) -> bytes:
     if len(content) > LARGEST_LOG:
         raise base.too_large(f"the file is larger than {LARGEST_LOG // _BYTES_PER_MIB} MiB")
     codec = ""
-    for first_bytes, name in _CODECS.items():
+    for first_bytes, codec_name in _CODEC_OF_FIRST_BYTES.items():
         if content.startswith(first_bytes):
-            codec = name
+            codec = codec_name
     if not codec:
         return content
     # a log of a rig at rest has the same row throughout and is packed to very few bytes
-    most_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
-    most_bytes = min(LARGEST_LOG, most_by_ratio)
+    most_bytes_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
+    most_bytes = min(LARGEST_LOG, most_bytes_by_ratio)
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
             unpacked = bytes(stream.read(most_bytes + 1))
@@ -413,23 +439,25 @@ def unpack(content: bytes) -> bytes:
     return unpacked
 
 
-def _run_columns(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[str, Any]:
+def _row_of_runs(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[str, Any]:
     """A row of the table of runs, without the columns of the file.
 
     Args:
         run: The run.
         refusals: All refusals of its file.
     """
-    refused_rows = sum(refusal.refused_rows for refusal in refusals if refusal.run_id == run.run_id)
+    refused_row_count = sum(
+        refusal.refused_rows for refusal in refusals if refusal.run_id == run.run_id
+    )
     return {
         "run_id": run.run_id,
-        "oil": run.oil,
-        "rig": run.rig,
-        "log_kind": run.kind,
+        "oil": run.oil_name,
+        "rig": run.rig_name,
+        "log_kind": run.log_kind,
         "label": printable(run.label)[:_LONGEST_LABEL],
-        "columns": run.understood.names,
-        "stated": run.understood.stated,
-        **{f"nominal_{key}": run.nominal.get(key, np.nan) for key in base.SET_POINT_KEYS},
+        "columns": run.understood.names_with_units,
+        "stated": run.understood.statements,
+        **{f"nominal_{key}": run.set_points.get(key, np.nan) for key in base.SET_POINT_KEYS},
         "samples": len(run),
         # until curation judges the run
         "plateaus": 0,
@@ -438,20 +466,22 @@ def _run_columns(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[
         "rule": run.flaw.rule if run.flaw else "",
         "reason": printable(run.flaw.reason) if run.flaw else "",
         "warning": (),
-        "refused_rows": refused_rows,
+        "refused_rows": refused_row_count,
     }
 
 
-def _samples(runs: list[base.LoggedRun]) -> pd.DataFrame:
+def _table_of_samples(runs: list[base.LoggedRun]) -> pd.DataFrame:
     """Table of samples of several runs, one below the other."""
     if not runs:
         return tables.empty("samples")
-    lengths = [len(run) for run in runs]
-    run_of_row = np.repeat(np.arange(len(runs), dtype=np.int32), lengths)
-    categories = pd.Index([run.run_id for run in runs])
-    columns: dict[str, Any] = {"run_id": pd.Categorical.from_codes(run_of_row, categories)}
+    row_counts = [len(run) for run in runs]
+    run_index_of_row = np.repeat(np.arange(len(runs), dtype=np.int32), row_counts)
+    run_ids = pd.Index([run.run_id for run in runs])
+    columns: dict[str, Any] = {"run_id": pd.Categorical.from_codes(run_index_of_row, run_ids)}
     for name in runs[0].samples:
-        parts = [run.samples[name] for run in runs]
+        arrays_of_runs = [run.samples[name] for run in runs]
         # a long log is a run alone: no copy
-        columns[name] = np.concatenate(parts) if len(parts) > 1 else parts[0]
+        columns[name] = (
+            np.concatenate(arrays_of_runs) if len(arrays_of_runs) > 1 else arrays_of_runs[0]
+        )
     return pd.DataFrame(columns, copy=False)

@@ -14,31 +14,33 @@ _HAS_DIGIT = re.compile(r"\d")
 _HAS_LETTERS = re.compile(r"[^\W\d_]{2}")
 
 
-def likely_names(lines: Sequence[str]) -> tuple[int, str] | None:
-    """The number from 1 and the text of the line above the first rows of numbers.
+def likely_line_of_names(lines: Sequence[str]) -> tuple[int, str] | None:
+    """Number, counted from 1, and text of the line above the first rows of numbers.
 
     A line of units between names and rows is passed over. None where there are no such rows.
     """
     for delimiter in _DELIMITERS:
-        cells_by_line = [_cells(line, delimiter) for line in lines]
-        for first_row in range(1, len(lines) - _FEWEST_ROWS + 1):
-            width = len(cells_by_line[first_row])
-            rows = cells_by_line[first_row : first_row + _FEWEST_ROWS]
-            if width < _FEWEST_CELLS or not all(_is_row(row, width) for row in rows):
+        cells_of_lines = [_cells(line, delimiter) for line in lines]
+        for first_row_index in range(1, len(lines) - _FEWEST_ROWS + 1):
+            cell_count = len(cells_of_lines[first_row_index])
+            first_rows = cells_of_lines[first_row_index : first_row_index + _FEWEST_ROWS]
+            if cell_count < _FEWEST_CELLS or not all(
+                _is_row(row, cell_count) for row in first_rows
+            ):
                 continue
-            candidate = first_row - 1
+            candidate_index = first_row_index - 1
             while (
-                candidate > 0
-                and len(cells_by_line[candidate - 1]) == width
-                and not _is_row(cells_by_line[candidate], width)
+                candidate_index > 0
+                and len(cells_of_lines[candidate_index - 1]) == cell_count
+                and not _is_row(cells_of_lines[candidate_index], cell_count)
             ):
-                if _is_row(cells_by_line[candidate - 1], width):
+                if _is_row(cells_of_lines[candidate_index - 1], cell_count):
                     break
-                candidate -= 1
-            if len(cells_by_line[candidate]) == width and not _is_row(
-                cells_by_line[candidate], width
+                candidate_index -= 1
+            if len(cells_of_lines[candidate_index]) == cell_count and not _is_row(
+                cells_of_lines[candidate_index], cell_count
             ):
-                return candidate + 1, lines[candidate]
+                return candidate_index + 1, lines[candidate_index]
             break
     return None
 
@@ -47,9 +49,11 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.rstrip("\r\n").split(delimiter)]
 
 
-def _is_row(cells: Sequence[str], width: int) -> bool:
+def _is_row(cells: Sequence[str], cell_count: int) -> bool:
     """Whether most cells are numbers or times: they have digits and no word."""
-    if len(cells) != width:
+    if len(cells) != cell_count:
         return False
-    numbers = [cell for cell in cells if _HAS_DIGIT.search(cell) and not _HAS_LETTERS.search(cell)]
-    return len(numbers) > width / 2
+    number_cells = [
+        cell for cell in cells if _HAS_DIGIT.search(cell) and not _HAS_LETTERS.search(cell)
+    ]
+    return len(number_cells) > cell_count / 2

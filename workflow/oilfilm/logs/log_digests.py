@@ -21,13 +21,13 @@ from oilfilm.base.digests import file_digest
 # step does not change the state.
 _COARSEST_CLOCK_NS = 2_000_000_000
 # Size in bytes, time of writing and of change in ns since 1970, number of the file.
-State = tuple[int, int, int, int]
+FileState = tuple[int, int, int, int]
 
 
 class _Record(NamedTuple):
     """State of a log in the file system when its digest was computed, and this digest."""
 
-    state: State
+    state: FileState
     digest: str
 
 
@@ -39,10 +39,10 @@ class LogDigests:
     """
 
     def __init__(self, record_file: Path) -> None:
-        self._file = record_file
-        self._records_of_this_run: dict[str, _Record] = {}
+        self._record_file = record_file
+        self._record_of_path_in_this_run: dict[str, _Record] = {}
 
-    def by_name(self, folder: Path, names: Iterable[str]) -> dict[str, str]:
+    def digest_of_name(self, folder: Path, names: Iterable[str]) -> dict[str, str]:
         """sha256 of logs by name; empty for a log that cannot be read, which its job reports.
 
         Args:
@@ -57,23 +57,23 @@ class LogDigests:
         Raises:
             OSError: The file cannot be written.
         """
-        write_text(json.dumps(self._records_of_this_run), self._file)
+        write_text(json.dumps(self._record_of_path_in_this_run), self._record_file)
 
     @cached_property
-    def _records_of_last_run(self) -> dict[str, _Record]:
+    def _record_of_path_in_last_run(self) -> dict[str, _Record]:
         """Record of each log by its path."""
-        if not self._file.is_file():
+        if not self._record_file.is_file():
             return {}
-        entries = json.loads(self._file.read_text(encoding="utf-8"))
+        entries = json.loads(self._record_file.read_text(encoding="utf-8"))
         return {path: _Record(tuple(state), digest) for path, (state, digest) in entries.items()}
 
     def _digest(self, path: Path) -> str:
         """sha256 of a log; empty where it cannot be read."""
         path_text = path.as_posix()
         now_ns = time.time_ns()
-        record = self._records_of_this_run.get(path_text) or self._records_of_last_run.get(
+        record = self._record_of_path_in_this_run.get(
             path_text
-        )
+        ) or self._record_of_path_in_last_run.get(path_text)
         try:
             status = path.stat()
             state = status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino
@@ -84,5 +84,5 @@ class LogDigests:
         except OSError:
             return ""
         if status.st_ctime_ns < now_ns - _COARSEST_CLOCK_NS:
-            self._records_of_this_run[path_text] = _Record(state, digest)
+            self._record_of_path_in_this_run[path_text] = _Record(state, digest)
         return digest

@@ -35,16 +35,16 @@ class QuantityAndUnit(NamedTuple):
     unit: str
 
 
-# What the columns of a log mean, by their index; columns without a meaning are left out.
+# Index of a column of a log -> its meaning; columns without a meaning are left out.
 Meanings = Mapping[int, QuantityAndUnit]
 # Quantity -> the columns that the campaign file lists for it.
-Renamed = Mapping[str, campaign_file.Column]
+ListedColumns = Mapping[str, campaign_file.Column]
 # Problems of a header, one per check; None where the check finds none.
 Problems = Iterator[base.Refusal | None]
 
 
 @dataclass(frozen=True)
-class Column:
+class LoggedColumn:
     """A column of a log that is read, and its conversion to the reader's unit.
 
     Attributes:
@@ -53,7 +53,7 @@ class Column:
         conversion: Conversion of its numbers to the reader's unit.
         name: Name in the log.
         logged_unit: Unit of its numbers, by the log or by the campaign file.
-        spare: Whether rows without it can be used: it repeats what other columns give and is
+        is_spare: Whether rows without it can be used: it repeats what other columns give and is
             compared with them, or the format leaves its cells blank.
     """
 
@@ -62,23 +62,25 @@ class Column:
     conversion: Conversion
     name: str
     logged_unit: str
-    spare: bool = False
+    is_spare: bool = False
 
-    def summary(self, logged: FloatArray) -> base.LogColumn:
+    def summary(self, logged_numbers: FloatArray) -> base.ColumnSummary:
         """The range of the column's numbers and their count.
 
         Args:
-            logged: Numbers as logged, shape (rows,); NaN where a cell has none.
+            logged_numbers: Numbers as logged, shape (rows,); NaN where a cell has none.
         """
         # the extremes are tested first: NaN and infinity show in their sum
-        all_finite = len(logged) > 0 and np.isfinite(logged.min() + logged.max())
-        numbers = logged if all_finite else logged[np.isfinite(logged)]
+        are_all_finite = len(logged_numbers) > 0 and np.isfinite(
+            logged_numbers.min() + logged_numbers.max()
+        )
+        numbers = logged_numbers if are_all_finite else logged_numbers[np.isfinite(logged_numbers)]
         extremes = np.array([np.nan, np.nan])
         if len(numbers):
             extremes = np.array([numbers.min(), numbers.max()])
         # a conversion with a negative factor exchanges them
         minimum, maximum = np.sort(self.conversion.convert(extremes))
-        return base.LogColumn(
+        return base.ColumnSummary(
             name=self.name,
             logged_unit=self.logged_unit,
             quantity=self.quantity,
@@ -86,7 +88,7 @@ class Column:
             minimum=float(minimum),
             maximum=float(maximum),
             count=len(numbers),
-            missing=len(logged) - len(numbers),
+            missing=len(logged_numbers) - len(numbers),
         )
 
 
@@ -97,14 +99,14 @@ class Vocabulary:
     Attributes:
         name: Kind of log, in one word.
         columns_key: Key of the campaign file that lists other names of columns.
-        project_names: Column name of the project, with its unit -> quantity and unit.
+        project_names: Name of a column in the project, which ends in its unit -> quantity and unit.
         required: Quantities that every log must have.
         alternatives: Sets of quantities of which a log must have one. A message about missing
             columns names the first. A log may have quantities of later sets too: they are spare
             columns.
-        optional: Quantities that a log may have. Where it has them, every row needs them.
+        optional: Quantities that a log may have. Where a log has one, every row needs it.
         substitutes: Quantity -> the one that replaces it in a log without it.
-        renamed: Quantity -> name and unit of its columns, from the campaign file.
+        listed_columns: Quantity -> name and unit of its columns, from the campaign file.
     """
 
     name: str
@@ -114,7 +116,7 @@ class Vocabulary:
     alternatives: tuple[tuple[str, ...], ...] = ((),)
     optional: tuple[str, ...] = ()
     substitutes: Mapping[str, str] = field(default_factory=dict)
-    renamed: Renamed = field(default_factory=dict)
+    listed_columns: ListedColumns = field(default_factory=dict)
 
     @cached_property
     def quantities(self) -> Mapping[str, tuple[str, ...]]:
@@ -130,16 +132,16 @@ class Vocabulary:
         names = f"Other names: see `{self.columns_key}` of the campaign file."
         return f"data/raw/README.md describes the format. {names}"
 
-    def fits(self, quantity: str, unit: str) -> bool:
-        """True where a quantity can be given in that unit."""
+    def is_convertible(self, quantity: str, unit: str) -> bool:
+        """Whether a quantity can be given in that unit."""
         return possible_conversion(unit, self.quantities[quantity]) is not None
 
     def meaning(self, name: str) -> QuantityAndUnit | None:
         """Quantity and unit of a column by its name; None for a name without meaning."""
         bare_name, unit = split_unit(name)
-        for quantity, listed in self.renamed.items():
-            if _is_listed(name, listed):
-                return QuantityAndUnit(quantity, listed.unit or unit)
+        for quantity, listed_column in self.listed_columns.items():
+            if _is_listed(name, listed_column):
+                return QuantityAndUnit(quantity, listed_column.unit or unit)
         key = plain_key(bare_name)
         if key in self.project_names:
             quantity, unit_in_name = self.project_names[key]
@@ -163,38 +165,46 @@ class Vocabulary:
             meaning = self.meaning(name)
             if meaning is not None:
                 meaning_by_index[index] = meaning
-        listed_quantities: dict[int, str] = {}
+        listed_quantity_of_index: dict[int, str] = {}
         for index, (quantity, _) in meaning_by_index.items():
-            if quantity in self.renamed and _is_listed(names[index], self.renamed[quantity]):
-                listed_quantities[index] = quantity
+            if quantity in self.listed_columns and _is_listed(
+                names[index], self.listed_columns[quantity]
+            ):
+                listed_quantity_of_index[index] = quantity
         meanings: dict[int, QuantityAndUnit] = {}
         for index, (quantity, unit_of_name) in meaning_by_index.items():
-            if index not in listed_quantities and quantity in listed_quantities.values():
+            if (
+                index not in listed_quantity_of_index
+                and quantity in listed_quantity_of_index.values()
+            ):
                 continue
             unit = units[index]
-            usable = unit and self.fits(quantity, unit)
-            if unit_of_name and not usable:
+            is_usable = unit and self.is_convertible(quantity, unit)
+            if unit_of_name and not is_usable:
                 unit = unit_of_name
             meanings[index] = QuantityAndUnit(quantity, unit)
         return meanings
 
-    def columns(
-        self, names: Sequence[str], units: Sequence[str], not_needed: Set[str] = frozenset()
-    ) -> tuple[Column, ...]:
+    def columns_of_run(
+        self,
+        names: Sequence[str],
+        units: Sequence[str],
+        unneeded_quantities: Set[str] = frozenset(),
+    ) -> tuple[LoggedColumn, ...]:
         """The columns that make a run, each with its conversion, then the spare ones.
 
         Args:
             names: All column names.
             units: Unit beside each.
-            not_needed: Quantities for which the log needs no column.
+            unneeded_quantities: Quantities for which the log needs no column.
 
         Raises:
             ValueError: A quantity is missing or doubled, or has no unit or an impossible one. The
                 message is a sentence for the user.
         """
         meanings = self.meanings(names, units)
-        counts = Counter(quantity for quantity, _ in meanings.values())
-        for quantity, count in counts.items():
+        count_of_quantity = Counter(quantity for quantity, _ in meanings.values())
+        for quantity, count in count_of_quantity.items():
             if count > 1:
                 names_of_quantity = [
                     names[index]
@@ -207,24 +217,34 @@ class Vocabulary:
                     f"numbers; list the one that counts under `{self.columns_key}` of the campaign "
                     "file, or rename the other"
                 )
-        chosen = self._chosen_alternative(counts.keys() | not_needed)
-        needed = self._needed(chosen, counts.keys(), not_needed)
+        chosen_alternative = self._chosen_alternative(
+            count_of_quantity.keys() | unneeded_quantities
+        )
+        needed_quantities = self._needed_quantities(
+            chosen_alternative, count_of_quantity.keys(), unneeded_quantities
+        )
         # before the units: a log of another kind gets the message that columns are missing
-        missing = [quantity for quantity in needed if quantity not in counts]
-        if missing:
-            raise ValueError(self._lacking(missing, names))
+        missing_quantities = [
+            quantity for quantity in needed_quantities if quantity not in count_of_quantity
+        ]
+        if missing_quantities:
+            raise ValueError(self._sentence_on_missing(missing_quantities, names))
         column_by_quantity = {
-            quantity: self._column(index, quantity, unit, names[index], units[index])
+            quantity: self._column_with_conversion(
+                index, quantity, unit, names[index], units[index]
+            )
             for index, (quantity, unit) in meanings.items()
         }
-        needed += [quantity for quantity in self.optional if quantity in column_by_quantity]
+        needed_quantities += [
+            quantity for quantity in self.optional if quantity in column_by_quantity
+        ]
         spare_columns = [
-            replace(column_by_quantity[quantity], spare=True)
-            for alternative in self.alternatives[self.alternatives.index(chosen) + 1 :]
+            replace(column_by_quantity[quantity], is_spare=True)
+            for alternative in self.alternatives[self.alternatives.index(chosen_alternative) + 1 :]
             for quantity in alternative
             if quantity in column_by_quantity
         ]
-        return (*(column_by_quantity[quantity] for quantity in needed), *spare_columns)
+        return (*(column_by_quantity[quantity] for quantity in needed_quantities), *spare_columns)
 
     def _chosen_alternative(self, quantities: Set[str]) -> tuple[str, ...]:
         """The first set of quantities that a log has completely; without one the first set."""
@@ -233,32 +253,35 @@ class Vocabulary:
                 return alternative
         return self.alternatives[0]
 
-    def _needed(
-        self, chosen: tuple[str, ...], quantities: Set[str], not_needed: Set[str]
+    def _needed_quantities(
+        self,
+        chosen_alternative: tuple[str, ...],
+        quantities: Set[str],
+        unneeded_quantities: Set[str],
     ) -> list[str]:
         """Quantities that a log with some quantities needs, substitutes in place of missing ones.
 
         Args:
-            chosen: The set of `alternatives` that counts.
+            chosen_alternative: The set of `alternatives` that counts.
             quantities: The quantities of the log.
-            not_needed: As for `columns`.
+            unneeded_quantities: As for `columns_of_run`.
         """
-        needed: list[str] = []
-        for quantity in (*self.required, *chosen):
+        needed_quantities: list[str] = []
+        for quantity in (*self.required, *chosen_alternative):
             if quantity in quantities:
-                needed.append(quantity)
-            elif quantity not in not_needed:
+                needed_quantities.append(quantity)
+            elif quantity not in unneeded_quantities:
                 substitute = self.substitutes.get(quantity, "")
-                needed.append(substitute if substitute in quantities else quantity)
-        return needed
+                needed_quantities.append(substitute if substitute in quantities else quantity)
+        return needed_quantities
 
-    def _column(
+    def _column_with_conversion(
         self, index: int, quantity: str, unit: str, name: str, unit_beside_name: str
-    ) -> Column:
+    ) -> LoggedColumn:
         """A column of the log with its conversion.
 
         Raises:
-            ValueError: As by `columns`.
+            ValueError: As by `columns_of_run`.
         """
         if not unit:
             raise ValueError(
@@ -276,9 +299,9 @@ class Vocabulary:
                 f"the column {name[:60]!r} is in {unit_by_log!r} by the log itself and in {unit!r} "
                 f"by `{self.columns_key}` of the campaign file; take out the one that is wrong"
             )
-        return Column(quantity, index, conversion_used, name, logged_unit=unit)
+        return LoggedColumn(quantity, index, conversion_used, name, logged_unit=unit)
 
-    def _lacking(self, missing: Sequence[str], names: Sequence[str]) -> str:
+    def _sentence_on_missing(self, missing_quantities: Sequence[str], names: Sequence[str]) -> str:
         """The sentence about missing quantities, with what a log may have in their place."""
         other_alternatives = " or ".join(
             " and ".join(quantities) for quantities in self.alternatives[1:]
@@ -287,18 +310,19 @@ class Vocabulary:
             quantity for alternative in self.alternatives for quantity in alternative
         }
         # alternatives are pairs of speeds that give both surface speeds
-        or_else = ""
-        if other_alternatives and quantities_of_alternatives & set(missing):
-            or_else = f" (or {other_alternatives}: without both speeds nothing rolls)"
+        alternatives_in_words = ""
+        if other_alternatives and quantities_of_alternatives & set(missing_quantities):
+            alternatives_in_words = f" (or {other_alternatives}: without both speeds nothing rolls)"
         logged = ", ".join(names)[:200]
-        return f"the log lacks the columns {', '.join(missing)}{or_else}; its own are {logged!r}"
+        missing = ", ".join(missing_quantities)
+        return f"the log lacks the columns {missing}{alternatives_in_words}; its own are {logged!r}"
 
 
-def _is_listed(name: str, listed: campaign_file.Column) -> bool:
+def _is_listed(name: str, listed_column: campaign_file.Column) -> bool:
     """Whether the campaign file lists a column's name, with or without its unit in brackets."""
     name = _comparable(name)
     bare_name, _ = split_unit(name)
-    listed_names = {_comparable(listed_name) for listed_name in listed.name}
+    listed_names = {_comparable(listed_name) for listed_name in listed_column.name}
     return name in listed_names or bare_name in listed_names
 
 
@@ -314,37 +338,41 @@ class UsableLog:
 
     Attributes:
         run_id: Unique name of the run.
-        keys: Header keys.
-        columns: As `Vocabulary.columns` gave them.
-        rows: Row numbers in the log, shape (n,).
-        values: Quantity -> numbers in the units of `columns`, each of shape (n,).
+        keys: Header key -> its text.
+        columns: As `Vocabulary.columns_of_run` gave them.
+        row_numbers: Row numbers in the log, shape (n,).
+        values_of_quantity: Quantity -> numbers in the units of `columns`, each of shape (n,).
         flaw: Why the run cannot be used; None where it can.
         understood: How its columns and header were understood.
     """
 
     run_id: str
     keys: Mapping[str, str]
-    columns: Sequence[Column]
-    rows: IndexArray
-    values: Mapping[str, FloatArray]
+    columns: Sequence[LoggedColumn]
+    row_numbers: IndexArray
+    values_of_quantity: Mapping[str, FloatArray]
     flaw: base.Refusal | None = None
     understood: base.Understood = base.NOTHING_UNDERSTOOD
 
     @property
-    def units(self) -> dict[str, str]:
+    def unit_of_quantity(self) -> dict[str, str]:
         """Unit of the values of each quantity."""
         return {column.quantity: column.conversion.unit for column in self.columns}
 
-    def run(
-        self, rig: str, samples: base.Columns, nominal: base.Nominal, flaw: base.Refusal | None
+    def logged_run(
+        self,
+        rig_name: str,
+        samples: base.Columns,
+        set_points: base.SetPoints,
+        flaw: base.Refusal | None,
     ) -> base.LoggedRun:
         """The run with these samples; `flaw` counts where the log itself has none."""
         return base.LoggedRun(
             run_id=self.run_id,
-            oil=self.keys.get("oil", ""),
-            rig=rig,
-            kind=self.keys.get("log_kind", "continuous"),
-            nominal=nominal,
+            oil_name=self.keys.get("oil", ""),
+            rig_name=rig_name,
+            log_kind=self.keys.get("log_kind", "continuous"),
+            set_points=set_points,
             samples=samples,
             flaw=self.flaw or flaw,
             label=self.keys.get("run", ""),
@@ -362,30 +390,32 @@ def _all_rows(run: base.LoggedRun) -> list[IndexArray]:
 
 @dataclass(frozen=True)
 class LogKind:
-    """A kind of log: it makes a run of the names, units, keys and numbers that a format finds.
+    """A kind of log, of a traction or a torque rig: how its tables are read into runs.
 
     The kind is that of the rig, traction or torque. The header key `log_kind` is something else: it
     says whether rows are a signal against time (`continuous`) or settled readings (`steps`).
 
     Attributes:
         vocabulary: What such logs may hold.
-        renamed: The columns that a campaign file lists.
-        header_problems: Why a log with these header keys and columns cannot be used. A later
-            check relies on the earlier ones.
-        run: Makes the run of a log.
+        listed_columns: Function that gives the columns that a campaign file lists.
+        header_problems: Function that gives why a log with these header keys and columns cannot be
+            used. A later check relies on the earlier ones.
+        make_run: Function that makes the run of a log.
         sheet_keys: Header keys that the run sheet may give beside the oil.
-        not_needed: Quantities for which a log with these header keys needs no column.
-        rows_of_set_points: The rows of each set point of a run that are runs of their own.
+        unneeded_quantities: Function that gives the quantities for which a log with these header
+            keys needs no column.
+        row_indices_of_set_points: Function that divides the rows of a run by their set points: the
+            row indices of each set point, which becomes a run of its own.
     """
 
     vocabulary: Vocabulary
-    renamed: Callable[[Campaign], Renamed]
-    header_problems: Callable[[Mapping[str, str], Sequence[Column], Settings], Problems]
-    run: Callable[[UsableLog, Settings], base.LoggedRun]
+    listed_columns: Callable[[Campaign], ListedColumns]
+    header_problems: Callable[[Mapping[str, str], Sequence[LoggedColumn], Settings], Problems]
+    make_run: Callable[[UsableLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
-    not_needed: Callable[[Mapping[str, str], Settings], Set[str]] = _needs_all_quantities
-    rows_of_set_points: Callable[[base.LoggedRun], list[IndexArray]] = _all_rows
+    unneeded_quantities: Callable[[Mapping[str, str], Settings], Set[str]] = _needs_all_quantities
+    row_indices_of_set_points: Callable[[base.LoggedRun], list[IndexArray]] = _all_rows
 
     def vocabulary_of(self, campaign: Campaign) -> Vocabulary:
         """What such logs may hold in a campaign, with the names that its file lists."""
-        return replace(self.vocabulary, renamed=self.renamed(campaign))
+        return replace(self.vocabulary, listed_columns=self.listed_columns(campaign))

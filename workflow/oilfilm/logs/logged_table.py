@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from oilfilm.base.units import BoolArray, IndexArray
 from oilfilm.logs import base
-from oilfilm.logs.log_kind import Column
+from oilfilm.logs.log_kind import LoggedColumn
 
 Values = npt.NDArray[Any]
 # Text of each row of a column, shape (rows,).
@@ -26,27 +26,30 @@ class Clock(NamedTuple):
 
 @dataclass(frozen=True)
 class LoggedTable:
-    """One run as a format found it: what every reader gives.
+    """A table of a log as a reader gives it: one run, or several that are told apart later.
 
     Attributes:
-        keys: Header keys, as `plain_key` makes them.
+        keys: Header key, as `plain_key` makes it -> its text.
         names: Names of all columns.
         units: Unit beside each name; empty where there is none.
-        values: Gives the columns with some indices, each of shape (rows,). A cell without a number
-            is NaN.
-        rows: Number of rows, good and bad.
+        read_values: Function that gives the columns with some indices, each of shape (rows,). A
+            cell without a number is NaN.
+        row_count: Number of rows, good and bad.
         run_name: Name of the run in its file; empty where the file is one run.
         columns: The columns that make a run, where the format itself says it.
-        flaw: Why the run cannot be used; None where it can.
+        flaw: Why the run cannot be used, although its rows are read; None where it can.
         problem: Why nothing of the run can be read; None where it can.
-        clocks: Clocks of evenly sampled columns, by the index of the column.
-        time_column_of: Index of the column with the time of another column, by the index of the
-            latter, where several columns have times of their own.
-        started_s: Seconds to be added to the times of a column, by its index.
-        cut_row_cells: Number of cells of the last row where it has no line end; else 0.
-        show: Gives a row as the file has it. Without it the numbers are shown.
-        texts: Gives the text of a column with an index; None where the format has numbers only.
-        contradictory: Rows that contradict themselves, where the format can show it.
+        clock_of_column: Index of an evenly sampled column -> its clock.
+        time_index_of_column: Index of a column -> index of the column with its time, where several
+            columns have times of their own.
+        start_s_of_column: Index of a column -> seconds to be added to its times.
+        cut_row_cell_count: Number of cells of the last row where it has no line end; else 0.
+        show_row: Function that gives the text of the row with an index, for messages; None where
+            the file has no text. The numbers are shown then.
+        read_texts: Function that gives the texts of the column with an index; None where the
+            format has numbers only.
+        is_contradictory: Mask of the rows that contradict themselves; None where the format cannot
+            show it.
         row_indices: Index of each row among the rows of the table that the format found, shape
             (rows,); None where it is the whole table.
         notes: What the user should know of how the table was read, in sentences.
@@ -55,31 +58,31 @@ class LoggedTable:
     keys: Mapping[str, str]
     names: Sequence[str]
     units: Sequence[str]
-    values: Callable[[Sequence[int]], Sequence[Values]]
-    rows: int
+    read_values: Callable[[Sequence[int]], Sequence[Values]]
+    row_count: int
     run_name: str = ""
-    columns: Sequence[Column] = ()
+    columns: Sequence[LoggedColumn] = ()
     flaw: base.Refusal | None = None
     problem: base.Refusal | None = None
-    clocks: Mapping[int, Clock] = field(default_factory=dict)
-    time_column_of: Mapping[int, int] = field(default_factory=dict)
-    started_s: Mapping[int, float] = field(default_factory=dict)
-    cut_row_cells: int = 0
-    show: Callable[[int], str] | None = None
-    texts: Callable[[int], Texts] | None = None
-    contradictory: BoolArray | None = None
+    clock_of_column: Mapping[int, Clock] = field(default_factory=dict)
+    time_index_of_column: Mapping[int, int] = field(default_factory=dict)
+    start_s_of_column: Mapping[int, float] = field(default_factory=dict)
+    cut_row_cell_count: int = 0
+    show_row: Callable[[int], str] | None = None
+    read_texts: Callable[[int], Texts] | None = None
+    is_contradictory: BoolArray | None = None
     row_indices: IndexArray | None = None
     notes: tuple[str, ...] = ()
 
-    def numbers_of_rows(self, first_row: int) -> IndexArray:
+    def row_numbers(self, first_row_number: int) -> IndexArray:
         """Number of each row in its file.
 
         Args:
-            first_row: Number of the first row of the table that the format found.
+            first_row_number: Number of the first row of the table that the format found.
         """
         if self.row_indices is None:
-            return np.arange(first_row, first_row + self.rows)
-        return first_row + self.row_indices
+            return np.arange(first_row_number, first_row_number + self.row_count)
+        return first_row_number + self.row_indices
 
     def with_name(self, run_name: str) -> "LoggedTable":
         """The table under another name of its run."""
@@ -89,46 +92,58 @@ class LoggedTable:
         """The table with one more note."""
         return replace(self, notes=(*self.notes, note))
 
-    def part(self, rows: IndexArray, run_name: str, keys: Mapping[str, str]) -> "LoggedTable":
+    def select_rows(
+        self, selected_index: IndexArray, run_name: str, keys: Mapping[str, str]
+    ) -> "LoggedTable":
         """Some rows of the table as a run of their own.
 
         Args:
-            rows: Indices of the rows, rising, shape (n,).
+            selected_index: Indices of the rows, rising, shape (n,).
             run_name: Name of the run in its file.
             keys: Header keys of the run.
         """
-        if len(rows) == self.rows:
+        if len(selected_index) == self.row_count:
             return replace(self, run_name=run_name, keys=keys)
         # a slice of an array takes no memory
-        is_stretch = int(rows[-1]) - int(rows[0]) + 1 == len(rows)
-        chosen = slice(int(rows[0]), int(rows[-1]) + 1) if is_stretch else rows
-        all_values = self.values
-        all_texts = self.texts
-        show = self.show
+        is_consecutive = int(selected_index[-1]) - int(selected_index[0]) + 1 == len(selected_index)
+        selection = (
+            slice(int(selected_index[0]), int(selected_index[-1]) + 1)
+            if is_consecutive
+            else selected_index
+        )
+        read_all_values = self.read_values
+        read_all_texts = self.read_texts
+        show_any_row = self.show_row
 
-        def values(indices: Sequence[int]) -> list[Values]:
+        def read_selected_values(column_indices: Sequence[int]) -> list[Values]:
             # other columns than numbers have any length
             return [
-                column[chosen] if len(column) == self.rows else column
-                for column in all_values(indices)
+                column[selection] if len(column) == self.row_count else column
+                for column in read_all_values(column_indices)
             ]
 
-        def texts(index: int) -> Texts:
-            return all_texts(index)[chosen] if all_texts else np.array([], dtype=object)
+        def read_selected_texts(index: int) -> Texts:
+            return (
+                read_all_texts(index)[selection] if read_all_texts else np.array([], dtype=object)
+            )
 
-        has_last_row = int(rows[-1]) == self.rows - 1
-        row_indices = np.arange(self.rows) if self.row_indices is None else self.row_indices
+        has_last_row = int(selected_index[-1]) == self.row_count - 1
+        row_indices = np.arange(self.row_count) if self.row_indices is None else self.row_indices
         return replace(
             self,
             keys=keys,
-            values=values,
-            rows=len(rows),
+            read_values=read_selected_values,
+            row_count=len(selected_index),
             run_name=run_name,
-            cut_row_cells=self.cut_row_cells if has_last_row else 0,
-            show=None if show is None else lambda row: show(int(rows[row])),
-            texts=None if all_texts is None else texts,
-            contradictory=None if self.contradictory is None else self.contradictory[chosen],
-            row_indices=row_indices[rows],
+            cut_row_cell_count=self.cut_row_cell_count if has_last_row else 0,
+            show_row=None
+            if show_any_row is None
+            else lambda row: show_any_row(int(selected_index[row])),
+            read_texts=None if read_all_texts is None else read_selected_texts,
+            is_contradictory=None
+            if self.is_contradictory is None
+            else self.is_contradictory[selection],
+            row_indices=row_indices[selected_index],
         )
 
 

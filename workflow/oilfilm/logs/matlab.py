@@ -84,14 +84,14 @@ def _check_size(content: bytes) -> None:
     position = _HEADER_BYTES
     unpacked_bytes = 0
     while position + _TAG_BYTES <= len(content):
-        kind, length = struct.unpack_from(f"{byte_order}II", content, position)
-        end = position + _TAG_BYTES + length
+        element_type, element_bytes = struct.unpack_from(f"{byte_order}II", content, position)
+        end = position + _TAG_BYTES + element_bytes
         if end > len(content):
             raise ValueError("it ends within a variable")
-        if kind == _COMPRESSED:
+        if element_type == _COMPRESSED:
             unpacked_bytes += _unpacked_bytes(content[position + _TAG_BYTES : end], most_bytes)
         else:
-            unpacked_bytes += length
+            unpacked_bytes += element_bytes
         if unpacked_bytes > most_bytes:
             raise base.too_large(f"unpacked the file has more than {most_bytes >> 20} MiB")
         position = end
@@ -100,12 +100,12 @@ def _check_size(content: bytes) -> None:
 def _unpacked_bytes(packed: bytes, most_bytes: int) -> int:
     """Number of bytes of a packed variable, counted up to a limit without keeping them."""
     stream = zlib.decompressobj()
-    count = 0
+    byte_count = 0
     remaining = packed
-    while remaining and count <= most_bytes:
-        count += len(stream.decompress(remaining, _CHUNK_BYTES))
+    while remaining and byte_count <= most_bytes:
+        byte_count += len(stream.decompress(remaining, _CHUNK_BYTES))
         remaining = stream.unconsumed_tail
-    return count
+    return byte_count
 
 
 def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
@@ -129,51 +129,51 @@ def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
 def _table(
     run_name: str, variables: Mapping[str, Any], keys: Mapping[str, str]
 ) -> LoggedTable | None:
-    """The vectors of equal length among some variables as a table; else a matrix; None without."""
-    columns = _vectors(variables) or _columns_of_matrix(variables)
-    if not columns:
+    """A table of the vectors of equal length among some variables, or of a matrix; else None."""
+    column_of_name = _vectors(variables) or _columns_of_matrix(variables)
+    if not column_of_name:
         return None
-    rows = len(next(iter(columns.values())))
-    base.check_rows(rows)
-    names = list(columns)
+    row_count = len(next(iter(column_of_name.values())))
+    base.check_row_count(row_count)
+    names = list(column_of_name)
     units = _names_beside(variables, ("units", "unit")) or []
     if len(units) != len(names):
         units = [""] * len(names)
-    numbers = [_numbers(column) for column in columns.values()]
-    texts_of_columns = list(columns.values())
+    numbers_of_columns = [_numbers(column) for column in column_of_name.values()]
+    columns = list(column_of_name.values())
 
-    def values(indices: Sequence[int]) -> list[Values]:
-        return [numbers[index] for index in indices]
+    def read_values(column_indices: Sequence[int]) -> list[Values]:
+        return [numbers_of_columns[column_index] for column_index in column_indices]
 
-    def texts(index: int) -> Texts:
-        column = texts_of_columns[index]
+    def read_texts(column_index: int) -> Texts:
+        column = columns[column_index]
         if column.dtype == object:
             cells = [_text(cell) for cell in column]
             return np.array(cells, dtype=object)
         return texts_of(column)
 
-    return LoggedTable(keys, names, units, values, rows, run_name, texts=texts)
+    return LoggedTable(keys, names, units, read_values, row_count, run_name, read_texts=read_texts)
 
 
 def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
-    """The vectors of the most frequent length above 1; empty without numbers among them."""
-    vectors: dict[str, Values] = {}
+    """Name -> vector, for vectors of the most frequent length above 1; empty without numbers."""
+    vector_of_name: dict[str, Values] = {}
     for name, value in variables.items():
         is_column = isinstance(value, np.ndarray) and value.ndim == 2 and min(value.shape) == 1
         if is_column and value.dtype.names is None and value.size > 1:
-            vectors[name] = value.reshape(-1)
-    lengths = [len(vector) for vector in vectors.values() if vector.dtype.kind in "iuf"]
+            vector_of_name[name] = value.reshape(-1)
+    lengths = [len(vector) for vector in vector_of_name.values() if vector.dtype.kind in "iuf"]
     if not lengths:
         return {}
     length = max(dict.fromkeys(lengths), key=lengths.count)
     # one vector is no table
     if lengths.count(length) < 2:
         return {}
-    return {name: vector for name, vector in vectors.items() if len(vector) == length}
+    return {name: vector for name, vector in vector_of_name.items() if len(vector) == length}
 
 
 def _columns_of_matrix(variables: Mapping[str, Any]) -> dict[str, Values]:
-    """The columns of the only matrix with a cell array of as many names beside it."""
+    """Name -> column, for the only matrix beside a cell array of as many names; else empty."""
     matrices = [
         value
         for value in variables.values()
@@ -183,10 +183,10 @@ def _columns_of_matrix(variables: Mapping[str, Any]) -> dict[str, Values]:
         and min(value.shape) > 1
     ]
     names = _names_beside(variables, _NAMES_OF_COLUMNS)
-    fitting = [matrix for matrix in matrices if matrix.shape[1] == len(names)]
-    if len(fitting) != 1 or len(set(names)) < len(names):
+    fitting_matrices = [matrix for matrix in matrices if matrix.shape[1] == len(names)]
+    if len(fitting_matrices) != 1 or len(set(names)) < len(names):
         return {}
-    return {name: fitting[0][:, index] for index, name in enumerate(names)}
+    return {name: fitting_matrices[0][:, index] for index, name in enumerate(names)}
 
 
 def _names_beside(variables: Mapping[str, Any], names: Sequence[str]) -> list[str]:

@@ -37,7 +37,7 @@ UNIT_BY_QUANTITY = {
     "inlet_temperature": "degC",
 }
 # Quantity -> its definitions; the first is that of the project, which needs no conversion.
-DEFINITIONS = {
+DEFINITIONS_OF_QUANTITY = {
     "max_hertz_pressure": ("maximum", "mean"),
     "entrainment_speed": ("mean", "sum"),
     "slide_roll_ratio": ("over_mean", "over_sum", "over_faster", "sliding_speed"),
@@ -52,8 +52,8 @@ DEFINITION_IN_WORDS = {
     "over_faster": "the sliding speed over that of the faster body",
     "sliding_speed": "the sliding speed, the difference of both surface speeds",
 }
-# Names that are symbols of papers, as they are written there -> quantity and definition.
-_SYMBOLS = {
+# Spelling of a symbol in papers -> the symbol.
+_SYMBOL_OF_SPELLING = {
     **dict.fromkeys(("p", "P", "p0", "P0", "pmax", "p_max", "Pmax", "P_max", "PMAX", "p max"), "P"),
     **dict.fromkeys(
         ("pH", "p_H", "PH", "P_H", "p_h", "ph", "pHertz", "\u03c3max", "\u03c3_max", "\u03c3H"), "P"
@@ -68,7 +68,7 @@ _SYMBOLS = {
     **dict.fromkeys(("mu", "MU", "Mu", "\u03bc", "\u00b5"), "mu"),
     **dict.fromkeys(("t",), "t"),
 }
-_MEANING_OF_SYMBOL = {
+_QUANTITY_AND_DEFINITION_OF_SYMBOL = {
     "P": ("max_hertz_pressure", "maximum"),
     "p_mean": ("max_hertz_pressure", "mean"),
     "W": ("load", ""),
@@ -79,10 +79,10 @@ _MEANING_OF_SYMBOL = {
     "mu": ("traction_coefficient", ""),
     "t": ("time", ""),
 }
-_SEVERAL_SPEEDS = re.compile(r"u_?1\s*([+-])\s*u_?2|u_?2\s*(-)\s*u_?1", re.IGNORECASE)
+_SUM_OR_DIFFERENCE_OF_SPEEDS = re.compile(r"u_?1\s*([+-])\s*u_?2|u_?2\s*(-)\s*u_?1", re.IGNORECASE)
 _WORD = re.compile(r"[^\W\d_]+")
 _CAMEL_CASE = re.compile(r"(?<=[a-zß-ÿ])(?=[A-Z])")
-# A unit in a name without brackets is written like this. A single letter may be a symbol.
+# Number of letters of a unit in a name without brackets: a single letter may be a symbol.
 _SHORTEST_UNIT = 2
 
 
@@ -92,8 +92,8 @@ class Meaning:
 
     Attributes:
         quantity: A key of `UNIT_BY_QUANTITY`.
-        definition: One of `DEFINITIONS`; empty where the quantity has one definition alone, or
-            where the name does not say it.
+        definition: One of `DEFINITIONS_OF_QUANTITY`; empty where the quantity has one definition
+            alone, or where the name does not say it.
         unit: Unit that the name states; empty where it states none.
         question: What the name leaves open, as a sentence; empty where it leaves nothing open.
         is_symbol: Whether the name is a symbol: a column with words for the quantity comes first.
@@ -109,7 +109,7 @@ class Meaning:
 
 
 @cache
-def _words_by_concept() -> dict[str, tuple[str, ...]]:
+def _words_of_concept() -> dict[str, tuple[str, ...]]:
     """Concept -> the words for it, as `words.yaml` lists them."""
     text = Path(__file__).with_name("words.yaml").read_text(encoding="utf-8")
     entries = yaml.safe_load(text).items()
@@ -135,7 +135,7 @@ def _word_forms() -> _WordForms:
     whole_words: dict[str, set[str]] = {}
     word_parts: list[tuple[str, str]] = []
     cjk_words: list[tuple[str, str]] = []
-    for concept, words in _words_by_concept().items():
+    for concept, words in _words_of_concept().items():
         if concept.startswith("label_"):
             continue
         for word in words:
@@ -164,32 +164,32 @@ def concepts_in(name: str) -> frozenset[str]:
     """
     # `BallSpeed` is two words, `CoF` is one
     both_spellings = f"{name} {_CAMEL_CASE.sub(' ', name)}"
-    plain = unicodedata.normalize("NFKC", both_spellings).casefold()
+    plain_names = unicodedata.normalize("NFKC", both_spellings).casefold()
     forms = _word_forms()
     concepts: set[str] = set()
-    remaining = plain
+    remaining_text = plain_names
     for word, concept in forms.cjk_words:
-        if word in remaining:
+        if word in remaining_text:
             concepts.add(concept)
             # the same letters may have two meanings; a shorter word inside them has none
             concepts |= {
                 other_concept for letters, other_concept in forms.cjk_words if letters == word
             }
-            remaining = remaining.replace(word, " ")
-    for token in _WORD.findall(remaining.replace("-", " ")):
+            remaining_text = remaining_text.replace(word, " ")
+    for token in _WORD.findall(remaining_text.replace("-", " ")):
         concepts |= forms.whole_words.get(token, set())
-        for part, concept in forms.word_parts:
-            if _has_part(token, part):
+        for word_part, concept in forms.word_parts:
+            if _has_part(token, word_part):
                 concepts.add(concept)
     return frozenset(concepts)
 
 
-def _has_part(token: str, part: str) -> bool:
+def _has_part(word: str, word_part: str) -> bool:
     """Whether a word begins with `part-`, ends with `-part` or has `-part-` in it."""
-    letters = part.strip("-")
-    if part.startswith("-") and part.endswith("-"):
-        return letters in token
-    return token.startswith(letters) if part.endswith("-") else token.endswith(letters)
+    letters = word_part.strip("-")
+    if word_part.startswith("-") and word_part.endswith("-"):
+        return letters in word
+    return word.startswith(letters) if word_part.endswith("-") else word.endswith(letters)
 
 
 def label_of(name: str) -> str:
@@ -197,11 +197,11 @@ def label_of(name: str) -> str:
     concepts = concepts_in(name)
     if concepts & {"temperature", "time", "speed", "pressure", "friction"}:
         return ""
-    plain = unicodedata.normalize("NFKC", name).casefold()
-    tokens = set(_WORD.findall(plain))
+    plain_name = unicodedata.normalize("NFKC", name).casefold()
+    words_of_name = set(_WORD.findall(plain_name))
     for label in ("oil", "curve"):
-        for word in _words_by_concept()[f"label_{label}"]:
-            if word in tokens or (_is_cjk(word) and word in plain):
+        for word in _words_of_concept()[f"label_{label}"]:
+            if word in words_of_name or (_is_cjk(word) and word in plain_name):
                 return label
     return ""
 
@@ -209,19 +209,21 @@ def label_of(name: str) -> str:
 # ---------------------------------------------------------------- units
 
 
-def _is_in(unit: str, quantity_unit: str) -> bool:
+def _is_convertible(unit: str, quantity_unit: str) -> bool:
     """Whether a unit can be converted to that of a quantity."""
     return possible_conversion(unit, (quantity_unit,)) is not None
 
 
 def is_unit_of(unit: str, quantity: str) -> bool:
     """Whether a quantity, in one of its definitions, can have a unit."""
-    units = [UNIT_BY_QUANTITY[quantity]]
+    units_of_definitions = [UNIT_BY_QUANTITY[quantity]]
     if quantity in ("ball_speed", "disc_speed"):
-        units.append("rpm")
+        units_of_definitions.append("rpm")
     if quantity == "slide_roll_ratio":
-        units.append("m/s")
-    return any(_is_in(unit, unit_of_definition) for unit_of_definition in units)
+        units_of_definitions.append("m/s")
+    return any(
+        _is_convertible(unit, unit_of_definition) for unit_of_definition in units_of_definitions
+    )
 
 
 def stated_unit(name: str) -> tuple[str, str]:
@@ -239,29 +241,33 @@ def stated_unit(name: str) -> tuple[str, str]:
     if unit:
         return bare_name, unit
     for separator in (" / ", " in ", ", "):
-        before, separator_found, after = bare_name.rpartition(separator)
-        if separator_found and _is_any_unit(after.strip()):
-            return before.strip(), after.strip()
+        name_before, separator_found, unit_after = bare_name.rpartition(separator)
+        if separator_found and _is_any_unit(unit_after.strip()):
+            return name_before.strip(), unit_after.strip()
     if bare_name.endswith("%"):
         return bare_name[:-1].strip(), "%"
-    plain = plain_key(bare_name)
-    for ending, unit in _UNITS_IN_KEYS.items():
-        if plain.endswith(f"_{ending}") and " " not in bare_name.strip():
+    plain_name = plain_key(bare_name)
+    for ending, unit in _UNIT_OF_KEY_ENDING.items():
+        if plain_name.endswith(f"_{ending}") and " " not in bare_name.strip():
             return bare_name[: -len(ending) - 1], unit
     words = bare_name.split()
     if len(words) > 1 and words[-1] == "N":
         return " ".join(words[:-1]), "N"
-    for count in (2, 1):
-        last_words = " ".join(words[-count:])
-        if len(words) > count and len(last_words) >= _SHORTEST_UNIT and _is_any_unit(last_words):
-            return " ".join(words[:-count]), last_words
+    for word_count in (2, 1):
+        last_words = " ".join(words[-word_count:])
+        if (
+            len(words) > word_count
+            and len(last_words) >= _SHORTEST_UNIT
+            and _is_any_unit(last_words)
+        ):
+            return " ".join(words[:-word_count]), last_words
     if len(words) > 1 and len(words[0]) > _SHORTEST_UNIT and _is_any_unit(words[0]):
         return " ".join(words[1:]), words[0]
     return bare_name, ""
 
 
 # Ends of names that are written like keys, as `speed_m_s`.
-_UNITS_IN_KEYS = {
+_UNIT_OF_KEY_ENDING = {
     "mm_s": "mm/s",
     "m_s": "m/s",
     "gpa": "GPa",
@@ -308,17 +314,17 @@ def meaning_of(
     bare_name, unit_of_name = stated_unit(name)
     unit = unit_beside or unit_of_name
     # `F_n` is a symbol, not F in newtons
-    symbol = _SYMBOLS.get(name.strip()) or _SYMBOLS.get(bare_name.strip())
-    if name.strip() in _SYMBOLS:
+    symbol = _SYMBOL_OF_SPELLING.get(name.strip()) or _SYMBOL_OF_SPELLING.get(bare_name.strip())
+    if name.strip() in _SYMBOL_OF_SPELLING:
         unit = unit_beside
     if symbol is not None:
-        return _meaning_of_a_symbol(symbol, unit)
+        return _meaning_of_symbol(symbol, unit)
     concepts = concepts_in(bare_name)
     if may_be_set_point:
         concepts -= {"set"}
     if concepts & {"set", "error", "count", "other"}:
         return None
-    speed_terms = _SEVERAL_SPEEDS.search(name)
+    speed_terms = _SUM_OR_DIFFERENCE_OF_SPEEDS.search(name)
     if speed_terms is not None:
         concepts |= {"sum" if speed_terms[1] == "+" else "difference", "speed"}
     for rule in _RULES:
@@ -328,9 +334,9 @@ def meaning_of(
     return None
 
 
-def _meaning_of_a_symbol(symbol: str, unit: str) -> Meaning | None:
+def _meaning_of_symbol(symbol: str, unit: str) -> Meaning | None:
     """The meaning of a symbol; None where its unit contradicts it."""
-    quantity, definition = _MEANING_OF_SYMBOL[symbol]
+    quantity, definition = _QUANTITY_AND_DEFINITION_OF_SYMBOL[symbol]
     if unit and not is_unit_of(unit, quantity):
         return None
     return Meaning(quantity, definition, unit, is_symbol=True)
@@ -340,7 +346,7 @@ def _coefficient_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     if concepts & {"speed", "temperature", "pressure", "time", "torque"}:
         return None
     if "cof" in concepts or {"friction", "coefficient"} <= concepts:
-        if unit and not _is_in(unit, "1"):
+        if unit and not _is_convertible(unit, "1"):
             return None
         return Meaning("traction_coefficient")
     return None
@@ -351,11 +357,11 @@ def _traction_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
         return None
     if "friction" not in concepts:
         return None
-    if "torque" in concepts or (unit and _is_in(unit, "N m")):
+    if "torque" in concepts or (unit and _is_convertible(unit, "N m")):
         return Meaning("traction_torque")
-    if unit and _is_in(unit, "N"):
+    if unit and _is_convertible(unit, "N"):
         return Meaning("traction_force")
-    if unit and _is_in(unit, "1"):
+    if unit and _is_convertible(unit, "1"):
         return Meaning("traction_coefficient")
     if unit:
         return None
@@ -366,7 +372,7 @@ def _traction_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
 
 
 def _temperature_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
-    is_temperature_unit = bool(unit) and _is_in(unit, "degC")
+    is_temperature_unit = bool(unit) and _is_convertible(unit, "degC")
     names_oil_in_degrees = is_temperature_unit and bool(concepts & {"inlet", "bath", "oil"})
     if "temperature" not in concepts and not names_oil_in_degrees:
         return None
@@ -383,32 +389,32 @@ def _temperature_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     return Meaning("inlet_temperature")
 
 
-_WHICH_PRESSURE = "it may be the maximum or the mean Hertz pressure"
+_PRESSURE_QUESTION = "it may be the maximum or the mean Hertz pressure"
 
 
 def _pressure_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     is_pressure = bool(concepts & {"pressure", "stress"}) or "hertz" in concepts
     if not is_pressure or concepts & {"friction", "temperature", "speed", "time"}:
         return None
-    if unit and not _is_in(unit, "GPa"):
+    if unit and not _is_convertible(unit, "GPa"):
         return None
     names_contact = bool(concepts & {"hertz", "contact", "max", "mean"})
     if not names_contact or concepts & {"oil", "elsewhere", "inlet"}:
         if concepts & {"oil", "elsewhere", "inlet", "bath"} or "stress" in concepts:
             return None
-        return Meaning("max_hertz_pressure", question=f"{_WHICH_PRESSURE}, or another pressure")
+        return Meaning("max_hertz_pressure", question=f"{_PRESSURE_QUESTION}, or another pressure")
     if "max" in concepts:
         return Meaning("max_hertz_pressure", "maximum")
     if "mean" in concepts:
         return Meaning("max_hertz_pressure", "mean")
-    return Meaning("max_hertz_pressure", question=_WHICH_PRESSURE)
+    return Meaning("max_hertz_pressure", question=_PRESSURE_QUESTION)
 
 
 def _slip_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     if concepts & {"temperature", "time", "distance", "force", "friction"}:
         return None
-    is_speed_unit = bool(unit) and _is_in(unit, "m/s")
-    is_ratio = bool(unit) and _is_in(unit, "1")
+    is_speed_unit = bool(unit) and _is_convertible(unit, "m/s")
+    is_ratio = bool(unit) and _is_convertible(unit, "1")
     names_slip = bool(concepts & {"slip", "sliding"})
     is_over_mean = names_slip and {"rolling", "ratio"} <= concepts
     if "srr" in concepts or is_over_mean:
@@ -427,7 +433,7 @@ def _slip_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
 
 
 def _speed_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
-    is_speed_unit = bool(unit) and (_is_in(unit, "m/s") or _is_in(unit, "rpm"))
+    is_speed_unit = bool(unit) and (_is_convertible(unit, "m/s") or _is_convertible(unit, "rpm"))
     if concepts & {"temperature", "time", "force", "pressure", "torque", "friction", "elsewhere"}:
         return None
     if (
@@ -443,7 +449,7 @@ def _speed_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     for body in ("ball", "disc"):
         if body in concepts:
             return Meaning(f"{body}_speed")
-    if unit and not _is_in(unit, "m/s"):
+    if unit and not _is_convertible(unit, "m/s"):
         return None
     if "sum" in concepts:
         return Meaning("entrainment_speed", "sum")
@@ -458,7 +464,7 @@ def _speed_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
 def _load_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     if concepts & {"temperature", "speed", "time", "friction", "torque", "distance"}:
         return None
-    if unit and not _is_in(unit, "N"):
+    if unit and not _is_convertible(unit, "N"):
         return None
     if "load" in concepts or {"normal", "force"} <= concepts:
         return Meaning("load")
@@ -468,14 +474,15 @@ def _load_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
 
 
 def _time_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
-    if "time" not in concepts or (unit and not _is_in(unit, "s")):
+    if "time" not in concepts or (unit and not _is_convertible(unit, "s")):
         return None
     return Meaning("time")
 
 
-# Takes the concepts of a name and its unit; gives a meaning, or None where the name has another.
+# Function of the concepts of a name and of its unit that gives a meaning; None where the name means
+# something else.
 _Rule = Callable[[frozenset[str], str], Meaning | None]
-# In this order: the first that knows the name counts.
+# The first rule that gives a meaning counts.
 _RULES: tuple[_Rule, ...] = (
     _coefficient_rule,
     _traction_rule,
@@ -488,18 +495,19 @@ _RULES: tuple[_Rule, ...] = (
 )
 
 
-# Ranks of meanings: words, then symbols, then what is open. Definitions and places are between.
+# Ranks of meanings: words come before symbols, and symbols before open meanings. Definitions and
+# locations of temperatures add small steps.
 _RANK_OF_WORDS, _RANK_OF_SYMBOL, RANK_OF_OPEN = 10, 50, 100
-# The place of a temperature that is taken before others.
+# Locations of temperatures, in the order in which they are preferred.
 _LOCATIONS = ("inlet", "bath", "oil", "")
 
 
 def rank_of(meaning: Meaning) -> int:
-    """The smaller, the sooner a column with this meaning is taken."""
+    """Rank of a meaning: the column with the smallest rank is taken."""
     if meaning.question:
         return RANK_OF_OPEN
     rank = _RANK_OF_SYMBOL if meaning.is_symbol else _RANK_OF_WORDS
-    definitions = DEFINITIONS.get(meaning.quantity, ("",))
+    definitions = DEFINITIONS_OF_QUANTITY.get(meaning.quantity, ("",))
     if meaning.definition in definitions:
         rank += definitions.index(meaning.definition)
     if meaning.quantity == "inlet_temperature":
@@ -509,7 +517,7 @@ def rank_of(meaning: Meaning) -> int:
 
 def is_of_another_definition(meaning: Meaning) -> bool:
     """Whether numbers of this meaning must be converted to the definition of the project."""
-    definitions = DEFINITIONS.get(meaning.quantity, ())
+    definitions = DEFINITIONS_OF_QUANTITY.get(meaning.quantity, ())
     return bool(meaning.definition) and meaning.definition != definitions[0]
 
 
@@ -522,17 +530,17 @@ def quantity_of_logs(quantity: str) -> str:
 
 
 @dataclass(frozen=True)
-class NamesInWords(Vocabulary):
+class VocabularyInWords(Vocabulary):
     """A vocabulary that understands names by their words, too.
 
     Readers find the line of names and the row of units with it. It does not decide which column is
     taken.
 
     Attributes:
-        stated: What the user says, by name.
+        meaning_of_name: Name of a column -> its meaning, as the user says.
     """
 
-    stated: Mapping[str, Meaning] = field(default_factory=dict)
+    meaning_of_name: Mapping[str, Meaning] = field(default_factory=dict)
 
     def meaning(self, name: str) -> QuantityAndUnit | None:
         """See `Vocabulary.meaning`."""
@@ -541,7 +549,7 @@ class NamesInWords(Vocabulary):
             return listed_meaning
         meaning = meaning_of(name)
         for key in (name, split_unit(name)[0], stated_unit(name)[0]):
-            meaning = self.stated.get(key, meaning)
+            meaning = self.meaning_of_name.get(key, meaning)
         if meaning is None:
             return None
         quantity = quantity_of_logs(meaning.quantity)

@@ -20,7 +20,7 @@ from oilfilm.logs.workbook import (
     LARGEST_UNPACKED,
     LAST_ROW,
     MOST_CELLS,
-    check_letters,
+    check_letter_count,
     chunks_of,
     line_of_cells,
     tables_of_sheets,
@@ -32,7 +32,7 @@ _MEDIA_TYPE = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
 _TABLE = "urn:oasis:names:tc:opendocument:xmlns:table:1.0 "
 _OFFICE = "urn:oasis:names:tc:opendocument:xmlns:office:1.0 "
 _TEXT = "urn:oasis:names:tc:opendocument:xmlns:text:1.0 "
-_CELLS = (_TABLE + "table-cell", _TABLE + "covered-table-cell")
+_CELL_TAGS = (_TABLE + "table-cell", _TABLE + "covered-table-cell")
 _MIB = 1 << 20
 
 
@@ -53,12 +53,12 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
         ValueError: The spreadsheet is too large, or is encrypted.
         Exception: Any error that the libraries raise for a damaged file.
     """
-    text_by_title: list[tuple[str, bytes]] = []
+    text_of_sheets: list[tuple[str, bytes]] = []
     for title, lines in sheet_lines(content):
         filled_lines = [line for line in lines if line]
         if filled_lines:
-            text_by_title.append((title, text_of_lines(filled_lines)))
-    return text_by_title
+            text_of_sheets.append((title, text_of_lines(filled_lines)))
+    return text_of_sheets
 
 
 def sheet_lines(content: bytes) -> list[tuple[str, list[str]]]:
@@ -103,47 +103,47 @@ class _Sheets:
         self._lines: list[str] = []
         self._columns_in_percent: set[int] = set()
         # value of each cell of a row, and whether it is shown in percent
-        self._row: list[tuple[Any, bool]] = []
-        self._rows_alike = 1
-        self._cells_alike = 1
-        self._attributes: dict[str, str] = {}
+        self._cells_of_row: list[tuple[Any, bool]] = []
+        self._row_repeats = 1
+        self._cell_repeats = 1
+        self._cell_attributes: dict[str, str] = {}
         # empty cells and rows are kept back: those behind the last filled one are dropped
-        self._empty_cells = 0
-        self._empty_rows = 0
+        self._empty_cell_count = 0
+        self._empty_row_count = 0
         self._paragraphs: list[str] = []
-        self._is_paragraph = False
-        self._depth_of_note = 0
-        self._cells = 0
-        self._letters = 0
+        self._is_in_paragraph = False
+        self._annotation_depth = 0
+        self._cell_count = 0
+        self._letter_count = 0
         self._title = ""
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        if tag == _OFFICE + "annotation" or self._depth_of_note:
+        if tag == _OFFICE + "annotation" or self._annotation_depth:
             # the text of a note is none of the cell
-            self._depth_of_note += 1
+            self._annotation_depth += 1
         elif tag == _TABLE + "table":
             self._title = attributes.get(_TABLE + "name", "")
             self._lines = []
-            self._empty_rows = 0
+            self._empty_row_count = 0
             self._columns_in_percent = set()
         elif tag == _TABLE + "table-row":
-            self._row = []
-            self._empty_cells = 0
-            self._rows_alike = _number_of_times(attributes, "number-rows-repeated")
-        elif tag in _CELLS:
-            self._attributes = attributes
+            self._cells_of_row = []
+            self._empty_cell_count = 0
+            self._row_repeats = _repeat_count(attributes, "number-rows-repeated")
+        elif tag in _CELL_TAGS:
+            self._cell_attributes = attributes
             self._paragraphs = []
-            self._cells_alike = _number_of_times(attributes, "number-columns-repeated")
+            self._cell_repeats = _repeat_count(attributes, "number-columns-repeated")
         elif tag == _TEXT + "p":
             self._paragraphs.append("")
-            self._is_paragraph = True
+            self._is_in_paragraph = True
 
     def _end(self, tag: str) -> None:
-        if self._depth_of_note:
-            self._depth_of_note -= 1
+        if self._annotation_depth:
+            self._annotation_depth -= 1
         elif tag == _TEXT + "p":
-            self._is_paragraph = False
-        elif tag in _CELLS:
+            self._is_in_paragraph = False
+        elif tag in _CELL_TAGS:
             self._end_cell()
         elif tag == _TABLE + "table-row":
             self._end_row()
@@ -151,38 +151,38 @@ class _Sheets:
             self.finished.append((self._title, self._lines))
 
     def _add_text(self, text: str) -> None:
-        if self._is_paragraph and not self._depth_of_note:
+        if self._is_in_paragraph and not self._annotation_depth:
             self._paragraphs[-1] += text
 
     def _end_cell(self) -> None:
-        value = _value(self._attributes, " ".join(self._paragraphs))
+        value = _value(self._cell_attributes, " ".join(self._paragraphs))
         if value is None or value == "":
-            self._empty_cells += self._cells_alike
+            self._empty_cell_count += self._cell_repeats
             return
-        self._count_cells(self._empty_cells + self._cells_alike)
-        is_in_percent = self._attributes.get(_OFFICE + "value-type") == "percentage"
-        self._row += [(None, False)] * self._empty_cells
-        self._row += [(value, is_in_percent)] * self._cells_alike
-        self._empty_cells = 0
+        self._add_to_cell_count(self._empty_cell_count + self._cell_repeats)
+        is_in_percent = self._cell_attributes.get(_OFFICE + "value-type") == "percentage"
+        self._cells_of_row += [(None, False)] * self._empty_cell_count
+        self._cells_of_row += [(value, is_in_percent)] * self._cell_repeats
+        self._empty_cell_count = 0
 
     def _end_row(self) -> None:
-        line = line_of_cells(self._row, self._columns_in_percent)
+        line = line_of_cells(self._cells_of_row, self._columns_in_percent)
         if not line:
-            self._empty_rows += self._rows_alike
+            self._empty_row_count += self._row_repeats
             return
-        rows = len(self._lines) + self._empty_rows + self._rows_alike
-        if rows > LAST_ROW:
-            raise ValueError(f"it has a row {rows}; expected at most {LAST_ROW}")
-        self._count_cells(len(self._row) * (self._rows_alike - 1))
-        self._letters += len(line) * self._rows_alike
-        check_letters(self._letters)
-        self._lines += [""] * self._empty_rows
-        self._lines += [line] * self._rows_alike
-        self._empty_rows = 0
+        row_count = len(self._lines) + self._empty_row_count + self._row_repeats
+        if row_count > LAST_ROW:
+            raise ValueError(f"it has a row {row_count}; expected at most {LAST_ROW}")
+        self._add_to_cell_count(len(self._cells_of_row) * (self._row_repeats - 1))
+        self._letter_count += len(line) * self._row_repeats
+        check_letter_count(self._letter_count)
+        self._lines += [""] * self._empty_row_count
+        self._lines += [line] * self._row_repeats
+        self._empty_row_count = 0
 
-    def _count_cells(self, added: int) -> None:
-        self._cells += added
-        if self._cells > MOST_CELLS:
+    def _add_to_cell_count(self, added_cell_count: int) -> None:
+        self._cell_count += added_cell_count
+        if self._cell_count > MOST_CELLS:
             raise ValueError(f"it has more than {MOST_CELLS} cells, with empty ones between")
 
     @staticmethod
@@ -190,18 +190,18 @@ class _Sheets:
         raise ValueError("a sheet declares entities, which no spreadsheet program writes")
 
 
-def _number_of_times(attributes: dict[str, str], name: str) -> int:
+def _repeat_count(attributes: dict[str, str], name: str) -> int:
     """How often a cell or row is repeated."""
     return max(int(attributes.get(_TABLE + name, 1)), 1)
 
 
 def _value(attributes: dict[str, str], text: str) -> object:
     """The value of a cell by its type; its text where the type says no more."""
-    kind = attributes.get(_OFFICE + "value-type", "string")
-    if kind in ("float", "percentage", "currency"):
+    value_type = attributes.get(_OFFICE + "value-type", "string")
+    if value_type in ("float", "percentage", "currency"):
         return float(attributes[_OFFICE + "value"])
-    if kind == "date":
+    if value_type == "date":
         return datetime.fromisoformat(attributes[_OFFICE + "date-value"])
-    if kind == "time":
+    if value_type == "time":
         return pd.Timedelta(attributes[_OFFICE + "time-value"]).to_pytimedelta()
     return text

@@ -10,8 +10,8 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs.base import COPY_AGAIN, NO_TEXT, UnreadableLogError, check_rows
-from oilfilm.logs.columns import header_text, seconds, texts_of
+from oilfilm.logs.base import COPY_AGAIN, NO_TEXT, UnreadableLogError, check_row_count
+from oilfilm.logs.columns import as_seconds, header_text, texts_of
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts
 
@@ -32,63 +32,68 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
     # few writers add checksums to the pages; where they are, a changed bit is found
     log = parquet.ParquetFile(arrow.BufferReader(content), page_checksum_verification=True)
-    rows = log.metadata.num_rows
+    row_count = log.metadata.num_rows
     schema = log.schema_arrow
     metadata = schema.metadata or {}
     if _OILFILM_KEY in metadata:
-        table = metadata[_OILFILM_KEY].decode("utf-8", "replace")[:80]
-        reason = f"this is a table that oilfilm made itself, not a raw log ({table!r})"
+        table_name = metadata[_OILFILM_KEY].decode("utf-8", "replace")[:80]
+        reason = f"this is a table that oilfilm made itself, not a raw log ({table_name!r})"
         advice = "Take it out of the raw folder; tables belong into results."
-        raise UnreadableLogError(reason, advice, rows, "own_table")
-    check_rows(rows)
+        raise UnreadableLogError(reason, advice, row_count, "own_table")
+    check_row_count(row_count)
     units = [_unit(field) for field in schema]
     # texts of any length are not read
     names_to_read = {
-        schema.names[index]: None
-        for index in vocabulary.meanings(schema.names, units)
-        if _holds_numbers(schema.types[index])
+        schema.names[column_index]: None
+        for column_index in vocabulary.meanings(schema.names, units)
+        if _holds_numbers(schema.types[column_index])
     }
     columns = log.read(columns=list(names_to_read), use_threads=False)
-    if columns.num_rows != rows:
-        reason = f"the footer counts {rows} rows, and the pages have {columns.num_rows}"
+    if columns.num_rows != row_count:
+        reason = f"the footer counts {row_count} rows, and the pages have {columns.num_rows}"
         raise UnreadableLogError(reason, COPY_AGAIN, columns.num_rows, "damaged_file")
     # of each name all columns are read, in the order of the file
-    indices_read = [index for index, name in enumerate(schema.names) if name in names_to_read]
-    numbers_by_index = {
-        index: _numbers(column) for index, column in zip(indices_read, columns.columns, strict=True)
+    indices_read = [
+        column_index for column_index, name in enumerate(schema.names) if name in names_to_read
+    ]
+    numbers_of_index = {
+        column_index: _numbers(column)
+        for column_index, column in zip(indices_read, columns.columns, strict=True)
     }
     no_numbers = np.array([], dtype=str)
 
-    def values(indices: Sequence[int]) -> list[npt.NDArray[Any]]:
-        return [numbers_by_index.get(index, no_numbers) for index in indices]
+    def read_values(column_indices: Sequence[int]) -> list[npt.NDArray[Any]]:
+        return [numbers_of_index.get(column_index, no_numbers) for column_index in column_indices]
 
-    def texts(index: int) -> Texts:
-        name = schema.names[index]
-        is_text = arrow.types.is_string(schema.types[index])
-        if _bytes_of(log.metadata, name) > _LARGEST_TEXTS or not (
-            is_text or _holds_numbers(schema.types[index])
+    def read_texts(column_index: int) -> Texts:
+        name = schema.names[column_index]
+        is_text = arrow.types.is_string(schema.types[column_index])
+        if _unpacked_bytes_of(log.metadata, name) > _LARGEST_TEXTS or not (
+            is_text or _holds_numbers(schema.types[column_index])
         ):
-            return np.full(rows, "", dtype=object)
+            return np.full(row_count, "", dtype=object)
         # a dictionary holds each text once
         encoded = parquet.ParquetFile(
             arrow.BufferReader(content), read_dictionary=[name] if is_text else None
         ).read(columns=[name], use_threads=False)
         return texts_of(encoded.columns[0].to_pandas().to_numpy())
 
-    logged = LoggedTable(_keys(metadata), schema.names, units, values, rows, texts=texts)
-    return NO_TEXT, [logged] if rows else []
+    logged = LoggedTable(
+        _keys(metadata), schema.names, units, read_values, row_count, read_texts=read_texts
+    )
+    return NO_TEXT, [logged] if row_count else []
 
 
-def _bytes_of(metadata: parquet.FileMetaData, name: str) -> int:
+def _unpacked_bytes_of(metadata: parquet.FileMetaData, name: str) -> int:
     """Bytes of a column when it is unpacked."""
-    size = 0
-    for group in range(metadata.num_row_groups):
-        row_group = metadata.row_group(group)
-        for number in range(row_group.num_columns):
-            column = row_group.column(number)
-            if column.path_in_schema == name:
-                size += column.total_uncompressed_size
-    return size
+    byte_count = 0
+    for group_index in range(metadata.num_row_groups):
+        row_group = metadata.row_group(group_index)
+        for column_index in range(row_group.num_columns):
+            column_chunk = row_group.column(column_index)
+            if column_chunk.path_in_schema == name:
+                byte_count += column_chunk.total_uncompressed_size
+    return byte_count
 
 
 def _unit(field: arrow.Field) -> str:
@@ -114,7 +119,7 @@ def _holds_numbers(data_type: arrow.DataType) -> bool:
 def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:
     """Numbers of a column, missing ones NaN; instants as seconds since the first."""
     if _is_time(column.type):
-        return seconds(column.to_numpy())
+        return as_seconds(column.to_numpy())
     return np.asarray(column.cast(arrow.float64(), safe=False).to_numpy())
 
 

@@ -18,7 +18,7 @@ import yaml
 
 from oilfilm.base.units import BoolArray, FloatArray, conversion
 from oilfilm.logs import base
-from oilfilm.logs.log_kind import Column, Vocabulary
+from oilfilm.logs.log_kind import LoggedColumn, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import encoding_of
 
@@ -29,31 +29,35 @@ _ROW = re.compile(r"^(\s*[-+.\d]|.*\t.*\t.*\t)")
 _FEWEST_TABS_OF_ROW = 6
 _LINES_SEARCHED = 40
 # Step types whose rows are settled readings; the others (warm-up, mapping) are no sweep.
-_SWEEPS = {"traction", "film"}
+_SWEEP_TYPES = {"traction", "film"}
 # The surface speeds are computed: from both directions where both were measured.
-_SPEEDS = ("ball_speed", "disc_speed")
-# Column -> its declaration: `names` in exports, `logged` unit, `sampled` unit in the samples, and
-# `needed` where a step cannot be used without it.
-_COLUMNS: dict[str, dict[str, Any]] = yaml.safe_load(
+_SURFACE_SPEEDS = ("ball_speed", "disc_speed")
+# Column of `pcs.yaml` -> its declaration: its `names` in exports, its unit in exports (`logged`)
+# and in the samples (`sampled`), and `needed` where a step cannot be used without it.
+_DECLARATION_OF_COLUMN: dict[str, dict[str, Any]] = yaml.safe_load(
     Path(__file__).with_name("pcs.yaml").read_text(encoding="utf-8")
 )
-_REQUIRED = tuple(name for name, column in _COLUMNS.items() if "needed" in column)
-_SAMPLED = {name: column for name, column in _COLUMNS.items() if "sampled" in column}
+_REQUIRED_COLUMNS = tuple(
+    name for name, column in _DECLARATION_OF_COLUMN.items() if "needed" in column
+)
+_DECLARATION_OF_SAMPLED_COLUMN = {
+    name: column for name, column in _DECLARATION_OF_COLUMN.items() if "sampled" in column
+}
 # Number of sampled columns without which a row cannot be used: time, load and both speeds. Rigs
 # leave some of the others blank, so that those are spare.
-_NEVER_BLANK = 4
+_COLUMNS_NEVER_BLANK = 4
 # Added to each tolerance: an identity may hold to exactly half a printed digit.
 _FLOATING_POINT_ERROR = 1e-9
 
 
 @dataclass
 class _Step:
-    """One step of the file: names of its columns and lines of its rows."""
+    """One step of the file: number and type, names of its columns, and the lines of its rows."""
 
     number: int
     type: str = "unknown"
     names: list[str] = field(default_factory=list)
-    rows: list[str] = field(default_factory=list)
+    row_lines: list[str] = field(default_factory=list)
 
 
 def recognises(head: bytes) -> bool:
@@ -75,13 +79,13 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     if vocabulary.name != "traction":
         reason = f"the file is an export of a PCS traction rig, not a {vocabulary.name} log"
         advice = "Move it to the folder of the campaign's traction logs."
-        raise base.UnreadableLogError(reason, advice, sum(len(step.rows) for step in steps))
+        raise base.UnreadableLogError(reason, advice, sum(len(step.row_lines) for step in steps))
     run_names = base.distinct_names(f"step{step.number:03d}" for step in steps)
     is_cut = not text.endswith(("\n", "\r"))
     logged_tables = [
         _table(step, run_name, is_cut and step is steps[-1])
         for step, run_name in zip(steps, run_names, strict=True)
-        if step.rows
+        if step.row_lines
     ]
     return base.TextForm.from_marks(encoding, "\t", "."), logged_tables
 
@@ -103,13 +107,13 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
         elif line.startswith("Step type\t"):
             step.type = line.split("\t")[1].strip()
         elif "Step Time (s)" in line:
-            if step.rows:
+            if step.row_lines:
                 # a second table in one step: the first line of another step is damaged
                 yield step
                 step = _Step(step.number, step.type)
             step.names = [name.strip() for name in line.split("\t")]
         elif _ROW.match(line) and (step.names or line.count("\t") >= _FEWEST_TABS_OF_ROW):
-            step.rows.append(line)
+            step.row_lines.append(line)
     if step is not None:
         yield step
 
@@ -122,135 +126,164 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
         run_name: Name of the run in the file.
         is_cut: Whether the last row has no line end.
     """
-    indices = _indices_of_columns(step.names)
-    cells_by_row = [row.split("\t") for row in step.rows]
-    values = _values(cells_by_row, indices)
-    sampled = [name for name in _SAMPLED if name in indices or name in _SPEEDS]
-    sampled_names = [
-        step.names[indices[name]] if name in indices else f"{name} (mean)" for name in sampled
+    index_of_column = _index_of_column(step.names)
+    cells_by_row = [row.split("\t") for row in step.row_lines]
+    values_of_column = _values_of_columns(cells_by_row, index_of_column)
+    sampled_columns = [
+        name
+        for name in _DECLARATION_OF_SAMPLED_COLUMN
+        if name in index_of_column or name in _SURFACE_SPEEDS
     ]
-    sampled_units = [_SAMPLED[name]["logged"] for name in sampled]
-    columns = [
-        Column(
+    sampled_names = [
+        step.names[index_of_column[name]] if name in index_of_column else f"{name} (mean)"
+        for name in sampled_columns
+    ]
+    sampled_units = [_DECLARATION_OF_SAMPLED_COLUMN[name]["logged"] for name in sampled_columns]
+    logged_columns = [
+        LoggedColumn(
             name,
             index,
-            conversion(sampled_units[index], (_SAMPLED[name]["sampled"],)),
+            conversion(sampled_units[index], (_DECLARATION_OF_SAMPLED_COLUMN[name]["sampled"],)),
             sampled_names[index],
             sampled_units[index],
-            spare=index >= _NEVER_BLANK,
+            is_spare=index >= _COLUMNS_NEVER_BLANK,
         )
-        for index, name in enumerate(sampled)
+        for index, name in enumerate(sampled_columns)
     ]
     other_names = list(dict.fromkeys(name for name in step.names if name not in sampled_names))
     names = [*sampled_names, *other_names]
     # only compared with the number of names; 0 would say that the last row has a line end
     missing_cells = len(step.names) - len(cells_by_row[-1])
     cut_row_cells = max(len(names) - missing_cells, 1) if is_cut else 0
-    missing = [_COLUMNS[name]["names"][0] for name in _REQUIRED if name not in indices]
+    missing_names = [
+        _DECLARATION_OF_COLUMN[name]["names"][0]
+        for name in _REQUIRED_COLUMNS
+        if name not in index_of_column
+    ]
     return LoggedTable(
         {"log_kind": "steps"},
         names,
         [*sampled_units, *[""] * len(other_names)],
-        lambda chosen: [values[sampled[index]] for index in chosen],
+        lambda column_indices: [
+            values_of_column[sampled_columns[index]] for index in column_indices
+        ],
         len(cells_by_row),
         run_name,
-        columns=columns,
-        problem=_problem(step, missing),
-        cut_row_cells=cut_row_cells,
-        show=step.rows.__getitem__,
-        contradictory=_contradictory(values),
+        columns=logged_columns,
+        problem=_problem(step, missing_names),
+        cut_row_cell_count=cut_row_cells,
+        show_row=step.row_lines.__getitem__,
+        is_contradictory=_is_contradictory(values_of_column),
     )
 
 
-def _indices_of_columns(names: Sequence[str]) -> dict[str, int]:
+def _index_of_column(names: Sequence[str]) -> dict[str, int]:
     """Column of `pcs.yaml` -> its index in a table of a step."""
     # the first columns of a table repeat later ones: the last one of a name counts
     index_of_name = {name: index for index, name in enumerate(names)}
-    indices: dict[str, int] = {}
-    for column, declaration in _COLUMNS.items():
+    index_of_column: dict[str, int] = {}
+    for column, declaration in _DECLARATION_OF_COLUMN.items():
         for name in declaration["names"]:
             if name in index_of_name:
-                indices[column] = index_of_name[name]
-    return indices
+                index_of_column[column] = index_of_name[name]
+    return index_of_column
 
 
-def _values(
-    cells_by_row: Sequence[Sequence[str]], indices: Mapping[str, int]
+def _values_of_columns(
+    cells_by_row: Sequence[Sequence[str]], index_of_column: Mapping[str, int]
 ) -> dict[str, FloatArray]:
-    """Numbers of each column of `pcs.yaml` and the surface speeds, shape (rows,).
+    """Column of `pcs.yaml`, or surface speed -> its numbers, shape (rows,).
 
     The time is NaN in rows that cannot be used.
     """
-    values = {name: np.full(len(cells_by_row), np.nan) for name in _COLUMNS}
-    for name, index in indices.items():
-        values[name] = np.array([_number(row, index) for row in cells_by_row])
-    values["ball_speed"], values["disc_speed"] = _surface_speeds(values)
-    usable = np.ones(len(cells_by_row), dtype=bool)
-    for numbers in values.values():
-        usable &= ~(np.abs(numbers) > base.LARGEST_READING)
-    for name in _REQUIRED:
-        usable &= ~np.isnan(values[name])
-    values["time"] = np.where(usable, values["time"], np.nan)
-    return values
+    values_of_column = {name: np.full(len(cells_by_row), np.nan) for name in _DECLARATION_OF_COLUMN}
+    for name, index in index_of_column.items():
+        values_of_column[name] = np.array([_number(row, index) for row in cells_by_row])
+    values_of_column["ball_speed"], values_of_column["disc_speed"] = _surface_speeds(
+        values_of_column
+    )
+    is_usable = np.ones(len(cells_by_row), dtype=bool)
+    for numbers in values_of_column.values():
+        is_usable &= ~(np.abs(numbers) > base.LARGEST_READING)
+    for name in _REQUIRED_COLUMNS:
+        is_usable &= ~np.isnan(values_of_column[name])
+    values_of_column["time"] = np.where(is_usable, values_of_column["time"], np.nan)
+    return values_of_column
 
 
-def _problem(step: _Step, missing: Sequence[str]) -> base.Refusal | None:
+def _problem(step: _Step, missing_names: Sequence[str]) -> base.Refusal | None:
     """Why nothing of a step can be read; None where it can."""
-    if step.type.lower() not in _SWEEPS:
+    if step.type.lower() not in _SWEEP_TYPES:
         return base.Refusal(
             "not_a_sweep",
             f"step {step.number} is of type {step.type[:60]!r}; expected a traction or film sweep",
             "Nothing to do: such rows carry no traction curve.",
         )
-    if missing:
-        reason = f"step {step.number} lacks the columns {', '.join(missing)}"
+    if missing_names:
+        reason = f"step {step.number} lacks the columns {', '.join(missing_names)}"
         return base.Refusal("columns", reason, "Export the step again with all columns.")
     return None
 
 
-def _number(row: Sequence[str], index: int) -> float:
+def _number(cells: Sequence[str], index: int) -> float:
     """The number in a cell; NaN where it is blank or missing, infinity where it holds none."""
-    if index >= len(row) or not row[index].strip():
+    if index >= len(cells) or not cells[index].strip():
         return np.nan
     try:
-        return base.parse_number(row[index])
+        return base.parse_number(cells[index])
     except ValueError:
         return np.inf
 
 
-def _contradictory(values: Mapping[str, FloatArray]) -> BoolArray:
-    """Rows that contradict themselves by more than the rounding of their cells, shape (rows,).
+def _is_contradictory(values_of_column: Mapping[str, FloatArray]) -> BoolArray:
+    """Mask of the rows that contradict themselves by more than the rounding of their cells.
 
     TF = (TF1 - TF2)/2; coefficient = |TF|/W; rolling = mean surface speed; sliding = disc minus
     ball, directions averaged; SRR = 100 sliding/rolling. Identities with a blank cell are not
     judged. Exports round forces to 1e-4 N, the coefficient to 1e-4, speeds to 0.01 mm/s and SRR to
     0.001 %; the error of a cell is half of that at most.
     """
-    ball, disc = values["ball_speed"], values["disc_speed"]
-    rolling, sliding, srr = values["rolling"], values["sliding"], values["srr"]
-    force, load = values["traction_force"], values["load"]
+    ball, disc = values_of_column["ball_speed"], values_of_column["disc_speed"]
+    rolling, sliding, srr = (
+        values_of_column["rolling"],
+        values_of_column["sliding"],
+        values_of_column["srr"],
+    )
+    force, load = values_of_column["traction_force"], values_of_column["load"]
     with np.errstate(divide="ignore", invalid="ignore"):
-        half_difference = (values["traction_force_1"] - values["traction_force_2"]) / 2
+        half_difference = (
+            values_of_column["traction_force_1"] - values_of_column["traction_force_2"]
+        ) / 2
         # errors of sliding, of rolling and of SRR itself
         srr_rounding = (0.5 + 0.005 * np.abs(srr)) / np.abs(rolling) + 0.0005
         # each identity with the largest error from the rounding of its cells
         errors_of_identities = (
             (force - half_difference, 1e-4),
-            (np.abs(force) / load - values["coefficient"], 5e-5 + 1e-4 / np.abs(load)),
+            (np.abs(force) / load - values_of_column["coefficient"], 5e-5 + 1e-4 / np.abs(load)),
             (rolling - (ball + disc) / 2, 0.010),
             (sliding - (disc - ball), 0.015),
             (srr - 100 * sliding / rolling, srr_rounding),
         )
-        violated = [
+        is_violated = [
             np.abs(difference) > rounding + _FLOATING_POINT_ERROR
             for difference, rounding in errors_of_identities
         ]
-    return np.asarray(np.any(violated, axis=0))
+    return np.asarray(np.any(is_violated, axis=0))
 
 
-def _surface_speeds(values: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+def _surface_speeds(values_of_column: Mapping[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
     """Speeds of ball and disc in mm/s, as if the disc were the faster body in both directions."""
-    both_ways = ~np.isnan(values["ball_2"]) & ~np.isnan(values["disc_2"])
-    slower = np.where(both_ways, (values["ball_1"] + values["disc_2"]) / 2, values["ball_1"])
-    faster = np.where(both_ways, (values["disc_1"] + values["ball_2"]) / 2, values["disc_1"])
-    return slower, faster
+    is_measured_both_ways = ~np.isnan(values_of_column["ball_2"]) & ~np.isnan(
+        values_of_column["disc_2"]
+    )
+    slower_mm_s = np.where(
+        is_measured_both_ways,
+        (values_of_column["ball_1"] + values_of_column["disc_2"]) / 2,
+        values_of_column["ball_1"],
+    )
+    faster_mm_s = np.where(
+        is_measured_both_ways,
+        (values_of_column["disc_1"] + values_of_column["ball_2"]) / 2,
+        values_of_column["disc_1"],
+    )
+    return slower_mm_s, faster_mm_s

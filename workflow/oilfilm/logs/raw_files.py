@@ -34,7 +34,7 @@ _UNFIT_CHARACTER = re.compile(
 
 
 def raw_files(folder: Path) -> list[str]:
-    """Paths of all logs below a campaign's raw folder, relative to it, sorted.
+    """Names of all logs of a campaign, sorted: their paths below its raw folder.
 
     Hidden files, README files and the run sheet are not logs.
 
@@ -80,19 +80,21 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
     """
     if not folder.is_dir():
         raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
-    unreadable: dict[Path, str] = {}
+    reason_of_path: dict[Path, str] = {}
 
-    def note(error: OSError) -> None:
-        unreadable[Path(error.filename)] = f"cannot be read ({error.strerror}). Check its rights."
+    def note_error(error: OSError) -> None:
+        reason_of_path[Path(error.filename)] = (
+            f"cannot be read ({error.strerror}). Check its rights."
+        )
 
     paths: list[Path] = []
-    for parent, folders, files in os.walk(folder, onerror=note):
-        paths += [Path(parent, name) for name in (*folders, *files)]
+    for parent, folder_names, file_names in os.walk(folder, onerror=note_error):
+        paths += [Path(parent, name) for name in (*folder_names, *file_names)]
     for path in sorted(paths):
         if is_passed_over(path, folder):
             continue
         name = path.relative_to(folder).as_posix()
-        problem = unreadable.get(path, "") or _why_unreachable(path, folder)
+        problem = reason_of_path.get(path, "") or _why_unreachable(path, folder)
         if problem:
             yield name, f"{path}: {problem}"
         elif not path.is_dir():
@@ -163,7 +165,7 @@ def find_sheet(folder: Path) -> Path | None:
 
 
 def read_beginning(file: BinaryIO) -> bytes:
-    """The bytes of a file; of one that is too large, one byte more than the largest log."""
+    """The bytes of a file; of a file that is too large, one byte more than the largest log."""
     # a read of some size takes so much memory at once, however small the file is
     size = os.fstat(file.fileno()).st_size
     return file.read(min(size, LARGEST_LOG) + 1)
@@ -175,19 +177,21 @@ class RawLogs:
 
     Attributes:
         folder: Folder of the campaign's logs, from the top folder.
-        paths: Name of a log below the folder -> its file.
-        expected: sha256 of each log, as it was when the job began or as the rig twin wrote it.
-        simulated: Whether the rig twin wrote the logs.
-        inputs: Filled while iterating: digest of each measured log, for the provenance of tables.
-        digests: Filled while iterating: sha256 of each log.
+        path_of_log: Name of a log below the folder -> its file.
+        expected_digest_of_log: Name of a log -> its sha256 when the job began, or as the rig twin
+            wrote it.
+        is_simulated: Whether the rig twin wrote the logs.
+        provenance_digests: Filled while iterating: path of each measured log -> the beginning of
+            its sha256, for the provenance of tables.
+        digest_of_log: Filled while iterating: name of a log -> its sha256.
     """
 
     folder: Path
-    paths: Mapping[str, Path]
-    expected: Mapping[str, str]
-    simulated: bool = False
-    inputs: dict[str, str] = field(default_factory=dict)
-    digests: dict[str, str] = field(default_factory=dict)
+    path_of_log: Mapping[str, Path]
+    expected_digest_of_log: Mapping[str, str]
+    is_simulated: bool = False
+    provenance_digests: dict[str, str] = field(default_factory=dict)
+    digest_of_log: dict[str, str] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[tuple[str, bytes]]:
         """Read one log after the other.
@@ -195,7 +199,7 @@ class RawLogs:
         Raises:
             OilfilmError: A log cannot be read, or has other bytes than are expected.
         """
-        for name, path in self.paths.items():
+        for name, path in self.path_of_log.items():
             try:
                 with path.open("rb") as file:
                     content = read_beginning(file)
@@ -212,53 +216,57 @@ class RawLogs:
                     f"{self.folder / name}: cannot be read ({error.strerror}). Check its rights. "
                     "If it is missing, put it back, or run snakemake again without it."
                 ) from error
-            self.digests[name] = digest.hexdigest()
-            if self.digests[name] != self.expected[name]:
+            self.digest_of_log[name] = digest.hexdigest()
+            if self.digest_of_log[name] != self.expected_digest_of_log[name]:
                 raise OilfilmError(f"{self.folder / name}: {self._changed()}")
-            if not self.simulated:
-                self.inputs[f"{self.folder}/{name}"] = self.digests[name][:16]
+            if not self.is_simulated:
+                self.provenance_digests[f"{self.folder}/{name}"] = self.digest_of_log[name][:16]
             yield name, content
 
     def _changed(self) -> str:
-        if self.simulated:
+        if self.is_simulated:
             return "is not as the rig twin wrote it. Delete it: the next run simulates it again."
         return "has changed while it was read. When it is complete, run snakemake again."
 
-    def only(self, names: Collection[str]) -> "RawLogs":
+    def select(self, names: Collection[str]) -> "RawLogs":
         """The logs with these names."""
-        chosen = set(names)
-        paths = {name: path for name, path in self.paths.items() if name in chosen}
-        return RawLogs(self.folder, paths, self.expected, self.simulated)
+        names_selected = set(names)
+        path_of_log = {
+            name: path for name, path in self.path_of_log.items() if name in names_selected
+        }
+        return RawLogs(self.folder, path_of_log, self.expected_digest_of_log, self.is_simulated)
 
-    def by_path(self) -> dict[str, str]:
-        """sha256 of each log that has been read, by its path from the top folder."""
-        return {(self.folder / name).as_posix(): digest for name, digest in self.digests.items()}
+    def digest_of_path(self) -> dict[str, str]:
+        """Path of each log that has been read, from the top folder -> its sha256."""
+        return {
+            (self.folder / name).as_posix(): digest for name, digest in self.digest_of_log.items()
+        }
 
 
-def listing(digests: Mapping[str, str]) -> str:
-    """Digests of logs by name, as `sha256sum` writes and checks them."""
-    return "".join(f"{digest}  {name}\n" for name, digest in digests.items())
+def listing(digest_of_name: Mapping[str, str]) -> str:
+    """Names of logs and their digests as a text that `sha256sum` writes and checks."""
+    return "".join(f"{digest}  {name}\n" for name, digest in digest_of_name.items())
 
 
 def read_listings(*paths: Path) -> dict[str, str]:
-    """Digest by name, from files that `listing` has made."""
-    digests: dict[str, str] = {}
+    """Name of a log -> its digest, from files that `listing` has made."""
+    digest_of_name: dict[str, str] = {}
     for path in paths:
         for line in path.read_text(encoding="utf-8").splitlines():
             digest, _, name = line.partition("  ")
-            digests[name] = digest
-    return digests
+            digest_of_name[name] = digest
+    return digest_of_name
 
 
-def shares_of(files: Sequence[str], runs: int) -> dict[int, list[str]]:
+def shares_of(names: Sequence[str], logs_per_share: int) -> dict[int, list[str]]:
     """The logs of each share of the work, by its number; no share is empty.
 
     The share of a log depends on its name and on the number of shares. The number is a power of
     two: an added or removed log moves no other log until the campaign has doubled.
 
     Args:
-        files: Names of the logs.
-        runs: Largest mean number of logs in a share.
+        names: Names of the logs.
+        logs_per_share: Largest mean number of logs in a share.
 
     Examples:
         >>> logs = [f"run{number}.csv" for number in range(900)]
@@ -266,11 +274,11 @@ def shares_of(files: Sequence[str], runs: int) -> dict[int, list[str]]:
         [0, 1, 2, 3]
     """
     share_count = 1
-    while share_count * runs < len(files):
+    while share_count * logs_per_share < len(names):
         share_count *= 2
-    shares: dict[int, list[str]] = {}
-    for file in files:
+    names_of_share: dict[int, list[str]] = {}
+    for name in names:
         # consecutive names must spread over the shares: with a checksum they would not
-        digest = hashlib.blake2b(file.encode(), digest_size=8).digest()
-        shares.setdefault(int.from_bytes(digest) % share_count, []).append(file)
-    return dict(sorted(shares.items()))
+        name_digest = hashlib.blake2b(name.encode(), digest_size=8).digest()
+        names_of_share.setdefault(int.from_bytes(name_digest) % share_count, []).append(name)
+    return dict(sorted(names_of_share.items()))

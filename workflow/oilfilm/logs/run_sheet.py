@@ -52,25 +52,25 @@ class Labels:
 
     Attributes:
         run_id: Name of the run.
-        keys: Header keys; those of the sheet replace those of the header.
+        keys: Key -> text; the texts of the sheet replace those of the header.
         remarks: Contradictions between header and sheet.
-        excluded: Why the run is not to be used; None where it is used.
+        exclusion: Why the run is not to be used; None where it is used.
         problem: Why the run sheet cannot be followed; None where it can.
-        sources: Source of each key: `header` or `run sheet`.
+        source_of_key: Source of each key: `header` or `run sheet`.
     """
 
     run_id: str
     keys: dict[str, str]
     remarks: list[Refusal]
-    excluded: Refusal | None = None
+    exclusion: Refusal | None = None
     problem: Refusal | None = None
-    sources: Mapping[str, str] = field(default_factory=dict)
+    source_of_key: Mapping[str, str] = field(default_factory=dict)
 
     def with_exclusion(self, problem: Refusal) -> Refusal:
         """The refusal of a run that cannot be read; an excluded run is refused as excluded."""
-        if self.excluded is None:
+        if self.exclusion is None:
             return problem
-        reason = f"{self.excluded.reason}; besides, {problem.reason}"
+        reason = f"{self.exclusion.reason}; besides, {problem.reason}"
         return Refusal(EXCLUDED, reason, EXCLUDED_ADVICE)
 
 
@@ -86,14 +86,14 @@ def matches(name: str, pattern: str) -> bool:
     return fnmatchcase(name, pattern.replace("[", "[[]"))
 
 
-def _agree(key: str, in_sheet: str, in_header: str, settings: Settings) -> bool:
-    """Whether the sheet and the header give a key the same value."""
+def _agree(key: str, sheet_text: str, header_text: str, settings: Settings) -> bool:
+    """Whether the texts of a key in sheet and header have the same meaning."""
     if key == "oil":
-        return in_sheet == oil_id(in_header, settings)
+        return sheet_text == oil_id(header_text, settings)
     if key not in SET_POINT_KEYS:
-        return in_sheet == in_header
-    sheet_value = parse_set_point(key, in_sheet)
-    header_value = parse_set_point(key, in_header)
+        return sheet_text == header_text
+    sheet_value = parse_set_point(key, sheet_text)
+    header_value = parse_set_point(key, header_text)
     if sheet_value is None or header_value is None:
         return False
     tolerance = settings.same_set_point
@@ -110,12 +110,12 @@ class RunSheet:
 
     Attributes:
         name: File name of the sheet; empty where there is none.
-        rows: Name of a log -> its rows.
+        rows_of_log: Name of a log -> its rows.
         remarks: Remarks on the sheet itself.
     """
 
     name: str = ""
-    rows: Mapping[str, tuple[SheetRow, ...]] = field(default_factory=dict)
+    rows_of_log: Mapping[str, tuple[SheetRow, ...]] = field(default_factory=dict)
     remarks: tuple[Refusal, ...] = ()
 
     def rows_of_run(self, file: str, run_name: str) -> list[SheetRow]:
@@ -125,42 +125,44 @@ class RunSheet:
             file: Name of the log.
             run_name: The run's name in the log; empty where the log is one run.
         """
-        rows = self.rows.get(file, ())
+        rows = self.rows_of_log.get(file, ())
         if not run_name:
             return list(rows)
         return [row for row in rows if not row.run or matches(run_name, row.run)]
 
     def labels(
-        self, file: str, run_name: str, logged: Mapping[str, str], settings: Settings
+        self, file: str, run_name: str, text_of_logged_key: Mapping[str, str], settings: Settings
     ) -> Labels:
         """What header and run sheet say of one run of a log.
 
         Args:
             file: Name of the log.
             run_name: As for `rows_of_run`.
-            logged: Header lines by the keys of the log, as `plain_key` makes them.
+            text_of_logged_key: Key of the log, as `plain_key` makes it -> text of the header line.
             settings: Settings of the campaign.
         """
         run_id = f"{file}:{run_name}" if run_name else file
-        named = named_keys(logged, settings)
-        header = header_keys(named, settings)
+        project_keys = named_keys(text_of_logged_key, settings)
+        text_of_header_key = header_keys(project_keys, settings)
         rows = self.rows_of_run(file, run_name)
-        from_sheet: dict[str, str] = {}
+        text_of_sheet_key: dict[str, str] = {}
         # the first row counts
         for row in reversed(rows):
-            from_sheet |= row.keys
+            text_of_sheet_key |= row.keys
         # the load has one set point, as force or as pressure
-        replaced_keys = LOAD_KEYS if from_sheet.keys() & LOAD_KEYS else frozenset()
-        from_header = {key: text for key, text in header.items() if key not in replaced_keys}
-        sources = {key: "header" for key in named if key not in replaced_keys}
-        sources |= dict.fromkeys(from_sheet, "run sheet")
+        replaced_keys = LOAD_KEYS if text_of_sheet_key.keys() & LOAD_KEYS else frozenset()
+        kept_text_of_header_key = {
+            key: text for key, text in text_of_header_key.items() if key not in replaced_keys
+        }
+        source_of_key = {key: "header" for key in project_keys if key not in replaced_keys}
+        source_of_key |= dict.fromkeys(text_of_sheet_key, "run sheet")
         return Labels(
             run_id,
-            keys=from_header | from_sheet,
-            remarks=self._contradictions(run_id, header, from_sheet, settings),
-            excluded=self._exclusion(rows),
+            keys=kept_text_of_header_key | text_of_sheet_key,
+            remarks=self._contradictions(run_id, text_of_header_key, text_of_sheet_key, settings),
+            exclusion=self._exclusion(rows),
             problem=self._disagreement(rows),
-            sources=sources,
+            source_of_key=source_of_key,
         )
 
     def unmatched_rows(self, file: str, run_names: Sequence[str]) -> list[Refusal]:
@@ -172,17 +174,18 @@ class RunSheet:
         """
         if not run_names:
             return []
-        matched = [row for run_name in run_names for row in self.rows_of_run(file, run_name)]
-        listed_runs = ", ".join(repr(run_name) for run_name in run_names[:10])
+        matched_rows = [row for run_name in run_names for row in self.rows_of_run(file, run_name)]
+        runs_in_words = ", ".join(repr(run_name) for run_name in run_names[:10])
         more = " ..." if len(run_names) > 10 else ""
         return [
             Refusal(
                 UNMATCHED,
-                f"{self.name} has a row for {row}, but the runs of the log are {listed_runs}{more}",
+                f"{self.name} has a row for {row}, but the runs of the log are "
+                f"{runs_in_words}{more}",
                 UNMATCHED_ADVICE,
             )
-            for row in self.rows.get(file, ())
-            if row not in matched
+            for row in self.rows_of_log.get(file, ())
+            if row not in matched_rows
         ]
 
     def _exclusion(self, rows: Sequence[SheetRow]) -> Refusal | None:
@@ -214,47 +217,53 @@ class RunSheet:
     def _contradictions(
         self,
         run_id: str,
-        header: Mapping[str, str],
-        from_sheet: Mapping[str, str],
+        text_of_header_key: Mapping[str, str],
+        text_of_sheet_key: Mapping[str, str],
         settings: Settings,
     ) -> list[Refusal]:
         """A remark on the keys in which header and sheet disagree."""
         differences: list[str] = []
-        for key, value in from_sheet.items():
-            if key in header and not _agree(key, value, header[key], settings):
-                differences.append(f"{key} {value} (header: {key} {header[key][:60]!r})")
+        for key, sheet_text in text_of_sheet_key.items():
+            if key in text_of_header_key and not _agree(
+                key, sheet_text, text_of_header_key[key], settings
+            ):
+                differences.append(
+                    f"{key} {sheet_text} (header: {key} {text_of_header_key[key][:60]!r})"
+                )
         if not differences:
             return []
         reason = f"{self.name} and the header disagree: {', '.join(differences)}"
         advice = "The run sheet is used. Correct the one that is wrong."
         return [Refusal(CONTRADICTION, reason, advice, run_id)]
 
-    def plain(self, files: Iterable[str], *, remarks: bool) -> dict[str, Any]:
-        """The part for some logs as Snakemake's params hold it; empty where nothing is in it.
+    def plain(self, files: Iterable[str], *, with_remarks: bool) -> dict[str, Any]:
+        """The rows for some logs in plain types, for Snakemake's params; empty without any.
 
         Args:
             files: The logs.
-            remarks: Whether the part includes the remarks on the sheet itself.
+            with_remarks: Whether the part includes the remarks on the sheet itself.
         """
-        plain_rows_by_file = {
-            file: [asdict(row) for row in self.rows[file]] for file in files if file in self.rows
+        rows_of_log = {
+            file: [asdict(row) for row in self.rows_of_log[file]]
+            for file in files
+            if file in self.rows_of_log
         }
-        plain_remarks = [asdict(remark) for remark in self.remarks] if remarks else []
-        if not plain_rows_by_file and not plain_remarks:
+        remarks_as_params = [asdict(remark) for remark in self.remarks] if with_remarks else []
+        if not rows_of_log and not remarks_as_params:
             return {}
-        return {"name": self.name, "rows": plain_rows_by_file, "remarks": plain_remarks}
+        return {"name": self.name, "rows": rows_of_log, "remarks": remarks_as_params}
 
     @classmethod
-    def of_plain(cls, plain: Mapping[str, Any]) -> Self:
+    def of_plain(cls, params: Mapping[str, Any]) -> Self:
         """The run sheet that `plain` was made of."""
-        if not plain:
+        if not params:
             return cls()
-        rows = {
-            file: tuple(SheetRow(**row) for row in plain_rows)
-            for file, plain_rows in plain["rows"].items()
+        rows_of_log = {
+            file: tuple(SheetRow(**row) for row in rows_as_params)
+            for file, rows_as_params in params["rows"].items()
         }
-        remarks = tuple(Refusal(**remark) for remark in plain["remarks"])
-        return cls(plain["name"], rows, remarks)
+        remarks = tuple(Refusal(**remark) for remark in params["remarks"])
+        return cls(params["name"], rows_of_log, remarks)
 
 
 NO_SHEET = RunSheet()

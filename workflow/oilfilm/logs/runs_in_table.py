@@ -42,16 +42,16 @@ class _LabelColumn:
     """A column whose text names the run of a row.
 
     Attributes:
-        kind: `oil`, `rig`, `run` or `step`.
+        label_kind: `oil`, `rig`, `run` or `step`.
         key: Name of the column, in the form in which names are compared.
         names: Its different texts, in the order of their first rows.
-        codes: Index of the name of each row, shape (rows,).
+        name_index_of_row: Index of the name of each row, shape (rows,).
     """
 
-    kind: str
+    label_kind: str
     key: str
     names: Sequence[str]
-    codes: IndexArray
+    name_index_of_row: IndexArray
 
 
 def runs_in_table(
@@ -69,45 +69,49 @@ def runs_in_table(
         vocabulary: What the names of its columns mean.
         settings: Settings with the names of header keys and oils.
     """
-    if table.columns or table.problem or table.rows == 0:
+    if table.columns or table.problem or table.row_count == 0:
         return [table]
     meanings = vocabulary.meanings(table.names, table.units)
     labels = _label_columns(table, meanings, settings)
-    parts = _by_labels(table, labels)
-    runs = [run for part in parts for run in _by_restarts(part, meanings)]
-    if len(runs) == 1:
-        return [part.with_name(table.run_name) for part in runs]
+    tables_of_labels = _tables_by_label(table, labels)
+    run_tables = [
+        run_table
+        for table_of_labels in tables_of_labels
+        for run_table in _tables_by_restart(table_of_labels, meanings)
+    ]
+    if len(run_tables) == 1:
+        return [run_table.with_name(table.run_name) for run_table in run_tables]
     names = base.distinct_names(
-        " ".join(filter(None, [table.run_name, run.run_name])) for run in runs
+        " ".join(filter(None, [table.run_name, run_table.run_name])) for run_table in run_tables
     )
-    return [run.with_name(name) for run, name in zip(runs, names, strict=True)]
+    return [run_table.with_name(name) for run_table, name in zip(run_tables, names, strict=True)]
 
 
 def _label_columns(
     table: LoggedTable, meanings: Meanings, settings: Settings
 ) -> list[_LabelColumn]:
-    """The columns that name runs, the more general kinds first."""
+    """The columns that name runs: those of runs and steps first, then of rigs and oils."""
     labels: list[_LabelColumn] = []
-    if table.texts is None:
+    if table.read_texts is None:
         return labels
-    key_by_listed_name = header.listed_names(settings)
-    has_numbers: BoolArray | None = None
+    key_by_listed_name = header.key_by_listed_name(settings)
+    has_number: BoolArray | None = None
     for index, name in enumerate(table.names):
         bare_name, unit = header.split_unit(name)
         key = plain_key(bare_name)
-        kind = _kind_of_label(key, key_by_listed_name)
-        if not kind or unit or table.units[index] or index in meanings:
+        label_kind = _label_kind(key, key_by_listed_name)
+        if not label_kind or unit or table.units[index] or index in meanings:
             continue
-        if has_numbers is None:
-            has_numbers = _has_numbers(table, meanings)
-        label = _label_column(kind, key, table.texts(index), has_numbers)
-        if _divides(label) and (kind != "step" or _steps_sweep(table, meanings, label)):
+        if has_number is None:
+            has_number = _has_number(table, meanings)
+        label = _label_column(label_kind, key, table.read_texts(index), has_number)
+        if _names_runs(label) and (label_kind != "step" or _steps_sweep(table, meanings, label)):
             labels.append(label)
-    kinds = ("run", "step", "rig", "oil")
-    return sorted(labels, key=lambda label: kinds.index(label.kind))
+    label_kinds = ("run", "step", "rig", "oil")
+    return sorted(labels, key=lambda label: label_kinds.index(label.label_kind))
 
 
-def _kind_of_label(key: str, key_by_listed_name: Mapping[str, str]) -> str:
+def _label_kind(key: str, key_by_listed_name: Mapping[str, str]) -> str:
     """`oil`, `rig`, `run` or `step` by the key of a column; empty for another column."""
     meaning = key_by_listed_name.get(key, key)
     if meaning in ("oil", "rig", "run"):
@@ -122,36 +126,36 @@ def _kind_of_label(key: str, key_by_listed_name: Mapping[str, str]) -> str:
     return "step" if words <= _STEP_WORDS else ""
 
 
-def _has_numbers(table: LoggedTable, meanings: Meanings) -> BoolArray:
+def _has_number(table: LoggedTable, meanings: Meanings) -> BoolArray:
     """Rows with a number in some column that is read, shape (rows,)."""
-    has_numbers = np.zeros(table.rows, dtype=bool)
-    for values in table.values(list(meanings)):
+    has_number = np.zeros(table.row_count, dtype=bool)
+    for values in table.read_values(list(meanings)):
         if values.dtype.kind in "iuf":
-            has_numbers |= np.isfinite(values)
-    return has_numbers
+            has_number |= np.isfinite(values)
+    return has_number
 
 
-def _label_column(kind: str, key: str, texts: Texts, has_numbers: BoolArray) -> _LabelColumn:
-    """A column of labels. An empty cell, or that of a row without numbers, is as the one above."""
+def _label_column(label_kind: str, key: str, texts: Texts, has_number: BoolArray) -> _LabelColumn:
+    """A column of labels. An empty cell, or one in a row without numbers, has the text above it."""
     cells = pd.Series(texts, dtype=object)
-    is_name = (cells != "") & has_numbers
+    is_name = (cells != "") & has_number
     # rows above the first text belong to it
     filled = cells.where(is_name).ffill().bfill().fillna("")
-    codes, names = pd.factorize(filled)
-    return _LabelColumn(kind, key, list(names), codes.astype(np.int64))
+    name_index_of_row, names = pd.factorize(filled)
+    return _LabelColumn(label_kind, key, list(names), name_index_of_row.astype(np.int64))
 
 
-def _divides(label: _LabelColumn) -> bool:
-    """Whether the texts of a label are names: not numbers with decimals, a flag or a counter."""
+def _names_runs(label: _LabelColumn) -> bool:
+    """Whether the texts of a label name runs: no numbers with decimals, no flag, no counter."""
     if any(_has_decimals(name) for name in label.names):
         return False
-    if label.kind in ("oil", "rig"):
+    if label.label_kind in ("oil", "rig"):
         return any(label.names)
     if len(label.names) < 2 or set(label.names) <= {"0", "1"}:
         return False
     # a run is one stretch of rows, and longer than a fault
-    starts = np.flatnonzero(np.diff(label.codes, prepend=-1))
-    lengths = np.diff(np.append(starts, len(label.codes)))
+    starts = np.flatnonzero(np.diff(label.name_index_of_row, prepend=-1))
+    lengths = np.diff(np.append(starts, len(label.name_index_of_row)))
     return len(starts) == len(label.names) and int(lengths.min()) >= _FEWEST_ROWS
 
 
@@ -164,75 +168,81 @@ def _has_decimals(text: str) -> bool:
 
 def _steps_sweep(table: LoggedTable, meanings: Meanings, label: _LabelColumn) -> bool:
     """Whether the slip of each step covers a good share of the range of all steps."""
-    slip = _slip_or_like(table, meanings)
+    slip = _slip_or_log_speed_ratio(table, meanings)
     if slip is None:
         return False
     is_finite = np.isfinite(slip)
     if not is_finite.any():
         return False
     whole_range = np.ptp(slip[is_finite])
-    for code in range(len(label.names)):
-        slip_of_step = slip[(label.codes == code) & is_finite]
+    for name_index in range(len(label.names)):
+        slip_of_step = slip[(label.name_index_of_row == name_index) & is_finite]
         if len(slip_of_step) < _FEWEST_ROWS or np.ptp(slip_of_step) < _SHARE_OF_SWEEP * whole_range:
             return False
     return True
 
 
-def _slip_or_like(table: LoggedTable, meanings: Meanings) -> FloatArray | None:
+def _slip_or_log_speed_ratio(table: LoggedTable, meanings: Meanings) -> FloatArray | None:
     """The slide-roll ratio as logged, or the logarithm of the ratio of both speeds; shape (rows,).
 
     Units and radii change neither the share of a range.
     """
     index_by_quantity = {quantity: index for index, (quantity, _) in meanings.items()}
     if "slide_roll_ratio" in index_by_quantity:
-        (slip,) = table.values([index_by_quantity["slide_roll_ratio"]])
+        (slip,) = table.read_values([index_by_quantity["slide_roll_ratio"]])
         return slip.astype(float) if slip.dtype.kind in "iuf" else None
     if not {"ball_speed", "disc_speed"} <= index_by_quantity.keys():
         return None
-    ball, disc = table.values([index_by_quantity["ball_speed"], index_by_quantity["disc_speed"]])
+    ball, disc = table.read_values(
+        [index_by_quantity["ball_speed"], index_by_quantity["disc_speed"]]
+    )
     if ball.dtype.kind not in "iuf" or disc.dtype.kind not in "iuf":
         return None
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.log(np.abs(disc / ball)))
 
 
-def _by_labels(table: LoggedTable, labels: Sequence[_LabelColumn]) -> list[LoggedTable]:
+def _tables_by_label(table: LoggedTable, labels: Sequence[_LabelColumn]) -> list[LoggedTable]:
     """A table for each combination of labels, in the order of their first rows."""
     if not labels:
         return [table.with_name("")]
-    codes = pd.MultiIndex.from_arrays([label.codes for label in labels])
-    combination_of_row, combinations = pd.factorize(codes)
-    texts_by_combination = [
-        tuple(label.names[code] for label, code in zip(labels, combination, strict=True))
+    index_of_names = pd.MultiIndex.from_arrays([label.name_index_of_row for label in labels])
+    combination_of_row, combinations = pd.factorize(index_of_names)
+    texts_of_combinations = [
+        tuple(
+            label.names[name_index] for label, name_index in zip(labels, combination, strict=True)
+        )
         for combination in combinations
     ]
-    if len(texts_by_combination) > _MOST_RUNS:
-        listed = ", ".join(repr(label.key) for label in labels)
+    if len(texts_of_combinations) > _MOST_RUNS:
+        keys_in_words = ", ".join(repr(label.key) for label in labels)
         reason = (
-            f"the columns {listed} name {len(texts_by_combination)} runs; expected at most "
+            f"the columns {keys_in_words} name {len(texts_of_combinations)} runs; expected at most "
             f"{_MOST_RUNS}"
         )
         problem = base.Refusal("columns", reason, "Rename a column that names no runs.")
         return [replace(table, run_name="", problem=problem)]
-    labels_in_name = _fewest_that_differ(texts_by_combination)
-    rows_by_part = np.split(
+    label_count_in_name = _label_count_that_tells_apart(texts_of_combinations)
+    row_indices_of_parts = np.split(
         np.argsort(combination_of_row, kind="stable"),
         np.cumsum(np.bincount(combination_of_row))[:-1],
     )
-    parts: list[LoggedTable] = []
-    for texts, rows in zip(texts_by_combination, rows_by_part, strict=True):
+    tables_of_parts: list[LoggedTable] = []
+    for texts, row_index in zip(texts_of_combinations, row_indices_of_parts, strict=True):
         keys = dict(table.keys)
         for label, text in zip(labels, texts, strict=True):
             # the name of a run in its file need not differ from those of other files
-            if label.kind in ("oil", "rig") and text:
-                stated = keys.get(label.kind) or _stated_oil(label, keys) or text
-                keys[label.kind] = _joined(stated, text)
-        parts.append(table.part(rows, " ".join(texts[:labels_in_name]), keys))
-    return parts
+            if label.label_kind in ("oil", "rig") and text:
+                stated = keys.get(label.label_kind) or _stated_oil(label, keys) or text
+                keys[label.label_kind] = _joined_texts(stated, text)
+        tables_of_parts.append(
+            table.select_rows(row_index, " ".join(texts[:label_count_in_name]), keys)
+        )
+    return tables_of_parts
 
 
-def _fewest_that_differ(combinations: Sequence[tuple[str, ...]]) -> int:
-    """How many of the first texts tell all combinations apart."""
+def _label_count_that_tells_apart(combinations: Sequence[tuple[str, ...]]) -> int:
+    """Number of first labels whose texts tell all combinations apart."""
     width = len(combinations[0])
     for label_count in range(width):
         if len({texts[:label_count] for texts in combinations}) == len(combinations):
@@ -242,16 +252,16 @@ def _fewest_that_differ(combinations: Sequence[tuple[str, ...]]) -> int:
 
 def _stated_oil(label: _LabelColumn, keys: Mapping[str, str]) -> str:
     """The oil that a header line such as `lubricant` states; empty without one."""
-    key = header.oil_key(keys) if label.kind == "oil" else None
+    key = header.oil_key(keys) if label.label_kind == "oil" else None
     return keys[key] if key else ""
 
 
-def _joined(stated: str, text: str) -> str:
+def _joined_texts(stated: str, text: str) -> str:
     """One text, or both where header and column differ: what needs the key refuses the run."""
     return text if plain_key(stated) == plain_key(text) else f"{stated} / {text}"
 
 
-def _by_restarts(table: LoggedTable, meanings: Meanings) -> list[LoggedTable]:
+def _tables_by_restart(table: LoggedTable, meanings: Meanings) -> list[LoggedTable]:
     """A table for each stretch of rows at whose start time begins anew."""
     if table.problem:
         return [table]
@@ -262,40 +272,40 @@ def _by_restarts(table: LoggedTable, meanings: Meanings) -> list[LoggedTable]:
         return [table]
     # all columns at once: a text is parsed as a whole
     indices = list(meanings)
-    time = table.values(indices)[indices.index(time_index)]
+    time = table.read_values(indices)[indices.index(time_index)]
     if time.dtype.kind not in "iuf":
         return [table]
-    starts = _restarts(time.astype(np.float64, copy=False))
-    bounds = [0, *starts, table.rows]
-    if len(starts) == 0 or min(np.diff(bounds)) < _FEWEST_ROWS:
+    start_rows = _rows_of_restarts(time.astype(np.float64, copy=False))
+    row_bounds = [0, *start_rows, table.row_count]
+    if len(start_rows) == 0 or min(np.diff(row_bounds)) < _FEWEST_ROWS:
         return [table]
-    parts: list[LoggedTable] = []
-    for number, (start, stop) in enumerate(pairwise(bounds), start=1):
+    tables_of_parts: list[LoggedTable] = []
+    for number, (start, stop) in enumerate(pairwise(row_bounds), start=1):
         name = " ".join(filter(None, [table.run_name, f"part{number}"]))
-        parts.append(table.part(np.arange(start, stop), name, table.keys))
-    return parts
+        tables_of_parts.append(table.select_rows(np.arange(start, stop), name, table.keys))
+    return tables_of_parts
 
 
-def _restarts(time: FloatArray) -> list[int]:
+def _rows_of_restarts(time: FloatArray) -> list[int]:
     """Rows at which time falls back to its first value, or to zero, and rises again from there.
 
     A row or two with a wrong time are no restart.
     """
     rows_with_time = np.flatnonzero(np.isfinite(time))
     times = time[rows_with_time]
-    steps = np.diff(times)
-    rising = steps[steps > 0]
-    if len(rising) == 0:
+    time_steps = np.diff(times)
+    rising_steps = time_steps[time_steps > 0]
+    if len(rising_steps) == 0:
         return []
-    tolerance = _INTERVALS_AT_RESTART * float(np.median(rising))
-    restarts: list[int] = []
+    tolerance = _INTERVALS_AT_RESTART * float(np.median(rising_steps))
+    restart_rows: list[int] = []
     start = 0
-    for row in np.flatnonzero(steps < 0) + 1:
+    for row in np.flatnonzero(time_steps < 0) + 1:
         next_times = times[row : row + _FEWEST_ROWS]
         # a clock that is set falls to any other time
         falls_to_start = min(abs(times[row]), abs(times[row] - times[start])) <= tolerance
         rises = bool((np.diff(next_times) > 0).all()) and next_times[-1] < times[row - 1]
         if falls_to_start and rises and len(next_times) == _FEWEST_ROWS:
-            restarts.append(int(rows_with_time[row]))
+            restart_rows.append(int(rows_with_time[row]))
             start = int(row)
-    return restarts
+    return restart_rows

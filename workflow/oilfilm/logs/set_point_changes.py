@@ -11,7 +11,7 @@ import numpy as np
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.logs.base import LoggedRun
 
-# Blocks of rows are compared by their medians: so many at most.
+# Rows are compared in blocks, by the medians of these: so many blocks at most.
 _MOST_BLOCKS = 300
 # Blocks whose load and speed differ by less, relative, are at one level.
 _SAME_LEVEL = 0.04
@@ -24,58 +24,63 @@ _SHARE_AT_LEVEL = 0.8
 _FEWEST_ROWS = 6
 
 
-def rows_of_set_points(run: LoggedRun) -> list[IndexArray]:
-    """The rows of each set point, as positions in the samples; one array where there is one.
+def row_indices_of_set_points(run: LoggedRun) -> list[IndexArray]:
+    """Indices of the samples of each set point; one array where a run has one set point.
 
     The rows are divided only where the slip is swept at each load and speed. A log whose speed
     follows the slip, or whose load is not held, has one set point.
     """
     all_rows = np.arange(len(run))
     # in blocks: the signals of all rows of a long log are too large
-    has_level = [
-        np.isfinite(_signals(run, rows)).all(axis=0) for rows in _blocks(all_rows, _MOST_BLOCKS)
+    has_level_in_blocks = [
+        np.isfinite(_level_signals(run, row_index)).all(axis=0)
+        for row_index in _blocks(all_rows, _MOST_BLOCKS)
     ]
     # at standstill and without load there is no level
-    usable_rows = np.flatnonzero(np.concatenate(has_level))
-    if len(usable_rows) < 2 * _FEWEST_ROWS:
+    usable_index = np.flatnonzero(np.concatenate(has_level_in_blocks))
+    if len(usable_index) < 2 * _FEWEST_ROWS:
         return [all_rows]
-    blocks = _blocks(usable_rows, _MOST_BLOCKS)
-    medians = np.stack([np.median(_signals(run, rows), axis=1) for rows in blocks], axis=1)
-    first_blocks = _first_blocks_of_sweeps(medians)
-    first_rows = [blocks[block][0] for block in first_blocks[1:]]
-    stretches = np.split(usable_rows, np.searchsorted(usable_rows, first_rows))
-    if len(stretches) < 2 or not _are_set_points(_signals(run, rows)[:2] for rows in stretches):
+    blocks = _blocks(usable_index, _MOST_BLOCKS)
+    medians = np.stack(
+        [np.median(_level_signals(run, row_index), axis=1) for row_index in blocks], axis=1
+    )
+    first_blocks = _first_block_of_each_sweep(medians)
+    first_row_of_sweeps = [blocks[block_index][0] for block_index in first_blocks[1:]]
+    index_of_stretches = np.split(usable_index, np.searchsorted(usable_index, first_row_of_sweeps))
+    if len(index_of_stretches) < 2 or not _are_set_points(
+        _level_signals(run, row_index)[:2] for row_index in index_of_stretches
+    ):
         return [all_rows]
-    return np.split(all_rows, first_rows)
+    return np.split(all_rows, first_row_of_sweeps)
 
 
-def _blocks(rows: IndexArray, most: int) -> list[IndexArray]:
-    """Rows in equal blocks, but for the last one; one empty block of no rows.
+def _blocks(row_index: IndexArray, most_blocks: int) -> list[IndexArray]:
+    """Indices of rows in blocks of equal length, the last one perhaps shorter.
 
     Args:
-        rows: The rows.
-        most: Largest number of blocks.
+        row_index: Indices of the rows; without any there is one empty block.
+        most_blocks: Largest number of blocks.
     """
-    rows_per_block = max(-(-len(rows) // most), 1)
-    return np.split(rows, range(rows_per_block, len(rows), rows_per_block))
+    rows_per_block = max(-(-len(row_index) // most_blocks), 1)
+    return np.split(row_index, range(rows_per_block, len(row_index), rows_per_block))
 
 
-def _signals(run: LoggedRun, rows: IndexArray) -> FloatArray:
+def _level_signals(run: LoggedRun, row_index: IndexArray) -> FloatArray:
     """Logarithms of load and speed, and the slip, of some rows, shape (3, rows)."""
-    load = run.samples["load_n"][rows]
-    ball = run.samples["ball_speed_m_s"][rows]
-    disc = run.samples["disc_speed_m_s"][rows]
+    load_n = run.samples["load_n"][row_index]
+    ball_m_s = run.samples["ball_speed_m_s"][row_index]
+    disc_m_s = run.samples["disc_speed_m_s"][row_index]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.stack(
             [
-                np.log(np.abs(load)),
-                np.log(np.abs(ball + disc) / 2),
-                2 * (disc - ball) / (disc + ball),
+                np.log(np.abs(load_n)),
+                np.log(np.abs(ball_m_s + disc_m_s) / 2),
+                2 * (disc_m_s - ball_m_s) / (disc_m_s + ball_m_s),
             ]
         )
 
 
-def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
+def _first_block_of_each_sweep(medians: FloatArray) -> list[int]:
     """First block of each stretch that sweeps the slip at one level; the first one is 0.
 
     Args:
@@ -83,18 +88,18 @@ def _first_blocks_of_sweeps(medians: FloatArray) -> list[int]:
     """
     load_and_speed, slip = medians[:2], medians[2]
     block_count = len(slip)
-    starts = [0]
+    start_blocks = [0]
     for block in range(1, block_count):
-        level = np.median(load_and_speed[:, starts[-1] : block], axis=1)
+        level = np.median(load_and_speed[:, start_blocks[-1] : block], axis=1)
         if (np.abs(load_and_speed[:, block] - level) > _SAME_LEVEL).any():
-            starts.append(block)
-    ends = [
-        last
-        for first, last in pairwise([*starts, block_count])
-        if np.ptp(slip[first:last]) >= _SHARE_OF_SWEEP * np.ptp(slip)
+            start_blocks.append(block)
+    stop_blocks = [
+        stop_block
+        for start_block, stop_block in pairwise([*start_blocks, block_count])
+        if np.ptp(slip[start_block:stop_block]) >= _SHARE_OF_SWEEP * np.ptp(slip)
     ]
     # what is above a sweep belongs to it, as the loading of the contact
-    return [0, *ends[:-1]]
+    return [0, *stop_blocks[:-1]]
 
 
 def _are_set_points(stretches: Iterable[FloatArray]) -> bool:

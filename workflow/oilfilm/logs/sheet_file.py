@@ -21,7 +21,7 @@ from typing import NamedTuple
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, opendocument, run_sheet
-from oilfilm.logs.header import listed_names, project_key_and_text, split_unit
+from oilfilm.logs.header import key_by_listed_name, project_key_and_text, split_unit
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, joined_names, named_logs
 from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
@@ -32,14 +32,14 @@ from oilfilm.settings.resolved import Settings
 # Columns that every run sheet may have. A kind of logs adds more.
 _COMMON_COLUMNS = ("file", "run", "oil", "exclude", "remarks")
 # Cells of `exclude` that keep a run.
-_KEEPING_CELLS = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
+_CELLS_THAT_KEEP_A_RUN = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
 # The line of names is near the top, below comments and the line `sep=;` of Excel.
 _LINES_SEARCHED = 20
 _MIB = 1 << 20
-_LARGEST_SHEET = 16 * _MIB
+_LARGEST_SHEET_BYTES = 16 * _MIB
 # The cell with which the unit of a column is tried: 1 is a possible set point in every usual unit.
 _TRIAL_CELL = "1"
-_SET_POINT_OF_QUANTITY = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
+_SET_POINT_KEY_OF_QUANTITY = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
 
 # Text of each cell of a sheet, row by row.
 Cells = list[list[str]]
@@ -53,31 +53,31 @@ class _LogNames:
     """
 
     def __init__(self, files: Iterable[str]) -> None:
-        self._by_path: dict[str, list[str]] = {}
-        self._by_unpacked_path: dict[str, list[str]] = {}
-        self._by_name: dict[str, list[str]] = {}
-        self._by_unpacked_name: dict[str, list[str]] = {}
+        self._files_of_path: dict[str, list[str]] = {}
+        self._files_of_unpacked_path: dict[str, list[str]] = {}
+        self._files_of_name: dict[str, list[str]] = {}
+        self._files_of_unpacked_name: dict[str, list[str]] = {}
         for file in files:
             path = unicodedata.normalize("NFC", file)
             name = PurePosixPath(path).name
-            self._by_path.setdefault(path, []).append(file)
-            self._by_unpacked_path.setdefault(_without_packing(path), []).append(file)
-            self._by_name.setdefault(name, []).append(file)
-            self._by_unpacked_name.setdefault(_without_packing(name), []).append(file)
+            self._files_of_path.setdefault(path, []).append(file)
+            self._files_of_unpacked_path.setdefault(_without_packing(path), []).append(file)
+            self._files_of_name.setdefault(name, []).append(file)
+            self._files_of_unpacked_name.setdefault(_without_packing(name), []).append(file)
 
     def matching(self, cell: str) -> list[str]:
         """The logs that a cell names. A name without a folder may be in any folder."""
         pattern = unicodedata.normalize("NFC", cell).replace("\\", "/").removeprefix("./")
-        paths = (self._by_path, self._by_unpacked_path)
-        names = (self._by_name, self._by_unpacked_name)
+        files_of_paths = (self._files_of_path, self._files_of_unpacked_path)
+        files_of_names = (self._files_of_name, self._files_of_unpacked_name)
         if not _is_pattern(pattern):
-            for files_by_name in (*paths, *names):
-                if pattern in files_by_name:
-                    return files_by_name[pattern]
+            for files_of_spelling in (*files_of_paths, *files_of_names):
+                if pattern in files_of_spelling:
+                    return files_of_spelling[pattern]
             return []
         matching_files: dict[str, None] = {}
-        for files_by_name in paths if "/" in pattern else names:
-            for name, files in files_by_name.items():
+        for files_of_spelling in files_of_paths if "/" in pattern else files_of_names:
+            for name, files in files_of_spelling.items():
                 if matches(name, pattern):
                     matching_files |= dict.fromkeys(files)
         return list(matching_files)
@@ -92,52 +92,58 @@ def _is_pattern(cell: str) -> bool:
     return "*" in cell or "?" in cell
 
 
-class _Column(NamedTuple):
-    """A column: its name in the sheet, this name as the key of a header line, and its key."""
+class _SheetColumn(NamedTuple):
+    """A column of the run sheet.
+
+    Attributes:
+        name: Name in the sheet.
+        header_key: The name as the key of a header line, as `plain_key` makes it.
+        key: Key of the project.
+    """
 
     name: str
     header_key: str
     key: str
 
 
-class _Sheet:
-    """A run sheet while it is read: its settings, and the mistakes found so far."""
+class _SheetBeingRead:
+    """A run sheet while it is read: the keys that it may have, and the mistakes found so far."""
 
     def __init__(self, path: Path, settings: Settings, kind: LogKind) -> None:
         self.path = path
         self.settings = settings
         self.keys = (*_COMMON_COLUMNS, *kind.sheet_keys)
         self.mistakes: list[str] = []
-        key_by_name = listed_names(settings)
+        key_by_name = key_by_listed_name(settings)
 
         # cached: set points repeat from row to row
         @cache
-        def meaning_of_cell(header_key: str, text: str) -> tuple[str, str]:
+        def key_and_text_of_cell(header_key: str, text: str) -> tuple[str, str]:
             return project_key_and_text(header_key, text, key_by_name)
 
-        self.meaning = meaning_of_cell
+        self.key_and_text = key_and_text_of_cell
 
-    def column(self, name: str) -> _Column:
+    def column(self, name: str) -> _SheetColumn:
         """A column by its name."""
         header_key = plain_key(name)
-        key, _ = self.meaning(header_key, _TRIAL_CELL)
+        key, _ = self.key_and_text(header_key, _TRIAL_CELL)
         if key not in self.keys:
             # a set point without a unit is known by its quantity
             bare_key, _ = split_unit(key)
-            key = _SET_POINT_OF_QUANTITY.get(bare_key, bare_key)
-        return _Column(name, header_key, key)
+            key = _SET_POINT_KEY_OF_QUANTITY.get(bare_key, bare_key)
+        return _SheetColumn(name, header_key, key)
 
     def score_of_names(self, names: Sequence[str]) -> tuple[bool, int]:
-        """Whether one of some names is `file`, and how many are names of columns."""
+        """Score of a line of names: whether it has `file`, and the number of known names."""
         keys = [self.column(name).key for name in names]
         return "file" in keys, sum(key in self.keys for key in keys)
 
-    def refuse(self, where: str, sentence: str) -> None:
+    def add_mistake(self, where: str, sentence: str) -> None:
         """Add a mistake."""
         self.mistakes.append(printable(f"{self.path}, {where}: {sentence}"))
 
-    def stop(self) -> None:
-        """End with all mistakes, if there are any.
+    def raise_mistakes(self) -> None:
+        """Raise an error that names all mistakes, if there are any.
 
         Raises:
             OilfilmError: There is a mistake.
@@ -163,32 +169,36 @@ def read_run_sheet(
         OilfilmError: It cannot be read, a column is unknown, or a cell has a wrong content. The
             message names all mistakes, each with its row, as a spreadsheet counts, and its column.
     """
-    sheet = _Sheet(path, settings, kind)
-    rows = _numbered_rows(content, sheet)
+    sheet = _SheetBeingRead(path, settings, kind)
+    numbered_rows = _numbered_sheet_rows(content, sheet)
     rows_of_log: dict[str, list[SheetRow]] = {}
-    unmatched: list[str] = []
+    unmatched_rows: list[str] = []
     log_names = _LogNames(files)
-    for number, row in rows:
-        logs = log_names.matching(row.file)
-        if len(logs) > 1 and not _is_pattern(row.file):
-            sentence = f"{row.file!r} is the name of {joined_names(logs)}: add the folder."
-            sheet.refuse(f"row {number}", sentence)
-        for log in logs:
-            rows_of_log.setdefault(log, []).append(row)
-        if not logs:
-            unmatched.append(f"row {number}: {row.file!r} matches no log")
-    sheet.stop()
+    for row_number, row in numbered_rows:
+        matching_files = log_names.matching(row.file)
+        if len(matching_files) > 1 and not _is_pattern(row.file):
+            sentence = (
+                f"{row.file!r} is the name of {joined_names(matching_files)}: add the folder."
+            )
+            sheet.add_mistake(f"row {row_number}", sentence)
+        for file in matching_files:
+            rows_of_log.setdefault(file, []).append(row)
+        if not matching_files:
+            unmatched_rows.append(f"row {row_number}: {row.file!r} matches no log")
+    sheet.raise_mistakes()
     remarks: list[base.Refusal] = []
-    if unmatched:
-        reason = printable(joined_names(unmatched))
+    if unmatched_rows:
+        reason = printable(joined_names(unmatched_rows))
         remarks.append(base.Refusal(run_sheet.UNMATCHED, reason, run_sheet.UNMATCHED_ADVICE))
-    unlisted = [file for file in files if file not in rows_of_log]
-    if rows and unlisted:
-        reason = f"no row for {len(unlisted)} of {len(files)} logs: {joined_names(unlisted)}"
+    unlisted_files = [file for file in files if file not in rows_of_log]
+    if numbered_rows and unlisted_files:
+        reason = (
+            f"no row for {len(unlisted_files)} of {len(files)} logs: {joined_names(unlisted_files)}"
+        )
         advice = "Only their headers count. Add rows where that is wrong."
         remarks.append(base.Refusal(run_sheet.UNLISTED, printable(reason), advice))
     return RunSheet(
-        path.name, {log: tuple(log_rows) for log, log_rows in rows_of_log.items()}, tuple(remarks)
+        path.name, {file: tuple(log_rows) for file, log_rows in rows_of_log.items()}, tuple(remarks)
     )
 
 
@@ -199,32 +209,35 @@ def is_run_sheet(path: Path, raw: Path) -> bool:
     return file.parent.parent == raw.resolve() and is_sheet(file, file.parent)
 
 
-def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: LogKind) -> RunSheet:
+def sheet_of_paths(
+    paths: Iterable[Path], raw_folder: Path, settings: Settings, kind: LogKind
+) -> RunSheet:
     """One run sheet for logs of several campaigns' folders, by the paths as given.
 
     Messages name it by the file of the last campaign that has a run sheet.
 
     Args:
         paths: The logs, in any folder.
-        raw: The parent of the campaigns' folders, `data/raw`.
+        raw_folder: The parent of the campaigns' folders, `data/raw`.
         settings: Settings of the campaign by which the logs are judged.
         kind: The kind of logs.
 
     Raises:
         OilfilmError: As by `read_run_sheet`.
     """
-    raw_folder = raw.resolve()
-    logs_of_campaign: dict[str, dict[str, Path]] = {}
+    resolved_raw_folder = raw_folder.resolve()
+    # name of a campaign -> name of a log in its folder -> path of the log as it is given
+    paths_of_campaign: dict[str, dict[str, Path]] = {}
     for path in paths:
         # not `resolve`, which fails on a link to itself: the reader has a sentence for it
-        file = Path(os.path.realpath(path))
-        if file.is_relative_to(raw_folder):
-            campaign, *names = file.relative_to(raw_folder).parts
-            logs_of_campaign.setdefault(campaign, {})["/".join(names)] = path
+        resolved_path = Path(os.path.realpath(path))
+        if resolved_path.is_relative_to(resolved_raw_folder):
+            campaign_name, *names = resolved_path.relative_to(resolved_raw_folder).parts
+            paths_of_campaign.setdefault(campaign_name, {})["/".join(names)] = path
     sheet_name = ""
-    rows: dict[str, tuple[SheetRow, ...]] = {}
-    for campaign, logs in logs_of_campaign.items():
-        folder = raw / campaign
+    rows_of_log: dict[str, tuple[SheetRow, ...]] = {}
+    for campaign_name, path_of_name in paths_of_campaign.items():
+        folder = raw_folder / campaign_name
         sheet_path = find_sheet(folder)
         if sheet_path is None:
             continue
@@ -232,39 +245,44 @@ def sheet_of_paths(paths: Iterable[Path], raw: Path, settings: Settings, kind: L
         files = [name for name, fault in named_logs(folder) if not fault]
         campaign_sheet = read_run_sheet(sheet_path.read_bytes(), sheet_path, files, settings, kind)
         sheet_name = campaign_sheet.name
-        rows |= {str(path): campaign_sheet.rows.get(name, ()) for name, path in logs.items()}
-    return RunSheet(sheet_name, rows)
+        rows_of_log |= {
+            str(path): campaign_sheet.rows_of_log.get(name, ())
+            for name, path in path_of_name.items()
+        }
+    return RunSheet(sheet_name, rows_of_log)
 
 
-def _numbered_rows(content: bytes, sheet: _Sheet) -> list[tuple[int, SheetRow]]:
-    """The rows with their numbers, as a spreadsheet counts them.
+def _numbered_sheet_rows(content: bytes, sheet: _SheetBeingRead) -> list[tuple[int, SheetRow]]:
+    """Number of each row, as a spreadsheet counts them, and its content.
 
     Raises:
         OilfilmError: The sheet is too large, or has mistakes.
     """
-    if len(content) > _LARGEST_SHEET:
-        raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST_SHEET // _MIB} MiB.")
+    if len(content) > _LARGEST_SHEET_BYTES:
+        raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST_SHEET_BYTES // _MIB} MiB.")
     readings = (
         [_cells_of_workbook(content, sheet)]
         if content.startswith(SIGNATURE)
         else _cells_of_text(content)
     )
-    sheet.stop()
+    sheet.raise_mistakes()
     lines, index_of_names = _line_of_names(readings, sheet)
-    columns = {
+    column_of_index = {
         index: sheet.column(name) for index, name in enumerate(lines[index_of_names]) if name
     }
-    _check_columns(columns, lines, f"row {index_of_names + 1}", sheet)
-    rows: list[tuple[int, SheetRow]] = []
-    for number, cells in enumerate(lines[index_of_names + 1 :], start=index_of_names + 2):
+    _check_columns(column_of_index, lines, f"row {index_of_names + 1}", sheet)
+    numbered_rows: list[tuple[int, SheetRow]] = []
+    for row_number, cells in enumerate(lines[index_of_names + 1 :], start=index_of_names + 2):
         if any(cells):
-            rows.append((number, _row(f"row {number}", cells, columns, sheet)))
-    sheet.stop()
-    return rows
+            numbered_rows.append(
+                (row_number, _sheet_row(f"row {row_number}", cells, column_of_index, sheet))
+            )
+    sheet.raise_mistakes()
+    return numbered_rows
 
 
-def _line_of_names(readings: Sequence[Cells], sheet: _Sheet) -> tuple[Cells, int]:
-    """The reading with the best line of names, and the index of this line; the first of equals."""
+def _line_of_names(readings: Sequence[Cells], sheet: _SheetBeingRead) -> tuple[Cells, int]:
+    """The reading whose line of names has the best score, and the index of this line."""
     best_lines: Cells = [[]]
     best_index = 0
     best_score = (False, -1)
@@ -277,35 +295,38 @@ def _line_of_names(readings: Sequence[Cells], sheet: _Sheet) -> tuple[Cells, int
 
 
 def _check_columns(
-    columns: Mapping[int, _Column], lines: Cells, row_in_words: str, sheet: _Sheet
+    column_of_index: Mapping[int, _SheetColumn],
+    lines: Cells,
+    row_in_words: str,
+    sheet: _SheetBeingRead,
 ) -> None:
     """Check the columns of a sheet.
 
     Args:
-        columns: Index of a column -> the column.
+        column_of_index: Index of a column -> the column.
         lines: All lines of the sheet.
-        row_in_words: The row of the names, in words.
+        row_in_words: The row of the names in words, as `row 3`.
         sheet: The sheet.
 
     Raises:
         OilfilmError: The column `file` is missing, or a column is unknown, double or without unit.
     """
-    counts = Counter(column.key for column in columns.values())
-    if "file" not in counts:
+    count_of_key = Counter(column.key for column in column_of_index.values())
+    if "file" not in count_of_key:
         first_line = next((line for line in lines if any(line)), [""])
         other_keys = ", ".join(key for key in sheet.keys if key != "file")
-        sheet.refuse(
+        sheet.add_mistake(
             "its first rows",
             f"found {', '.join(first_line)[:120]!r}, expected a row of column names, one of them "
             f"`file` (others: {other_keys}). Names of your own: see `header` of the campaign file.",
         )
-    sheet.stop()
-    for column in columns.values():
+    sheet.raise_mistakes()
+    for column in column_of_index.values():
         _check_column(column, row_in_words, sheet)
-    for key, count in counts.items():
+    for key, count in count_of_key.items():
         if count > 1 and key in sheet.keys and key != "remarks":
-            sheet.refuse(row_in_words, f"{count} columns give {key}: leave one of them.")
-    sheet.stop()
+            sheet.add_mistake(row_in_words, f"{count} columns give {key}: leave one of them.")
+    sheet.raise_mistakes()
 
 
 def _cells_of_text(content: bytes) -> list[Cells]:
@@ -320,7 +341,7 @@ def _cells_of_text(content: bytes) -> list[Cells]:
     return readings
 
 
-def _cells_of_workbook(content: bytes, sheet: _Sheet) -> Cells:
+def _cells_of_workbook(content: bytes, sheet: _SheetBeingRead) -> Cells:
     """The cells of the first sheet of a workbook, as a text sheet would hold them.
 
     Raises:
@@ -332,7 +353,7 @@ def _cells_of_workbook(content: bytes, sheet: _Sheet) -> Cells:
     def text(value: object, cell: openpyxl.cell.Cell) -> str:
         """Text of a value; `cell` has the formula that gave it, if one did."""
         if value is None and cell.data_type == "f":
-            sheet.refuse(
+            sheet.add_mistake(
                 f"cell {cell.coordinate}",
                 "found a formula whose value the workbook does not hold, expected text or a "
                 "number: write the value, or open the workbook in a spreadsheet program and save "
@@ -347,8 +368,8 @@ def _cells_of_workbook(content: bytes, sheet: _Sheet) -> Cells:
     try:
         if opendocument.recognises(content):
             # each cell holds its value, also where a formula gave it
-            _, lines = opendocument.sheet_lines(content)[0]
-            return [line.split("\t") for line in lines]
+            _, cell_lines = opendocument.sheet_lines(content)[0]
+            return [line.split("\t") for line in cell_lines]
         values_sheet = openpyxl.load_workbook(
             checked_workbook(content), read_only=True, data_only=True
         ).worksheets[0]
@@ -359,8 +380,8 @@ def _cells_of_workbook(content: bytes, sheet: _Sheet) -> Cells:
         values_sheet.reset_dimensions()
         formulas_sheet.reset_dimensions()
         return [
-            [text(value, cell) for value, cell in zip(values, cells, strict=True)]
-            for values, cells in zip(
+            [text(value, cell) for value, cell in zip(row_values, row_cells, strict=True)]
+            for row_values, row_cells in zip(
                 values_sheet.iter_rows(values_only=True), formulas_sheet.iter_rows(), strict=True
             )
         ]
@@ -371,17 +392,17 @@ def _cells_of_workbook(content: bytes, sheet: _Sheet) -> Cells:
         ) from None
 
 
-def _check_column(column: _Column, row_in_words: str, sheet: _Sheet) -> None:
+def _check_column(column: _SheetColumn, row_in_words: str, sheet: _SheetBeingRead) -> None:
     """Add a mistake to the sheet where a column is unknown, or a set point has no usable unit."""
     if column.key not in sheet.keys:
-        sheet.refuse(
+        sheet.add_mistake(
             row_in_words,
             f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
             "that is not to be read: list it under `header: remarks` of the campaign file.",
         )
     elif column.key in base.SET_POINT_KEYS:
         # without a unit the key is none of a set point; an unknown unit is left in the text
-        key, converted_text = sheet.meaning(column.header_key, _TRIAL_CELL)
+        key, converted_text = sheet.key_and_text(column.header_key, _TRIAL_CELL)
         if key in base.SET_POINT_KEYS and base.parse_set_point(key, converted_text) is not None:
             return
         _, unit = split_unit(column.header_key)
@@ -391,38 +412,43 @@ def _check_column(column: _Column, row_in_words: str, sheet: _Sheet) -> None:
         if column.key == "load_n":
             expected = "N or GPa"
         where = f"{row_in_words}, column {column.name!r}"
-        sheet.refuse(where, f"{found}, expected {expected} in brackets behind the name.")
+        sheet.add_mistake(where, f"{found}, expected {expected} in brackets behind the name.")
 
 
-def _row(
-    row_in_words: str, cells: Sequence[str], columns: Mapping[int, _Column], sheet: _Sheet
+def _sheet_row(
+    row_in_words: str,
+    cells: Sequence[str],
+    column_of_index: Mapping[int, _SheetColumn],
+    sheet: _SheetBeingRead,
 ) -> SheetRow:
     """The content of a row; its mistakes are added to those of the sheet.
 
     Args:
-        row_in_words: Number of the row, in words.
+        row_in_words: The row in words, as `row 3`.
         cells: Its cells.
-        columns: Index of a column -> the column.
+        column_of_index: Index of a column -> the column.
         sheet: The sheet.
     """
-    cell_by_index = {index: cell for index, cell in enumerate(cells) if cell}
-    surplus_cells = [cell for index, cell in cell_by_index.items() if index not in columns]
+    cell_of_index = {index: cell for index, cell in enumerate(cells) if cell}
+    surplus_cells = [cell for index, cell in cell_of_index.items() if index not in column_of_index]
     if surplus_cells:
-        sheet.refuse(
+        sheet.add_mistake(
             row_in_words,
-            f"the cell {surplus_cells[0][:60]!r} is in no column: expected {len(columns)} cells. "
-            "A text with the delimiter in it needs quotes.",
+            f"the cell {surplus_cells[0][:60]!r} is in no column: expected {len(column_of_index)} "
+            "cells. A text with the delimiter in it needs quotes.",
         )
     cell_of_column = {
-        columns[index]: cell for index, cell in cell_by_index.items() if index in columns
+        column_of_index[index]: cell
+        for index, cell in cell_of_index.items()
+        if index in column_of_index
     }
-    texts = {column.key: cell for column, cell in cell_of_column.items()}
-    if "file" not in texts:
-        sheet.refuse(
+    text_of_key = {column.key: cell for column, cell in cell_of_column.items()}
+    if "file" not in text_of_key:
+        sheet.add_mistake(
             f"{row_in_words}, column 'file'", "is empty, expected the name of a log or a pattern."
         )
-    exclude = texts.get("exclude", "")
-    is_excluded = exclude.lower() not in _KEEPING_CELLS
+    exclude = text_of_key.get("exclude", "")
+    is_excluded = exclude.lower() not in _CELLS_THAT_KEEP_A_RUN
     keys: dict[str, str] = {}
     for column, cell in cell_of_column.items():
         if column.key != "oil" and column.key in _COMMON_COLUMNS:
@@ -433,12 +459,14 @@ def _row(
         elif not is_excluded:
             # an excluded run needs no oil and no set points
             where = f"{row_in_words}, column {column.name!r}"
-            sheet.refuse(where, f"found {cell[:60]!r}, expected {expected}.")
+            sheet.add_mistake(where, f"found {cell[:60]!r}, expected {expected}.")
     reason = printable(exclude) if is_excluded else ""
-    return SheetRow(texts.get("file", ""), texts.get("run", ""), reason, keys)
+    return SheetRow(text_of_key.get("file", ""), text_of_key.get("run", ""), reason, keys)
 
 
-def _value_and_expectation(column: _Column, text: str, sheet: _Sheet) -> tuple[str | None, str]:
+def _value_and_expectation(
+    column: _SheetColumn, text: str, sheet: _SheetBeingRead
+) -> tuple[str | None, str]:
     """The value of a cell as text of its header key, and what is expected there.
 
     The value is None where the cell has a wrong content.
@@ -446,7 +474,7 @@ def _value_and_expectation(column: _Column, text: str, sheet: _Sheet) -> tuple[s
     key = column.key
     settings = sheet.settings
     if key in base.SET_POINT_KEYS:
-        set_point = base.parse_set_point(*sheet.meaning(column.header_key, text))
+        set_point = base.parse_set_point(*sheet.key_and_text(column.header_key, text))
         # 12 digits, as `header.meaning` gives them: 80 N and 0.08 kN become the same text
         value = None if set_point is None else f"{set_point:.12g}"
         return value, base.expected_set_point(key)

@@ -29,10 +29,16 @@ from oilfilm.logs.header import (
     split_unit,
 )
 from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
-from oilfilm.logs.log_kind import Column as LoggedColumn
-from oilfilm.logs.log_kind import LogKind, Problems, Renamed, UsableLog, Vocabulary
+from oilfilm.logs.log_kind import (
+    ListedColumns,
+    LoggedColumn,
+    LogKind,
+    Problems,
+    UsableLog,
+    Vocabulary,
+)
 from oilfilm.logs.meaning import (
-    NamesInWords,
+    VocabularyInWords,
     is_of_another_definition,
     meaning_of,
     quantity_of_logs,
@@ -46,18 +52,18 @@ from oilfilm.settings.resolved import Settings
 
 
 def columns_by_quantity(
-    names: Iterable[tuple[str, str]], vocabulary: Vocabulary
+    names_and_units: Iterable[tuple[str, str]], vocabulary: Vocabulary
 ) -> dict[str, NamesAndUnits]:
-    """Names and units of the likely columns of a log, by quantity; several columns where in doubt.
+    """Quantity -> name and unit of its likely column; several columns where it is in doubt.
 
     A name that says the quantity comes before a symbol, and both before a name that leaves it open.
 
     Args:
-        names: Name of each column and the unit beside it.
+        names_and_units: Name of each column and the unit beside it.
         vocabulary: Quantities, with the units in which each can be given.
     """
     ranks_by_quantity: dict[str, dict[tuple[str, str], int]] = {}
-    for name, unit_beside_name in dict.fromkeys(names):
+    for name, unit_beside_name in dict.fromkeys(names_and_units):
         unit = unit_beside_name or split_unit(name)[1]
         listed_meaning = vocabulary.meaning(name)
         if listed_meaning is not None:
@@ -70,89 +76,92 @@ def columns_by_quantity(
         quantity = quantity_of_logs(likely_meaning.quantity)
         if quantity in vocabulary.quantities:
             ranks_by_quantity.setdefault(quantity, {})[name, unit] = rank_of(likely_meaning)
-    columns: dict[str, NamesAndUnits] = {}
+    columns_of_quantity: dict[str, NamesAndUnits] = {}
     for quantity, rank_of_column in ranks_by_quantity.items():
-        best = min(rank_of_column.values())
-        columns[quantity] = [column for column, rank in rank_of_column.items() if rank == best]
-    return columns
+        best_rank = min(rank_of_column.values())
+        columns_of_quantity[quantity] = [
+            column for column, rank in rank_of_column.items() if rank == best_rank
+        ]
+    return columns_of_quantity
 
 
 # ---------------------------------------------------------------- logs
 
 VOCABULARY = TRACTION.vocabulary
-_VOCABULARY_IN_WORDS = NamesInWords("traction", "columns", VOCABULARY.project_names, ())
+_VOCABULARY_IN_WORDS = VocabularyInWords("traction", "columns", VOCABULARY.project_names, ())
 # A signal is held at a level where its readings differ by less than this, relative or in K.
-_LEVEL_SPREAD = 0.05
-_LEVEL_SPREAD_C = 3.0
-_MU = "traction_coefficient"
+_LARGEST_LEVEL_SPREAD = 0.05
+_LARGEST_LEVEL_SPREAD_C = 3.0
+_TRACTION_COEFFICIENT = "traction_coefficient"
 # Longest time between two rows of a sweep. A time without unit and with longer steps is not in s.
 _LONGEST_INTERVAL_S = 5.0
-_SPEEDS = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
+_SPEED_QUANTITIES = frozenset({"ball_speed", "disc_speed", "entrainment_speed"})
 # Unit of the load -> its set point.
 _SET_POINT_BY_LOAD_UNIT = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 
 
-# Gives the source of the zero of the force from time, speeds of ball and disc, load, force; None
-# where no source is suitable.
+# Function of time, speeds of ball and disc, load and force that gives the name of the source of the
+# zero of the force; None where no source is suitable.
 ZeroSource = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None]
 
 
 @dataclass(frozen=True)
 class SniffedRun:
-    """One run of a log.
+    """What columns and header lines of one run of a log show.
 
     Attributes:
         name_in_file: Its name in its file; empty where the file is one run.
         oil_key: Key of the header line that names the oil; empty without one.
-        oil: Name of the oil in the header.
-        rig: Name of the rig in the header.
-        set_point_lines: Header lines of set points: key of the project -> name of the line, value.
-        measured_levels: Measured levels of load, speed and temperature, by set point; NaN where
-            none is held.
+        oil_name: Name of the oil in the header.
+        rig_name: Name of the rig in the header.
+        set_point_lines: Key of a set point -> name and value of its header line.
+        measured_levels: Key of a set point -> measured level of load, speed or temperature; NaN
+            where none is held.
         is_settled: Whether each row is a settled reading, so that its time has no meaning.
         zero_source: Source of the zero of the force, as `semantics` names it; empty where the
             columns do not show it, None where no source is suitable.
-        units: Unit of each quantity.
+        unit_of_quantity: Quantity -> its unit in the run.
         log_kind: Kind of log in the header.
         is_slow: Whether the steps of the time are too long to be seconds.
     """
 
     name_in_file: str = ""
     oil_key: str = ""
-    oil: str = ""
-    rig: str = ""
+    oil_name: str = ""
+    rig_name: str = ""
     set_point_lines: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     measured_levels: Mapping[str, float] = field(default_factory=dict)
     is_settled: bool = False
     zero_source: str | None = ""
-    units: Mapping[str, str] = field(default_factory=dict)
+    unit_of_quantity: Mapping[str, str] = field(default_factory=dict)
     log_kind: str = ""
     is_slow: bool = False
 
 
 @dataclass(frozen=True)
-class Sniffed:
-    """One log.
+class SniffedLog:
+    """What a log of a traction rig probably holds.
 
     Attributes:
         file: Its path below the campaign's folder.
-        format: Its format; `none` where it is not known.
+        format_name: Its format; `none` where it is not known.
         form: How the text is written.
-        candidates: Likely columns of each quantity, each with its unit.
-        units: Unit in the name of each column that has none beside it; empty where there is none.
-        missing: Quantities without a certain column.
+        candidates: Quantity -> its likely columns, each with the unit beside its name.
+        unit_in_name_of_quantity: Quantity -> the unit in the name of its only candidate, where the
+            log has no unit beside the name; empty where the name has none.
+        missing_quantities: Quantities without a certain column.
         names: Names of all columns.
         problem: Why the log cannot be read; empty where it can.
         runs: Its runs.
-        is_log: Whether the file may be a log, if a damaged one.
+        is_log: Whether the file may be a log, be it a damaged one.
     """
 
     file: str
-    format: str
+    format_name: str
     form: base.TextForm
     candidates: Mapping[str, base.NamesAndUnits]
-    units: Mapping[str, str]
-    missing: Sequence[str]
+    unit_in_name_of_quantity: Mapping[str, str]
+    missing_quantities: Sequence[str]
     names: Sequence[str]
     problem: str
     runs: Sequence[SniffedRun]
@@ -165,100 +174,111 @@ def _settings() -> Settings:
     return resolve(CONFIG, {"campaign": "etm-slim"})
 
 
-def sniff(file: str, content: bytes, zero_source: ZeroSource) -> Sniffed:
+def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
     """What a log of a traction rig probably holds."""
-    format_name, names = _format_and_names(content)
-    candidates_by_quantity = columns_by_quantity(names, VOCABULARY)
+    format_name, names_and_units = _format_and_names(content)
+    candidates_by_quantity = columns_by_quantity(names_and_units, VOCABULARY)
     # names of the project need no line in the campaign file where their unit is known
-    guesses = {
+    guessed_candidates = {
         quantity: candidates
         for quantity, candidates in candidates_by_quantity.items()
         if not all(VOCABULARY.meaning(name) and unit for name, unit in candidates)
     }
-    only_candidate = {
-        quantity: candidates[0] for quantity, candidates in guesses.items() if len(candidates) == 1
+    only_candidate_of_quantity = {
+        quantity: candidates[0]
+        for quantity, candidates in guessed_candidates.items()
+        if len(candidates) == 1
     }
-    units_in_names = {
+    unit_in_name_of_quantity = {
         quantity: stated_unit(name)[1]
-        for quantity, (name, unit_beside_name) in only_candidate.items()
+        for quantity, (name, unit_beside_name) in only_candidate_of_quantity.items()
         if not unit_beside_name
     }
     # a time without unit is in seconds; `_sniffed_run` finds steps that contradict it
     quantities_without_unit = {
-        quantity for quantity, unit in units_in_names.items() if not unit and quantity != "time"
+        quantity
+        for quantity, unit in unit_in_name_of_quantity.items()
+        if not unit and quantity != "time"
     }
-    renamed: dict[str, Column] = {}
-    for quantity, (name, _) in only_candidate.items():
-        unit = units_in_names.get(quantity)
+    listed_column_of_quantity: dict[str, Column] = {}
+    for quantity, (name, _) in only_candidate_of_quantity.items():
+        unit = unit_in_name_of_quantity.get(quantity)
         if unit == "":
             unit = VOCABULARY.quantities[quantity][0]
-        renamed[quantity] = Column(name=[name], unit=unit)
-    missing = _missing(candidates_by_quantity)
+        listed_column_of_quantity[quantity] = Column(name=[name], unit=unit)
+    missing_quantities = _missing_quantities(candidates_by_quantity)
     runs: list[SniffedRun] = []
 
     def collect_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
         runs.append(
             _sniffed_run(log.run_id[len(file) + 1 :], log, quantities_without_unit, zero_source)
         )
-        return log.run("", {"row": log.rows}, {}, None)
+        return log.logged_run("", {"row": log.row_numbers}, {}, None)
 
     format_name, reading = read_log(
-        content, file, _settings(), _probe(renamed, {*missing, "time"}, collect_run)
+        content,
+        file,
+        _settings(),
+        _kind_without_demands(
+            listed_column_of_quantity, {*missing_quantities, "time"}, collect_run
+        ),
     )
     first_refusal = reading.refusals[0] if reading.refusals else base.Refusal("", "")
     # text is a log if a line names columns
-    is_no_log = first_refusal.rule == "unknown_format" or (format_name == "csv" and not names)
-    return Sniffed(
+    is_no_log = first_refusal.rule == "unknown_format" or (
+        format_name == "csv" and not names_and_units
+    )
+    return SniffedLog(
         file,
         format_name,
         reading.form,
-        guesses,
-        units_in_names,
-        missing=_to_ask(missing, format_name),
-        names=list(dict.fromkeys(name for name, _ in names if name)),
+        guessed_candidates,
+        unit_in_name_of_quantity,
+        missing_quantities=_missing_to_ask(missing_quantities, format_name),
+        names=list(dict.fromkeys(name for name, _ in names_and_units if name)),
         problem="" if runs else first_refusal.reason,
         runs=runs,
         is_log=not is_no_log,
     )
 
 
-def _probe(
-    renamed: Renamed,
-    not_needed: Set[str],
+def _kind_without_demands(
+    listed_columns: ListedColumns,
+    unneeded_quantities: Set[str],
     collect_run: Callable[[UsableLog, Settings], base.LoggedRun],
 ) -> LogKind:
     """A kind of log that reads what is there, without demands on header and columns."""
 
-    def renamed_columns(campaign: Campaign) -> Renamed:
-        return renamed
+    def columns_of_campaign(campaign: Campaign) -> ListedColumns:
+        return listed_columns
 
     def no_problems(
         keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
     ) -> Problems:
         return iter(())
 
-    def without_column(keys: Mapping[str, str], settings: Settings) -> Set[str]:
-        return not_needed
+    def quantities_without_column(keys: Mapping[str, str], settings: Settings) -> Set[str]:
+        return unneeded_quantities
 
     return LogKind(
         VOCABULARY,
-        renamed_columns,
+        columns_of_campaign,
         no_problems,
         collect_run,
         sheet_keys=(),
-        not_needed=without_column,
+        unneeded_quantities=quantities_without_column,
     )
 
 
-def _to_ask(missing: Sequence[str], format_name: str) -> list[str]:
+def _missing_to_ask(missing_quantities: Sequence[str], format_name: str) -> list[str]:
     """The missing quantities that the user must name."""
     if format_name == "pcs":
         # the names in these exports are fixed
         return []
     if format_name in ("csv", "xlsx", "ods", "mat"):
-        return list(missing)
+        return list(missing_quantities)
     # the time of LabVIEW's logs need not be a column
-    return [quantity for quantity in missing if quantity != "time"]
+    return [quantity for quantity in missing_quantities if quantity != "time"]
 
 
 def _format_and_names(content: bytes) -> tuple[str, base.NamesAndUnits]:
@@ -281,12 +301,12 @@ def _format_and_names(content: bytes) -> tuple[str, base.NamesAndUnits]:
     return format_name, columns_of_best_table
 
 
-def _missing(candidates_by_quantity: Mapping[str, base.NamesAndUnits]) -> list[str]:
+def _missing_quantities(candidates_by_quantity: Mapping[str, base.NamesAndUnits]) -> list[str]:
     """The required quantities without a certain column."""
     certain_quantities = {
         quantity for quantity, candidates in candidates_by_quantity.items() if len(candidates) == 1
     }
-    if _MU in certain_quantities:
+    if _TRACTION_COEFFICIENT in certain_quantities:
         # a table of mu has no force, and no time: its rows are settled readings
         certain_quantities |= {"traction_force", "time"}
     speeds = max(VOCABULARY.alternatives, key=lambda pair: len(certain_quantities & set(pair)))
@@ -306,17 +326,21 @@ def _sniffed_run(
         zero_source: Gives the source of the zero.
     """
     # the readers have added the oil and the rig of their settings
-    keys_of_settings = {"oil", "rig"} - log.understood.sources.keys()
+    keys_of_settings = {"oil", "rig"} - log.understood.source_of_key.keys()
     keys = {key: text for key, text in log.keys.items() if key not in keys_of_settings}
     log_kind = keys.get("log_kind", "")
-    is_settled = log_kind == "steps" or (_MU in log.values and "time" not in log.values)
-    no_values = np.full(len(log.rows), np.nan)
-    time = log.values.get("time", no_values)
-    load = log.values.get("load", no_values)
-    force = log.values.get("traction_force", no_values)
-    ball, disc = _surface_speeds(log.values, log.units, no_values)
-    signals = (time, ball, disc, load, force)
-    step_s = float(np.median(np.diff(time))) if len(time) > 1 else 0.0
+    is_settled = log_kind == "steps" or (
+        _TRACTION_COEFFICIENT in log.values_of_quantity and "time" not in log.values_of_quantity
+    )
+    no_values = np.full(len(log.row_numbers), np.nan)
+    time_s = log.values_of_quantity.get("time", no_values)
+    load = log.values_of_quantity.get("load", no_values)
+    force = log.values_of_quantity.get("traction_force", no_values)
+    ball_speed, disc_speed = _surface_speeds(
+        log.values_of_quantity, log.unit_of_quantity, no_values
+    )
+    signals = (time_s, ball_speed, disc_speed, load, force)
+    step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     has_clock = step_s > 0 and "time" not in quantities_without_unit and not is_settled
     key_of_oil = oil_key(keys) or "oil"
     return SniffedRun(
@@ -325,74 +349,86 @@ def _sniffed_run(
         keys.get(key_of_oil, ""),
         keys.get("rig", ""),
         set_point_lines=_set_point_lines(keys),
-        measured_levels=_measured_levels(log, (ball + disc) / 2, quantities_without_unit),
+        measured_levels=_measured_levels(
+            log, (ball_speed + disc_speed) / 2, quantities_without_unit
+        ),
         is_settled=is_settled,
         zero_source=zero_source(*signals) if has_clock and np.isfinite(signals).all() else "",
-        units=log.units,
+        unit_of_quantity=log.unit_of_quantity,
         log_kind=log_kind,
         is_slow=not is_settled and step_s > _LONGEST_INTERVAL_S,
     )
 
 
 def _measured_levels(
-    log: UsableLog, entrainment: FloatArray, quantities_without_unit: Set[str]
+    log: UsableLog, entrainment_speed: FloatArray, quantities_without_unit: Set[str]
 ) -> dict[str, float]:
-    """Set point -> its measured level; NaN where the signal is not held.
+    """Key of a set point -> its measured level; NaN where the signal is not held.
 
     Args:
         log: The rows of a run.
-        entrainment: Entrainment speed, shape (rows,); NaN where it is not known.
+        entrainment_speed: Entrainment speed, shape (rows,); NaN where it is not known.
         quantities_without_unit: Quantities whose unit is not known.
     """
-    no_values = np.full(len(log.rows), np.nan)
+    no_values = np.full(len(log.row_numbers), np.nan)
     signal_by_set_point: dict[str, FloatArray] = {}
     if "load" not in quantities_without_unit:
-        signal_by_set_point[_SET_POINT_BY_LOAD_UNIT[log.units.get("load", "N")]] = log.values.get(
-            "load", no_values
+        signal_by_set_point[_SET_POINT_BY_LOAD_UNIT[log.unit_of_quantity.get("load", "N")]] = (
+            log.values_of_quantity.get("load", no_values)
         )
-    if log.units.get("ball_speed") != "rpm" and not _SPEEDS & quantities_without_unit:
-        signal_by_set_point["entrainment_speed_m_s"] = entrainment
+    if (
+        log.unit_of_quantity.get("ball_speed") != "rpm"
+        and not _SPEED_QUANTITIES & quantities_without_unit
+    ):
+        signal_by_set_point["entrainment_speed_m_s"] = entrainment_speed
     if "inlet_temperature" not in quantities_without_unit:
-        signal_by_set_point["inlet_temperature_c"] = log.values.get("inlet_temperature", no_values)
-    is_turning = _is_turning(entrainment)
+        signal_by_set_point["inlet_temperature_c"] = log.values_of_quantity.get(
+            "inlet_temperature", no_values
+        )
+    is_turning = _is_turning(entrainment_speed)
     # readings at standstill are no level of the run
-    is_counted = is_turning if is_turning.any() else np.ones(len(log.rows), dtype=bool)
+    is_counted = is_turning if is_turning.any() else np.ones(len(log.row_numbers), dtype=bool)
     return {
-        set_point: _level(set_point, signal[is_counted])
-        for set_point, signal in signal_by_set_point.items()
+        set_point_key: _level(set_point_key, signal[is_counted])
+        for set_point_key, signal in signal_by_set_point.items()
     }
 
 
-def _level(set_point: str, values: FloatArray) -> float:
+def _level(set_point_key: str, values: FloatArray) -> float:
     """The median, rounded like a set point, where the signal is held at a level; else NaN."""
     readings = np.abs(values[np.isfinite(values)])
     if len(readings) == 0:
         return np.nan
     low, median, high = np.quantile(readings, (0.1, 0.5, 0.9))
-    if set_point == "inlet_temperature_c":
-        return round(float(median), 1) if high - low <= _LEVEL_SPREAD_C else np.nan
-    return float(f"{median:.3g}") if high - low <= _LEVEL_SPREAD * median else np.nan
+    if set_point_key == "inlet_temperature_c":
+        return round(float(median), 1) if high - low <= _LARGEST_LEVEL_SPREAD_C else np.nan
+    return float(f"{median:.3g}") if high - low <= _LARGEST_LEVEL_SPREAD * median else np.nan
 
 
 def _surface_speeds(
-    values: Mapping[str, FloatArray], units: Mapping[str, str], no_values: FloatArray
+    values_of_quantity: Mapping[str, FloatArray],
+    unit_of_quantity: Mapping[str, str],
+    no_values: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Speeds of ball and disc, shape (rows,); NaN where the log does not give them.
 
     The radii of spindles are not known. Their speeds are scaled as if the beginning of the run were
     pure rolling.
     """
-    if {"ball_speed", "disc_speed"} <= values.keys():
-        ball, disc = values["ball_speed"], values["disc_speed"]
-        if units["ball_speed"] == "rpm":
-            turning_rows = np.flatnonzero(_is_turning(ball) & _is_turning(disc))
-            first_rows = turning_rows[: max(1, len(ball) // 50)]
-            if len(first_rows):
-                disc = disc * (np.median(ball[first_rows]) / np.median(disc[first_rows]))
-        return ball, disc
-    entrainment = values.get("entrainment_speed", no_values)
-    half_slip = values.get("slide_roll_ratio", no_values) / 2
-    return entrainment * (1 - half_slip), entrainment * (1 + half_slip)
+    if {"ball_speed", "disc_speed"} <= values_of_quantity.keys():
+        ball_speed, disc_speed = values_of_quantity["ball_speed"], values_of_quantity["disc_speed"]
+        if unit_of_quantity["ball_speed"] == "rpm":
+            turning_index = np.flatnonzero(_is_turning(ball_speed) & _is_turning(disc_speed))
+            first_turning_index = turning_index[: max(1, len(ball_speed) // 50)]
+            if len(first_turning_index):
+                disc_speed = disc_speed * (
+                    np.median(ball_speed[first_turning_index])
+                    / np.median(disc_speed[first_turning_index])
+                )
+        return ball_speed, disc_speed
+    entrainment_speed = values_of_quantity.get("entrainment_speed", no_values)
+    half_slip = values_of_quantity.get("slide_roll_ratio", no_values) / 2
+    return entrainment_speed * (1 - half_slip), entrainment_speed * (1 + half_slip)
 
 
 def _is_turning(speed: FloatArray) -> BoolArray:
@@ -406,50 +442,54 @@ def _is_turning(speed: FloatArray) -> BoolArray:
 
 
 def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
-    """The header lines that give set points with their unit: set point -> name of line, value.
+    """Key of a set point -> name and value of the header line that gives it with its unit.
 
     Of two lines for one set point the first counts.
     """
-    line_by_set_point: dict[str, tuple[str, float]] = {}
+    line_of_set_point: dict[str, tuple[str, float]] = {}
     for key, text in keys.items():
         bare_key, unit_in_brackets = split_unit(key)
         name = bare_key.replace("_", " ")
         last_word = plain_key(name.split(" ")[-1])
         _, unit_of_text = number_and_unit(text)
-        for set_point, (quantity, unit) in base.SET_POINT_UNITS.items():
+        for set_point_key, (quantity, unit) in base.SET_POINT_UNITS.items():
             likely_meaning = meaning_of(name, unit, may_be_set_point=True)
-            if key != set_point and (likely_meaning is None or likely_meaning.quantity != quantity):
+            if key != set_point_key and (
+                likely_meaning is None or likely_meaning.quantity != quantity
+            ):
                 continue
-            key_meant, number_text = project_key_and_text(key, text, {plain_key(name): set_point})
-            if key_meant != set_point:
+            key_meant, number_text = project_key_and_text(
+                key, text, {plain_key(name): set_point_key}
+            )
+            if key_meant != set_point_key:
                 continue
-            value = base.parse_set_point(set_point, number_text)
+            value = base.parse_set_point(set_point_key, number_text)
             has_unit = (
-                key == set_point
+                key == set_point_key
                 or unit_in_brackets
                 or unit_of_text
                 or UNIT_BY_PLAIN_KEY.get(last_word) == unit
             )
             if value is not None and has_unit:
-                line_by_set_point.setdefault(set_point, (name, value))
+                line_of_set_point.setdefault(set_point_key, (name, value))
                 break
-    return line_by_set_point
+    return line_of_set_point
 
 
 def set_points(run: SniffedRun) -> dict[str, float]:
-    """Measured levels of a run whose set points its header does not give."""
-    from_header = set(run.set_point_lines)
+    """Key of a set point -> its measured level, without set points that the header gives."""
+    keys_in_header = set(run.set_point_lines)
     # the load has one set point, as force or as pressure
-    if from_header & base.LOAD_KEYS:
-        from_header |= base.LOAD_KEYS
+    if keys_in_header & base.LOAD_KEYS:
+        keys_in_header |= base.LOAD_KEYS
     return {
-        set_point: level
-        for set_point, level in run.measured_levels.items()
-        if np.isfinite(level) and set_point not in from_header
+        set_point_key: level
+        for set_point_key, level in run.measured_levels.items()
+        if np.isfinite(level) and set_point_key not in keys_in_header
     }
 
 
-def rows_of_sheet(log: Sniffed) -> Sequence[SniffedRun]:
+def rows_of_sheet(log: SniffedLog) -> Sequence[SniffedRun]:
     """The runs of a log that need a row of the run sheet; one for all where they are alike."""
     if not log.runs:
         return [SniffedRun()]
@@ -462,12 +502,16 @@ def rows_of_sheet(log: Sniffed) -> Sequence[SniffedRun]:
 # ---------------------------------------------------------------- all logs
 
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss"})
-_FEWEST_NAMES = 3
+_FEWEST_RECOGNISED_COLUMNS = 3
 
 
-def shipped_names(kind: str) -> dict[str, str]:
-    """Names of the rigs or oils that are part of oilfilm, by their plain form."""
-    paths = (CONFIG / kind).glob("*.yaml")
+def shipped_names(config_folder: str) -> dict[str, str]:
+    """Plain name -> name of the rigs or oils that are part of oilfilm.
+
+    Args:
+        config_folder: `rigs` or `oils`.
+    """
+    paths = (CONFIG / config_folder).glob("*.yaml")
     return {plain_key(path.stem): path.stem for path in paths if path.stem != "template"}
 
 
@@ -475,7 +519,7 @@ def shipped_names(kind: str) -> dict[str, str]:
 class Findings:
     """What was found in all logs together."""
 
-    logs: Sequence[Sniffed]
+    logs: Sequence[SniffedLog]
 
     @property
     def runs(self) -> Iterator[SniffedRun]:
@@ -483,15 +527,19 @@ class Findings:
         return (run for log in self.logs for run in log.runs)
 
     @property
-    def named(self) -> list[Sniffed]:
+    def logs_with_columns(self) -> list[SniffedLog]:
         """The logs whose columns were recognised, at least in part."""
-        return [log for log in self.logs if log.runs or len(log.candidates) >= _FEWEST_NAMES]
+        return [
+            log
+            for log in self.logs
+            if log.runs or len(log.candidates) >= _FEWEST_RECOGNISED_COLUMNS
+        ]
 
     @cached_property
-    def columns(self) -> dict[str, list[str]]:
-        """Names of the only candidate of each quantity, in all logs."""
+    def column_names_of_quantity(self) -> dict[str, list[str]]:
+        """Quantity -> the names that its only candidate has in the logs."""
         names: list[tuple[str, str]] = []
-        for log in self.named:
+        for log in self.logs_with_columns:
             for quantity, candidates in log.candidates.items():
                 if len(candidates) > 1:
                     continue
@@ -501,27 +549,31 @@ class Findings:
         return _grouped(names)
 
     @property
-    def doubtful(self) -> dict[str, list[str]]:
+    def names_to_choose_from(self) -> dict[str, list[str]]:
         """Quantities without a column or with several candidates -> the names to choose from."""
         choices: dict[str, dict[str, None]] = {}
-        for log in self.named:
+        for log in self.logs_with_columns:
             candidates_by_quantity = {
                 quantity: [name for name, _ in candidates]
                 for quantity, candidates in log.candidates.items()
                 if len(candidates) > 1
             }
             unused = [name for name in log.names if _is_unused(name, log)]
-            for quantity in {*log.missing, *candidates_by_quantity}:
+            for quantity in {*log.missing_quantities, *candidates_by_quantity}:
                 names = candidates_by_quantity.get(quantity, unused)
                 choices.setdefault(quantity, {}).update(dict.fromkeys(names))
         return {quantity: list(choices[quantity]) for quantity in sorted(choices)}
 
-    def unit(self, quantity: str) -> tuple[str, bool]:
+    def unit_for_campaign_file(self, quantity: str) -> tuple[str, bool]:
         """The unit for the campaign file, and whether it is unknown.
 
         The unit is empty where the logs give it, or where it is unknown.
         """
-        units = {log.units[quantity] for log in self.named if quantity in log.units}
+        units = {
+            log.unit_in_name_of_quantity[quantity]
+            for log in self.logs_with_columns
+            if quantity in log.unit_in_name_of_quantity
+        }
         if not units:
             return "", False
         if len(units) > 1:
@@ -532,17 +584,17 @@ class Findings:
         return unit, unit == ""
 
     @property
-    def header(self) -> dict[str, list[str]]:
-        """Key of the project -> names of its header lines, without lines with the key itself."""
+    def header_names_of_key(self) -> dict[str, list[str]]:
+        """Key of the project -> other names that its header line has in the logs."""
         names = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
         for run in self.runs:
             names += [(key, name) for key, (name, _) in run.set_point_lines.items()]
         return _grouped((key, name) for key, name in names if plain_key(name) != key)
 
     @cached_property
-    def oils(self) -> dict[str, list[str]]:
+    def labels_of_oil(self) -> dict[str, list[str]]:
         """Id of each oil -> its names in the logs; one id where no log names an oil."""
-        labels = dict.fromkeys(run.oil for run in self.runs if run.oil)
+        labels = dict.fromkeys(run.oil_name for run in self.runs if run.oil_name)
         if not labels:
             return {"my-oil": []}
         return _grouped(
@@ -551,18 +603,20 @@ class Findings:
         )
 
     @property
-    def unnamed_oil(self) -> bool:
+    def lacks_oil_in_some_logs(self) -> bool:
         """Whether only some logs name an oil, so that the others need it in the run sheet."""
-        return len(self.oils) > 1 and any(not run.oil for run in self.runs)
+        return len(self.labels_of_oil) > 1 and any(not run.oil_name for run in self.runs)
 
     @cached_property
-    def rigs(self) -> list[str]:
+    def rig_names(self) -> list[str]:
         """Names of the rigs: of the logs, else of a PCS rig for its exports, else `my-rig`."""
         names_of_shipped = shipped_names("rigs")
         names = [
-            names_of_shipped.get(plain_key(run.rig), _slug(run.rig)) for run in self.runs if run.rig
+            names_of_shipped.get(plain_key(run.rig_name), _slug(run.rig_name))
+            for run in self.runs
+            if run.rig_name
         ]
-        pcs_logs = [log for log in self.logs if log.format == "pcs"]
+        pcs_logs = [log for log in self.logs if log.format_name == "pcs"]
         if pcs_logs and not names:
             all_etm = all("etm" in log.file.lower() for log in pcs_logs)
             return ["pcs-etm" if all_etm else "pcs-rig"]
@@ -571,7 +625,7 @@ class Findings:
     @property
     def needs_radii(self) -> bool:
         """Whether speeds are those of spindles, so that the radii of the tracks are needed."""
-        return any(run.units.get("ball_speed") == "rpm" for run in self.runs)
+        return any(run.unit_of_quantity.get("ball_speed") == "rpm" for run in self.runs)
 
     @property
     def needs_contact(self) -> bool:
@@ -579,28 +633,30 @@ class Findings:
 
         A pressure that every header states needs none.
         """
-        if any(run.units.get("load") == "GPa" for run in self.runs):
+        if any(run.unit_of_quantity.get("load") == "GPa" for run in self.runs):
             return True
         loads = [run.measured_levels.get("load_n", 0.0) for run in self.runs]
         loads = [load for load in loads if load > 0]
-        has_several_loads = bool(loads) and max(loads) > (1 + _LEVEL_SPREAD) * min(loads)
+        has_several_loads = bool(loads) and max(loads) > (1 + _LARGEST_LEVEL_SPREAD) * min(loads)
         is_stated_everywhere = all(
             "max_hertz_pressure_gpa" in run.set_point_lines for run in self.runs
         )
         return has_several_loads and not is_stated_everywhere
 
     @cached_property
-    def zeros(self) -> Counter[str | None]:
+    def run_count_of_zero_source(self) -> Counter[str | None]:
         """Source of the zero -> number of runs for which it is suitable; None: no source is."""
         return Counter(run.zero_source for run in self.runs if run.zero_source != "")
 
     @property
     def slip_is_logged(self) -> bool:
         """Whether the slip comes from a logged slide-roll ratio, whose definition is not known."""
-        return any(run.units and "ball_speed" not in run.units for run in self.runs)
+        return any(
+            run.unit_of_quantity and "ball_speed" not in run.unit_of_quantity for run in self.runs
+        )
 
     @property
-    def repeats(self) -> bool:
+    def has_repeats(self) -> bool:
         """Whether two runs of one oil have the same set points."""
         conditions = []
         for run in self.runs:
@@ -612,36 +668,38 @@ class Findings:
             )
             # runs with an incomplete condition cannot be compared
             if has_all_levels:
-                conditions.append((run.oil, *sorted(levels.items())))
+                conditions.append((run.oil_name, *sorted(levels.items())))
         return len(set(conditions)) < len(conditions)
 
     @property
-    def decimal_comma(self) -> bool:
+    def uses_decimal_comma(self) -> bool:
         """Whether the laboratory writes numbers with a comma."""
         return any(log.form.decimal_mark == "comma" for log in self.logs)
 
 
 def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    """The different texts of each key, in the order in which they come."""
-    grouped: dict[str, list[str]] = {}
+    """Key -> its different texts, in the order in which they come."""
+    texts_of_key: dict[str, list[str]] = {}
     for key, text in dict.fromkeys(pairs):
-        grouped.setdefault(key, []).append(text)
-    return grouped
+        texts_of_key.setdefault(key, []).append(text)
+    return texts_of_key
 
 
-def _is_unused(name: str, log: Sniffed) -> bool:
+def _is_unused(name: str, log: SniffedLog) -> bool:
     """Whether a column of a log has no likely meaning."""
-    used = {candidate for candidates in log.candidates.values() for candidate, _ in candidates}
-    return name not in used and VOCABULARY.meaning(name) is None
+    candidate_names = {
+        candidate for candidates in log.candidates.values() for candidate, _ in candidates
+    }
+    return name not in candidate_names and VOCABULARY.meaning(name) is None
 
 
 def _oil_id(label: str) -> str:
     """The shipped oil that is a word of a label, else the label as an id."""
     words = re.findall(r"\w+", plain_key(label).replace("_", " "))
-    ids = shipped_names("oils")
+    id_of_shipped_name = shipped_names("oils")
     for word in words:
-        if word in ids:
-            return ids[word]
+        if word in id_of_shipped_name:
+            return id_of_shipped_name[word]
     return _slug(label)
 
 

@@ -11,8 +11,8 @@ from nptdms import TdmsChannel, TdmsFile, TdmsGroup
 from nptdms.log import log_manager
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_rows, distinct_names
-from oilfilm.logs.columns import header_text, seconds, texts_of
+from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_row_count, distinct_names
+from oilfilm.logs.columns import as_seconds, header_text, texts_of
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile, Texts, Values
 
@@ -63,14 +63,15 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
 
 
 def _read_segments(content: bytes) -> tuple[Refusal | None, int]:
-    """A flaw where the last segment is not complete, and the bytes of values in all others."""
+    """A flaw where the last segment is incomplete, and the number of bytes of values before it."""
     position = 0
-    number = 0
+    segment_number = 0
     value_bytes = 0
     while position < len(content):
-        number += 1
+        segment_number += 1
         incomplete = Refusal(
-            "truncated", f"the file ends within segment {number}, which was not written to its end"
+            "truncated",
+            f"the file ends within segment {segment_number}, which was not written to its end",
         )
         lead_in = content[position : position + _LEAD_IN_BYTES]
         if not _TAG.startswith(lead_in[:4]):
@@ -79,12 +80,12 @@ def _read_segments(content: bytes) -> tuple[Refusal | None, int]:
         if len(lead_in) < _LEAD_IN_BYTES:
             return incomplete, value_bytes
         byte_order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
-        length, name_bytes = struct.unpack(f"{byte_order}QQ", lead_in[12:28])
-        end = position + _LEAD_IN_BYTES + length
-        if length == _UNKNOWN_END or end > len(content):
+        segment_bytes, metadata_bytes = struct.unpack(f"{byte_order}QQ", lead_in[12:28])
+        end = position + _LEAD_IN_BYTES + segment_bytes
+        if segment_bytes == _UNKNOWN_END or end > len(content):
             return incomplete, value_bytes
         position = end
-        value_bytes += length - name_bytes
+        value_bytes += segment_bytes - metadata_bytes
     return None, value_bytes
 
 
@@ -97,11 +98,11 @@ def _check_value_bytes(channels: Sequence[TdmsChannel], value_bytes: int) -> Non
     bytes_of_channels = 0
     for channel in channels:
         # channels without data have no type
-        size = getattr(channel.data_type, "size", 0)
-        if size is None:
+        value_size = getattr(channel.data_type, "size", 0)
+        if value_size is None:
             # texts and raw data of DAQmx have no size: nothing can be compared
             return
-        bytes_of_channels += len(channel) * size
+        bytes_of_channels += len(channel) * value_size
     if bytes_of_channels != value_bytes:
         raise ValueError(
             f"its channels have {bytes_of_channels} bytes of values, its segments {value_bytes}"
@@ -109,7 +110,9 @@ def _check_value_bytes(channels: Sequence[TdmsChannel], value_bytes: int) -> Non
 
 
 def _check_claims(
-    channels: Sequence[TdmsChannel], properties: Sequence[Mapping[str, Any]], content: bytes
+    channels: Sequence[TdmsChannel],
+    properties_of_objects: Sequence[Mapping[str, Any]],
+    content: bytes,
 ) -> None:
     """Refuse a file that would make the library fill the memory or loop without end.
 
@@ -119,8 +122,8 @@ def _check_claims(
     claimed_values = sum(len(channel) for channel in channels)
     if claimed_values > len(content):
         raise ValueError(f"it claims {claimed_values} values in {len(content)} bytes")
-    for properties_of_one in properties:
-        for name, value in properties_of_one.items():
+    for properties_of_object in properties_of_objects:
+        for name, value in properties_of_object.items():
             is_count = name.startswith("NI_") and name.endswith(("_Size", "_Scales"))
             if is_count and not 0 <= int(value) <= _MOST_SCALINGS:
                 raise ValueError(f"the property {name} is {value}")
@@ -142,50 +145,64 @@ def _table(
     names = [channel.name.strip() for channel in channels]
     units = [_unit(channel) for channel in channels]
     meanings = vocabulary.meanings(names, units)
-    indices = list(meanings) or range(len(channels))
-    rows = max(len(channels[index]) for index in indices)
-    check_rows(rows)
-    numbers = {index: seconds(np.asarray(channels[index][:])) for index in meanings}
+    read_indices = list(meanings) or range(len(channels))
+    row_count = max(len(channels[column_index]) for column_index in read_indices)
+    check_row_count(row_count)
+    numbers_of_index = {
+        column_index: as_seconds(np.asarray(channels[column_index][:])) for column_index in meanings
+    }
 
-    def values(indices: Sequence[int]) -> list[Values]:
-        return [_with_length(numbers[index], rows) for index in indices]
+    def read_values(read_indices: Sequence[int]) -> list[Values]:
+        return [
+            _with_length(numbers_of_index[column_index], row_count) for column_index in read_indices
+        ]
 
     group_name = group.name
 
-    def texts(index: int) -> Texts:
+    def read_texts(column_index: int) -> Texts:
         # few logs have such a channel: the file is opened again for it
         with TdmsFile.open(io.BytesIO(content)) as log:
-            channel = log[group_name].channels()[index]
-            if len(channel) != rows:
-                return np.full(rows, "", dtype=object)
+            channel = log[group_name].channels()[column_index]
+            if len(channel) != row_count:
+                return np.full(row_count, "", dtype=object)
             return texts_of(np.asarray(channel[:]))
 
-    starts = _starts_s([channels[index].properties for index in indices])
-    clocks: dict[int, Clock] = {}
-    for index, start_s in zip(indices, starts, strict=True):
-        if "wf_increment" in channels[index].properties:
-            interval_s = float(channels[index].properties["wf_increment"])
-            clocks[index] = Clock(start_s, interval_s, "s")
+    starts_s = _starts_s([channels[column_index].properties for column_index in read_indices])
+    clock_of_column: dict[int, Clock] = {}
+    for column_index, start_s in zip(read_indices, starts_s, strict=True):
+        if "wf_increment" in channels[column_index].properties:
+            interval_s = float(channels[column_index].properties["wf_increment"])
+            clock_of_column[column_index] = Clock(start_s, interval_s, "s")
     properties = dict(file_properties) | dict(group.properties)
     keys = {plain_key(name): header_text(value) for name, value in properties.items()}
     return LoggedTable(
-        keys, names, units, values, rows, run_name, flaw=flaw, clocks=clocks, texts=texts
+        keys,
+        names,
+        units,
+        read_values,
+        row_count,
+        run_name,
+        flaw=flaw,
+        clock_of_column=clock_of_column,
+        read_texts=read_texts,
     )
 
 
-def _starts_s(properties: Sequence[Mapping[str, Any]]) -> list[float]:
+def _starts_s(properties_of_channels: Sequence[Mapping[str, Any]]) -> list[float]:
     """Start of each channel after that of the first one, in s: by its start time and offset.
 
     Start times count only where all channels have one; LabVIEW writes an unknown one as of 1904.
     """
-    instants = [channel.get("wf_start_time") for channel in properties]
-    offsets = [float(channel.get("wf_start_offset", 0.0)) for channel in properties]
+    logged_start_times = [properties.get("wf_start_time") for properties in properties_of_channels]
+    offsets = [
+        float(properties.get("wf_start_offset", 0.0)) for properties in properties_of_channels
+    ]
     start_times = [
         np.datetime64(instant)
-        for instant in instants
+        for instant in logged_start_times
         if instant is not None and np.datetime64(instant) > _EARLIEST_START
     ]
-    if len(start_times) < len(properties):
+    if len(start_times) < len(properties_of_channels):
         return offsets
     earliest = min(start_times)
     return [
@@ -201,8 +218,8 @@ def _unit(channel: TdmsChannel) -> str:
     return str(channel.properties.get("unit_string", "")).strip()
 
 
-def _with_length(values: Values, rows: int) -> Values:
+def _with_length(values: Values, row_count: int) -> Values:
     """Numbers of shape (rows,), NaN behind the last one; other values stay as they are."""
-    if len(values) == rows or values.dtype.kind not in "iuf":
+    if len(values) == row_count or values.dtype.kind not in "iuf":
         return values
-    return np.pad(values.astype(np.float64), (0, rows - len(values)), constant_values=np.nan)
+    return np.pad(values.astype(np.float64), (0, row_count - len(values)), constant_values=np.nan)

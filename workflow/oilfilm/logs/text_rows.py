@@ -34,7 +34,7 @@ _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _SEQUENCES_SEARCHED = 10_000
 # One or two letters of western languages between ASCII characters, and signs of units in
 # Windows-1252. Before an ASCII letter a raised 2 or 3 is a letter of another encoding.
-_WESTERN = re.compile(
+_WESTERN_LETTERS = re.compile(
     rb"(?<![\x80-\xff])"
     rb"(?:[\xc0-\xd6\xd8-\xf6\xf8-\xff]{1,2}|[\xb0\xb5\xb7\xb1\x80\x85\x91-\x97]|[\xb2\xb3](?![A-Za-z]))"
     rb"(?![\x80-\xff])"
@@ -62,10 +62,10 @@ def encoding_of(content: bytes) -> str:
         return "utf-8"
     if content.startswith(_UTF16_MARKS):
         return "utf-16"
-    head = without_zero_blocks(content[:2000])
-    zeros_at_odd = head[1::2].count(0)
-    zeros_at_even = head[0::2].count(0)
-    if max(zeros_at_odd, zeros_at_even) > len(head) / 4:
+    first_bytes = without_zero_blocks(content[:2000])
+    zeros_at_odd = first_bytes[1::2].count(0)
+    zeros_at_even = first_bytes[0::2].count(0)
+    if max(zeros_at_odd, zeros_at_even) > len(first_bytes) / 4:
         return "utf-16-le" if zeros_at_odd > zeros_at_even else "utf-16-be"
     if content.isascii():
         return "ascii"
@@ -74,8 +74,8 @@ def encoding_of(content: bytes) -> str:
         return "utf-8"
     matches = islice(_HIGH_BYTES.finditer(content), _SEQUENCES_SEARCHED)
     sequences = [match[0] for match in matches]
-    letters = b" ".join(sequences).decode("utf-8", "replace").replace(" ", "")
-    if letters.count("\ufffd") <= len(letters) / 2:
+    letters_as_utf8 = b" ".join(sequences).decode("utf-8", "replace").replace(" ", "")
+    if letters_as_utf8.count("\ufffd") <= len(letters_as_utf8) / 2:
         return "utf-8"
     chinese_count = sum(map(_is_common_chinese, sequences))
     # damaged bytes are sequences of their own
@@ -83,7 +83,7 @@ def encoding_of(content: bytes) -> str:
     needed_count = len(sequences) - damaged_count
     if chinese_count >= needed_count:
         return "gb18030"
-    western_count = sum(1 for _ in islice(_WESTERN.finditer(content), _SEQUENCES_SEARCHED))
+    western_count = sum(1 for _ in islice(_WESTERN_LETTERS.finditer(content), _SEQUENCES_SEARCHED))
     if western_count >= needed_count:
         return "cp1252"
     detected_encoding = _detected_encoding(content)
@@ -94,7 +94,7 @@ def encoding_of(content: bytes) -> str:
 
 
 def _is_common_chinese(sequence: bytes) -> bool:
-    """Whether bytes of 128 and above are common characters of GB 2312, two bytes each."""
+    """Whether a sequence of bytes of 128 and above is common characters of GB 2312."""
     return len(sequence) % 2 == 0 and _FIRST_BYTE_OF_GB2312 <= sequence[0] < _FIRST_BYTE_OF_LEVEL_2
 
 
@@ -112,11 +112,11 @@ def _detected_encoding(content: bytes) -> str:
 
 
 def without_zero_blocks(head: bytes) -> bytes:
-    """The beginning of a file without blocks of zeros, which a full disk or a logger leaves."""
+    """The first bytes of a file without blocks of zeros, which a full disk or a logger leaves."""
     return _ZERO_BLOCK.sub(b"", head)
 
 
-def normalise(content: bytes, encoding: str | None = None) -> bytes:
+def normalised(content: bytes, encoding: str | None = None) -> bytes:
     """The text as UTF-8 with LF line ends and without empty lines.
 
     Bytes that are not valid in the encoding become the replacement character. Rows with it are
@@ -151,18 +151,18 @@ _BLANK_GROUPS = r"(?<=\d)[ \u00a0\u202f'\u2019](?=\d{3}(?!\d))"
 
 @dataclass(frozen=True)
 class TextTable:
-    """Rows of a text log, as UTF-8 with LF line ends.
+    """The rows of a text log, and how their cells are written.
 
     Attributes:
-        text: A text that ends in the rows. Where the last row has no line end, none of its cells
-            is a number.
+        text: A text that ends in the rows, as UTF-8 with LF line ends. Where the last row has no
+            line end, none of its cells counts as a number.
         width: Number of cells in a row.
         delimiter: Character between cells; no cell holds it.
         decimal_mark: Decimal mark of numbers.
         group_mark: Mark between thousands; empty where there is none.
-        stamps: Indices of the cells that make a time stamp, that of the time of day first; empty
-            where time is a number.
-        start: Position of the first row in the text.
+        stamp_indices: Indices of the cells that make a time stamp, that of the time of day first;
+            empty where time is a number.
+        start_of_rows: Position of the first row in the text.
     """
 
     text: bytes
@@ -170,51 +170,54 @@ class TextTable:
     delimiter: str
     decimal_mark: str
     group_mark: str = ""
-    stamps: Sequence[int] = ()
-    start: int = 0
+    stamp_indices: Sequence[int] = ()
+    start_of_rows: int = 0
 
     @cached_property
-    def rows(self) -> int:
+    def row_count(self) -> int:
         """Number of rows, with a last one that has no line end."""
-        return count_rows(self.text, self.start)
+        return count_rows(self.text, self.start_of_rows)
 
     @property
-    def cut_row_cells(self) -> int:
+    def cut_row_cell_count(self) -> int:
         """Number of cells of a last row without a line end; 0 where the last row has one."""
-        cut_row = self.text[max(self.start, self.text.rfind(b"\n") + 1) :]
+        cut_row = self.text[max(self.start_of_rows, self.text.rfind(b"\n") + 1) :]
         return cut_row.count(self.delimiter.encode()) + 1 if cut_row else 0
 
-    def numbers(self, indices: Sequence[int]) -> list[FloatArray]:
+    def numbers(self, column_indices: Sequence[int]) -> list[FloatArray]:
         """Numbers of the columns with some indices, each of shape (rows,); NaN without a number.
 
         A row with more or fewer cells than columns holds no number.
         """
         # no copy: a log may be large
-        ended_rows = memoryview(self.text)[self.start : self.text.rfind(b"\n") + 1]
+        ended_rows = memoryview(self.text)[self.start_of_rows : self.text.rfind(b"\n") + 1]
         if not ended_rows:
-            return [np.full(self.rows, np.nan) for _ in indices]
-        misfit_numbers: list[int] = []
+            return [np.full(self.row_count, np.nan) for _ in column_indices]
+        misfit_row_numbers: list[int] = []
         try:
-            numbers = self._floats(ended_rows, indices, misfit_numbers)
+            numbers = self._parsed_by_arrow(ended_rows, column_indices, misfit_row_numbers)
         except arrow.ArrowInvalid:
-            numbers = [self._column(ended_rows, index, misfit_numbers) for index in indices]
-        if not misfit_numbers and not self.cut_row_cells:
+            numbers = [
+                self._numbers_of_column(ended_rows, index, misfit_row_numbers)
+                for index in column_indices
+            ]
+        if not misfit_row_numbers and not self.cut_row_cell_count:
             return numbers
-        numbers_of_all_rows = np.full((len(indices), self.rows), np.nan)
-        numbers_of_all_rows[:, self._is_fitting(misfit_numbers)] = numbers
+        numbers_of_all_rows = np.full((len(column_indices), self.row_count), np.nan)
+        numbers_of_all_rows[:, self._has_all_cells(misfit_row_numbers)] = numbers
         return list(numbers_of_all_rows)
 
-    def texts(self, index: int) -> npt.NDArray[np.object_]:
+    def texts(self, column_index: int) -> npt.NDArray[np.object_]:
         """Text of each cell of a column, shape (rows,).
 
         It is empty in a row with more or fewer cells than columns.
         """
-        texts = np.full(self.rows, "", dtype=object)
-        ended_rows = memoryview(self.text)[self.start : self.text.rfind(b"\n") + 1]
+        texts = np.full(self.row_count, "", dtype=object)
+        ended_rows = memoryview(self.text)[self.start_of_rows : self.text.rfind(b"\n") + 1]
         if not ended_rows:
             return texts
-        misfit_numbers: list[int] = []
-        (cells,) = self._cells(ended_rows, [index], arrow.binary(), misfit_numbers)
+        misfit_row_numbers: list[int] = []
+        (cells,) = self._cells(ended_rows, [column_index], arrow.binary(), misfit_row_numbers)
         # few texts differ: one object for each
         cells_by_code = cells.combine_chunks().dictionary_encode()
         different_texts = [
@@ -222,52 +225,56 @@ class TextTable:
             for cell in cells_by_code.dictionary.to_pylist()
         ]
         codes = cells_by_code.indices.to_numpy()
-        texts[self._is_fitting(misfit_numbers)] = np.array(different_texts, dtype=object)[codes]
+        texts[self._has_all_cells(misfit_row_numbers)] = np.array(different_texts, dtype=object)[
+            codes
+        ]
         return texts
 
-    def _is_fitting(self, misfit_numbers: Sequence[int]) -> BoolArray:
-        """Rows that are ended and have a cell for each column, shape (rows,)."""
-        is_fitting = np.ones(self.rows, dtype=bool)
-        is_fitting[np.array(misfit_numbers, dtype=int) - 1] = False
-        if self.cut_row_cells:
-            is_fitting[-1] = False
-        return is_fitting
+    def _has_all_cells(self, misfit_row_numbers: Sequence[int]) -> BoolArray:
+        """Mask of the rows that have a line end and a cell for each column, shape (rows,)."""
+        has_all_cells = np.ones(self.row_count, dtype=bool)
+        has_all_cells[np.array(misfit_row_numbers, dtype=int) - 1] = False
+        if self.cut_row_cell_count:
+            has_all_cells[-1] = False
+        return has_all_cells
 
-    def show(self, index: int) -> str:
-        """The text of a row."""
-        return self._lines[index].decode("utf-8", "replace")
+    def row_text(self, row_index: int) -> str:
+        """The text of the row with an index."""
+        return self._lines[row_index].decode("utf-8", "replace")
 
     @cached_property
     def _lines(self) -> list[bytes]:
-        return self.text[self.start :].split(b"\n")
+        return self.text[self.start_of_rows :].split(b"\n")
 
-    def _column(self, rows: memoryview, index: int, misfit_numbers: list[int]) -> FloatArray:
+    def _numbers_of_column(
+        self, rows_text: memoryview, column_index: int, misfit_row_numbers: list[int]
+    ) -> FloatArray:
         """The numbers of one column, without rows that do not fit.
 
         Args:
-            rows: Text of the rows.
-            index: Index of the column.
-            misfit_numbers: Filled with the numbers, from 1, of rows with more or fewer cells than
-                columns.
+            rows_text: Text of the rows.
+            column_index: Index of the column.
+            misfit_row_numbers: Filled with the numbers, from 1, of rows with more or fewer cells
+                than columns.
         """
-        if index in self.stamps:
-            cells = self._cells(rows, self.stamps, arrow.string(), misfit_numbers)
-            return seconds(*(column.to_pandas().str.strip(' "') for column in cells))
+        if column_index in self.stamp_indices:
+            cells = self._cells(rows_text, self.stamp_indices, arrow.string(), misfit_row_numbers)
+            return seconds_of_stamps(*(column.to_pandas().str.strip(' "') for column in cells))
         try:
-            return self._floats(rows, [index], misfit_numbers)[0]
+            return self._parsed_by_arrow(rows_text, [column_index], misfit_row_numbers)[0]
         except arrow.ArrowInvalid:
-            (column,) = self._cells(rows, [index], arrow.binary(), misfit_numbers)
-            return self._numbers(column.to_pandas())
+            (column,) = self._cells(rows_text, [column_index], arrow.binary(), misfit_row_numbers)
+            return self._parsed_cell_by_cell(column.to_pandas())
 
-    def _floats(
-        self, rows: memoryview, indices: Sequence[int], misfit_numbers: list[int]
+    def _parsed_by_arrow(
+        self, rows_text: memoryview, column_indices: Sequence[int], misfit_row_numbers: list[int]
     ) -> list[FloatArray]:
-        """Numbers of some columns, as `_column`.
+        """Numbers of some columns, as `_numbers_of_column`.
 
         Raises:
             ArrowInvalid: A cell is no number, or a line is longer than a block.
         """
-        columns = self._cells(rows, indices, arrow.float64(), misfit_numbers)
+        columns = self._cells(rows_text, column_indices, arrow.float64(), misfit_row_numbers)
         numbers = [column.to_numpy() for column in columns]
         del columns
         # Arrow keeps freed memory for itself: as much as the numbers of a long log
@@ -276,29 +283,29 @@ class TextTable:
 
     def _cells(
         self,
-        rows: memoryview,
-        indices: Sequence[int],
+        rows_text: memoryview,
+        column_indices: Sequence[int],
         cell_type: arrow.DataType,
-        misfit_numbers: list[int],
+        misfit_row_numbers: list[int],
     ) -> list[arrow.ChunkedArray]:
-        """Cells of some columns in a type of Arrow, as `_column`."""
-        misfit_numbers.clear()
+        """Cells of some columns in a type of Arrow, as `_numbers_of_column`."""
+        misfit_row_numbers.clear()
 
         def skip(row: arrow_csv.InvalidRow) -> str:
-            misfit_numbers.append(row.number)
+            misfit_row_numbers.append(row.number)
             return "skip"
 
         names = [str(index) for index in range(self.width)]
-        types = {names[index]: cell_type for index in indices}
+        types = {names[index]: cell_type for index in column_indices}
         if cell_type == arrow.float64():
             block_bytes = _BLOCK_BYTES
             decimal_mark = self.decimal_mark
         else:
             # one block: a line may be longer than the usual one
-            block_bytes = len(rows) + 1
+            block_bytes = len(rows_text) + 1
             decimal_mark = "."
         table = arrow_csv.read_csv(
-            arrow.BufferReader(arrow.py_buffer(rows)),
+            arrow.BufferReader(arrow.py_buffer(rows_text)),
             # one thread: only then are the rows that do not fit numbered
             arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block_bytes),
             # no quotes: a single one would join the lines up to the next quote
@@ -309,9 +316,9 @@ class TextTable:
                 include_columns=list(types), column_types=types, decimal_point=decimal_mark
             ),
         )
-        return [table[names[index]] for index in indices]
+        return [table[names[index]] for index in column_indices]
 
-    def _numbers(self, cells: "pd.Series[Any]") -> FloatArray:
+    def _parsed_cell_by_cell(self, cells: "pd.Series[Any]") -> FloatArray:
         """Numbers of raw cells; NaN where a cell holds anything else."""
         texts = cells.map(lambda cell: cell.decode("utf-8", "replace").strip(' "'), "ignore")
         texts = texts.str.replace(_BLANK_GROUPS, "", regex=True)
@@ -331,17 +338,17 @@ class TextTable:
 # 03/01/2026 may be March or January: it is no date.
 _DATE = r"(?P<date>\d{4}([-/.])\d{1,2}\2\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4})"
 _TIME_OF_DAY = r"(?P<h>\d{1,4}):(?P<min>[0-5]\d)(?::(?P<s>[0-5]\d(?:[.,]\d{1,9})?))?"
-_ZONE = r"\s?(?:Z|(?P<zone_h>[+-]\d\d)(?::?(?P<zone_min>\d\d))?)?"
-_STAMP = re.compile(rf"(?:{_DATE}(?:T|\s+))?{_TIME_OF_DAY}{_ZONE}")
+_TIME_ZONE = r"\s?(?:Z|(?P<zone_h>[+-]\d\d)(?::?(?P<zone_min>\d\d))?)?"
+_TIME_STAMP = re.compile(rf"(?:{_DATE}(?:T|\s+))?{_TIME_OF_DAY}{_TIME_ZONE}")
 DAY = re.compile(_DATE)
-_NUMBERS_OF_STAMP = ["h", "min", "s", "zone_h", "zone_min"]
+_NUMBER_FIELDS_OF_STAMP = ["h", "min", "s", "zone_h", "zone_min"]
 _S_PER_DAY = 86_400.0
 _S_PER_HOUR = 3_600.0
 
 
 def is_stamp(cell: str) -> bool:
     """Whether a cell holds a time of day, with or without its date."""
-    return _STAMP.fullmatch(cell) is not None
+    return _TIME_STAMP.fullmatch(cell) is not None
 
 
 def is_date(cell: str) -> bool:
@@ -349,7 +356,9 @@ def is_date(cell: str) -> bool:
     return DAY.fullmatch(cell) is not None
 
 
-def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> FloatArray:
+def seconds_of_stamps(
+    stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None
+) -> FloatArray:
     """Seconds since the first time stamp, shape (rows,); NaN where a cell holds none.
 
     Without dates, a time of day that falls by more than half a day begins the next day.
@@ -359,15 +368,18 @@ def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> 
         dates: Cells of a column of dates beside it, if the log has one.
 
     Examples:
-        >>> seconds(pd.Series(["2026-03-01T10:15:00.250", "2026-03-01 10:15:00.750"])).tolist()
+        >>> stamps = pd.Series(["2026-03-01T10:15:00.250", "2026-03-01 10:15:00.750"])
+        >>> seconds_of_stamps(stamps).tolist()
         [0.0, 0.5]
     """
-    fields = stamps.str.extract(f"^{_STAMP.pattern}$")
+    fields = stamps.str.extract(f"^{_TIME_STAMP.pattern}$")
     fields["s"] = fields["s"].str.replace(",", ".")
-    numbers = fields[_NUMBERS_OF_STAMP].astype(float)
-    numbers = numbers.fillna({"s": 0.0, "zone_h": 0.0, "zone_min": 0.0})
-    zone_min = 60 * numbers["zone_h"] + np.copysign(numbers["zone_min"], numbers["zone_h"])
-    local_s = numbers["h"] * _S_PER_HOUR + numbers["min"] * 60 + numbers["s"]
+    number_fields = fields[_NUMBER_FIELDS_OF_STAMP].astype(float)
+    number_fields = number_fields.fillna({"s": 0.0, "zone_h": 0.0, "zone_min": 0.0})
+    zone_min = 60 * number_fields["zone_h"] + np.copysign(
+        number_fields["zone_min"], number_fields["zone_h"]
+    )
+    local_s = number_fields["h"] * _S_PER_HOUR + number_fields["min"] * 60 + number_fields["s"]
     time_s: FloatArray = (local_s - 60 * zone_min).to_numpy(np.float64, copy=True)
     days = _days(fields["date"] if dates is None else dates)
     has_dates = bool(np.isfinite(days).any())
@@ -379,8 +391,8 @@ def seconds(stamps: "pd.Series[str]", dates: "pd.Series[str] | None" = None) -> 
         time_s -= time_s[rows_with_time[0]]
         if not has_dates:
             steps = np.diff(time_s[rows_with_time], prepend=0.0)
-            midnights = np.cumsum(steps < -_S_PER_DAY / 2)
-            time_s[rows_with_time] += _S_PER_DAY * midnights
+            midnight_count = np.cumsum(steps < -_S_PER_DAY / 2)
+            time_s[rows_with_time] += _S_PER_DAY * midnight_count
     return time_s
 
 

@@ -8,8 +8,15 @@ from dataclasses import replace
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.base import Columns, LoggedRun, Refusal
-from oilfilm.logs.header import simulation_problem, unknown_name
-from oilfilm.logs.log_kind import Column, LogKind, Problems, Renamed, UsableLog, Vocabulary
+from oilfilm.logs.header import simulation_problem, unknown_name_problem
+from oilfilm.logs.log_kind import (
+    ListedColumns,
+    LoggedColumn,
+    LogKind,
+    Problems,
+    UsableLog,
+    Vocabulary,
+)
 from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
@@ -25,10 +32,10 @@ _PROJECT_NAMES = {
 
 
 def _header_problems(
-    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
+    keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
 ) -> Problems:
-    yield unknown_name("oil", keys, settings.oils)
-    bearing = torque_of(settings.campaign).bearing
+    yield unknown_name_problem("oil", keys, settings.oils)
+    bearing = torque_section(settings.campaign).bearing
     logged_bearing = keys.get("bearing", bearing)
     if logged_bearing != bearing:
         reason = f"the header says bearing {logged_bearing[:60]!r}; the campaign's is {bearing!r}"
@@ -39,16 +46,16 @@ def _header_problems(
 
 def _run(log: UsableLog, settings: Settings) -> LoggedRun:
     """The run of a log. Samples have `row` and the columns of the project; `rig` is the bearing."""
-    samples: Columns = {"row": log.rows}
+    samples: Columns = {"row": log.row_numbers}
     for name, (quantity, _) in _PROJECT_NAMES.items():
-        samples[name] = log.values[quantity]
-    bearing = torque_of(settings.campaign).bearing
+        samples[name] = log.values_of_quantity[quantity]
+    bearing = torque_section(settings.campaign).bearing
     # the rows of a torque log are never settled readings, even if its header says so
     log = replace(log, keys={**log.keys, "log_kind": "continuous"})
-    return log.run(bearing, samples, nominal={}, flaw=None)
+    return log.logged_run(bearing, samples, set_points={}, flaw=None)
 
 
-def torque_of(campaign: Campaign) -> Torque:
+def torque_section(campaign: Campaign) -> Torque:
     """What the campaign file says of its torque logs.
 
     Raises:
@@ -60,8 +67,8 @@ def torque_of(campaign: Campaign) -> Torque:
     return campaign.torque
 
 
-def _listed_columns(campaign: Campaign) -> Renamed:
-    return torque_of(campaign).columns
+def _listed_columns(campaign: Campaign) -> ListedColumns:
+    return torque_section(campaign).columns
 
 
 # Axial load, speed, temperatures and friction torque of a bearing against time.

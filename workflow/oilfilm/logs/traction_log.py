@@ -11,8 +11,15 @@ import numpy as np
 from oilfilm import tables
 from oilfilm.base.units import PA_PER_GPA, FloatArray, IndexArray, rpm_to_surface_speed
 from oilfilm.logs import base, header
-from oilfilm.logs.log_kind import Column, LogKind, Problems, Renamed, UsableLog, Vocabulary
-from oilfilm.logs.set_point_changes import rows_of_set_points
+from oilfilm.logs.log_kind import (
+    ListedColumns,
+    LoggedColumn,
+    LogKind,
+    Problems,
+    UsableLog,
+    Vocabulary,
+)
+from oilfilm.logs.set_point_changes import row_indices_of_set_points
 from oilfilm.physics.contact import Contact, max_hertz_pressure
 from oilfilm.settings.campaign import Campaign, Semantics
 from oilfilm.settings.config import LoggedTwiceSettings
@@ -34,12 +41,12 @@ _PRESSURE_TOLERANCE = 0.05
 # A sweep to a smaller slide-roll ratio shows no traction curve.
 _SMALLEST_SWEEP = 0.005
 # The unit of a force that is logged as the torque that it makes about an axis.
-_TORQUE = "N m"
+_TORQUE_UNIT = "N m"
 # Rows that come more slowly than this, nearly each at another slip, are settled readings.
 _INTERVAL_OF_READINGS_S = 5.0
 _SHARE_OF_READINGS = 0.9
 _FEWEST_READINGS = 5
-_SAME_SLIP = 0.002
+_LARGEST_DIFFERENCE_OF_SAME_SLIP = 0.002
 # Column name of the project, with its unit -> quantity and unit.
 _PROJECT_NAMES = {
     "time_s": ("time", "s"),
@@ -47,7 +54,7 @@ _PROJECT_NAMES = {
     "max_hertz_pressure_gpa": ("load", "GPa"),
     "stated_max_hertz_pressure_gpa": (_STATED_PRESSURE, "GPa"),
     "traction_force_n": ("traction_force", "N"),
-    "traction_torque_n_m": ("traction_force", _TORQUE),
+    "traction_torque_n_m": ("traction_force", _TORQUE_UNIT),
     "traction_coefficient": ("traction_coefficient", "1"),
     "traction_force_1_n": ("traction_force_1", "N"),
     "traction_force_2_n": ("traction_force_2", "N"),
@@ -62,7 +69,7 @@ _PROJECT_NAMES = {
 
 
 # Quantity -> the column of samples that holds it as logged.
-_SAMPLED = {
+_SAMPLE_COLUMN_OF_QUANTITY = {
     "time": "time_s",
     "load": "load_n",
     "traction_force": "traction_force_n",
@@ -74,30 +81,33 @@ _SAMPLED = {
 
 
 def _header_problems(
-    keys: Mapping[str, str], columns: Sequence[Column], settings: Settings
+    keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
 ) -> Problems:
     """The problems of a header, one after the other. A later check relies on the earlier ones."""
-    yield header.unknown_name("oil", keys, settings.oils)
-    yield header.unknown_name("rig", keys, settings.rigs)
+    yield header.unknown_name_problem("oil", keys, settings.oils)
+    yield header.unknown_name_problem("rig", keys, settings.rigs)
     yield header.simulation_problem(keys, settings)
     log_kind = keys.get("log_kind", "continuous")
     if log_kind not in ("continuous", "steps"):
         reason = f"the header says log_kind: {log_kind[:120]!r}; expected continuous or steps"
         advice = "Nothing to do if this is not a slip sweep; otherwise correct the header."
         yield base.Refusal("not_a_sweep", reason, f"{advice} {header.FORMAT_ADVICE}")
-    yield header.misspelt_key(keys, settings)
-    for name in base.SET_POINT_KEYS:
-        if name in keys and base.parse_set_point(name, keys[name]) is None:
+    yield header.misspelt_key_problem(keys, settings)
+    for set_point_key in base.SET_POINT_KEYS:
+        if (
+            set_point_key in keys
+            and base.parse_set_point(set_point_key, keys[set_point_key]) is None
+        ):
             reason = (
-                f"the header says {name}: {keys[name][:60]!r}; expected "
-                f"{base.expected_set_point(name)}"
+                f"the header says {set_point_key}: {keys[set_point_key][:60]!r}; expected "
+                f"{base.expected_set_point(set_point_key)}"
             )
             yield base.Refusal("header", reason, f"Correct the header. {header.FORMAT_ADVICE}")
     yield _missing_rig_values(keys["rig"], columns, settings)
 
 
 def _missing_rig_values(
-    rig_name: str, columns: Sequence[Column], settings: Settings
+    rig_name: str, columns: Sequence[LoggedColumn], settings: Settings
 ) -> base.Refusal | None:
     """A problem where the units of the columns need values that the rig file does not have."""
     rig = settings.rigs[rig_name]
@@ -109,7 +119,7 @@ def _missing_rig_values(
         missing.append("disc_track_radius_m")
     if units.get("load") == "GPa" and rig.ball_radius_m is None:
         missing.append("ball_radius_m")
-    if units.get("traction_force") == _TORQUE and rig.torque_arm_m is None:
+    if units.get("traction_force") == _TORQUE_UNIT and rig.torque_arm_m is None:
         missing.append("torque_arm_m")
     if not missing:
         return None
@@ -126,62 +136,73 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     rig_name = log.keys["rig"]
     rig = settings.rigs[rig_name]
     semantics = settings.campaign.semantics_for(rig_name)
-    set_points = nominal(log.keys, settings)
-    row_count = len(log.rows)
-    values = dict(log.values)
+    set_points = stated_set_points(log.keys, settings)
+    row_count = len(log.row_numbers)
+    values_of_quantity = dict(log.values_of_quantity)
     if log.keys.get("log_kind") == "steps":
-        for quantity, value in _quantities_without_column(set_points).items():
-            if quantity not in values:
-                values[quantity] = np.full(row_count, value)
+        for quantity, value in _value_of_unneeded_quantity(set_points).items():
+            if quantity not in values_of_quantity:
+                values_of_quantity[quantity] = np.full(row_count, value)
     # a load as maximum Hertz pressure is refused of a rig whose contact is not known
     contact = rig.contact()
-    if contact is not None and log.units.get("load") == "GPa":
-        values["load"] = contact.load_n(values["load"])
+    if contact is not None and log.unit_of_quantity.get("load") == "GPa":
+        values_of_quantity["load"] = contact.load_n(values_of_quantity["load"])
     # a torque is refused of a rig whose lever arm is not known
-    if log.units.get("traction_force") == _TORQUE and rig.torque_arm_m is not None:
-        values["traction_force"] = values["traction_force"] / rig.torque_arm_m
-    if "traction_coefficient" in values:
-        force = semantics.direction * values["traction_coefficient"] * values["load"]
-        values["traction_force"] = force
-    ball, disc = _surface_speeds(values, log.units, rig, semantics)
+    if log.unit_of_quantity.get("traction_force") == _TORQUE_UNIT and rig.torque_arm_m is not None:
+        values_of_quantity["traction_force"] = (
+            values_of_quantity["traction_force"] / rig.torque_arm_m
+        )
+    if "traction_coefficient" in values_of_quantity:
+        force_n = (
+            semantics.direction
+            * values_of_quantity["traction_coefficient"]
+            * values_of_quantity["load"]
+        )
+        values_of_quantity["traction_force"] = force_n
+    ball_m_s, disc_m_s = _surface_speeds(values_of_quantity, log.unit_of_quantity, rig, semantics)
     # a broadcast number takes no memory
-    unknown = np.broadcast_to(np.nan, row_count)
-    samples: base.Columns = {name: unknown for name in tables.columns("samples")}
+    unknown_values = np.broadcast_to(np.nan, row_count)
+    samples: base.Columns = {name: unknown_values for name in tables.columns("samples")}
     del samples["run_id"]
-    for quantity, column in _SAMPLED.items():
-        if quantity in values:
-            samples[column] = values[quantity]
-    samples["row"] = log.rows
-    samples["ball_speed_m_s"] = ball
-    samples["disc_speed_m_s"] = disc
-    flaw = _contradiction(log.rows, values, ball, disc, semantics, settings.logged_twice)
-    flaw = flaw or _fraction_in_percent(log, values)
+    for quantity, column in _SAMPLE_COLUMN_OF_QUANTITY.items():
+        if quantity in values_of_quantity:
+            samples[column] = values_of_quantity[quantity]
+    samples["row"] = log.row_numbers
+    samples["ball_speed_m_s"] = ball_m_s
+    samples["disc_speed_m_s"] = disc_m_s
+    flaw = _contradiction_flaw(
+        log.row_numbers, values_of_quantity, ball_m_s, disc_m_s, semantics, settings.logged_twice
+    )
+    flaw = flaw or _slip_unit_flaw(log, values_of_quantity)
     if contact is not None:
-        flaw = flaw or _contradicted_rig(values, set_points, contact, rig_name)
+        flaw = flaw or _rig_radius_flaw(values_of_quantity, set_points, contact, rig_name)
     if log.keys.get("log_kind") != "steps":
-        flaw = flaw or _settled_readings(values["time"], ball, disc)
-    return log.run(rig_name, samples, set_points, flaw)
+        flaw = flaw or _settled_readings_flaw(values_of_quantity["time"], ball_m_s, disc_m_s)
+    return log.logged_run(rig_name, samples, set_points, flaw)
 
 
-def _contradicted_rig(
-    values: Mapping[str, FloatArray], set_points: base.Nominal, contact: Contact, rig_name: str
+def _rig_radius_flaw(
+    values_of_quantity: Mapping[str, FloatArray],
+    set_points: base.SetPoints,
+    contact: Contact,
+    rig_name: str,
 ) -> base.Refusal | None:
     """A flaw where load and pressure are both stated, and the rig file gives another pressure.
 
     Args:
-        values: Quantity -> values, each of shape (rows,).
+        values_of_quantity: Quantity -> values, each of shape (rows,).
         set_points: Set points of the run.
         contact: The contact of the rig.
         rig_name: Name of the rig.
     """
     stated_gpa = set_points.get("max_hertz_pressure_gpa", np.nan)
     load_n = set_points.get("load_n", np.nan)
-    if _STATED_PRESSURE in values and len(values["load"]):
+    if _STATED_PRESSURE in values_of_quantity and len(values_of_quantity["load"]):
         # without the rows before the load is applied
-        is_loaded = values["load"] > values["load"].max() / 2
+        is_loaded = values_of_quantity["load"] > values_of_quantity["load"].max() / 2
         if is_loaded.any():
-            load_n = float(np.median(values["load"][is_loaded]))
-            stated_gpa = float(np.median(values[_STATED_PRESSURE][is_loaded]))
+            load_n = float(np.median(values_of_quantity["load"][is_loaded]))
+            stated_gpa = float(np.median(values_of_quantity[_STATED_PRESSURE][is_loaded]))
     if not (load_n > 0 and stated_gpa > 0):
         return None
     pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
@@ -198,81 +219,87 @@ def _contradicted_rig(
     )
 
 
-def _fraction_in_percent(log: UsableLog, values: Mapping[str, FloatArray]) -> base.Refusal | None:
+def _slip_unit_flaw(
+    log: UsableLog, values_of_quantity: Mapping[str, FloatArray]
+) -> base.Refusal | None:
     """A flaw where the only slip of a log, in %, is so small that it may be a fraction."""
     column = next((column for column in log.columns if column.quantity == "slide_roll_ratio"), None)
-    if column is None or column.spare or column.logged_unit != "%" or len(log.rows) == 0:
+    if column is None or column.is_spare or column.logged_unit != "%" or len(log.row_numbers) == 0:
         return None
-    largest = float(np.max(np.abs(values["slide_roll_ratio"])))
-    if not 0 < largest < _SMALLEST_SWEEP:
+    largest_slip = float(np.max(np.abs(values_of_quantity["slide_roll_ratio"])))
+    if not 0 < largest_slip < _SMALLEST_SWEEP:
         return None
     return base.Refusal(
         "slip_unit",
-        f"the column {column.name[:60]!r} goes up to {100 * largest:.3g} % of slip, which shows no "
-        "traction curve; it may be a fraction, whose unit is 1",
+        f"the column {column.name[:60]!r} goes up to {100 * largest_slip:.3g} % of slip, which "
+        "shows no traction curve; it may be a fraction, whose unit is 1",
     )
 
 
-def _settled_readings(
-    time_s: FloatArray, ball: FloatArray, disc: FloatArray
+def _settled_readings_flaw(
+    time_s: FloatArray, ball_m_s: FloatArray, disc_m_s: FloatArray
 ) -> base.Refusal | None:
     """A flaw where each row has another slip, seconds after the row before.
 
     Args:
         time_s: Time of each row, shape (rows,).
-        ball: Surface speed of the ball in m/s, shape (rows,).
-        disc: Surface speed of the disc in m/s, shape (rows,).
+        ball_m_s: Surface speed of the ball in m/s, shape (rows,).
+        disc_m_s: Surface speed of the disc in m/s, shape (rows,).
     """
     if len(time_s) < _FEWEST_READINGS:
         return None
-    interval = float(np.median(np.diff(time_s)))
-    if interval < _INTERVAL_OF_READINGS_S:
+    interval_s = float(np.median(np.diff(time_s)))
+    if interval_s < _INTERVAL_OF_READINGS_S:
         return None
     # at standstill any slip may be computed
     with np.errstate(all="ignore"):
-        slip = 2 * (disc - ball) / (disc + ball)
-        is_other_slip = np.abs(np.diff(slip)) > _SAME_SLIP
+        slip = 2 * (disc_m_s - ball_m_s) / (disc_m_s + ball_m_s)
+        is_other_slip = np.abs(np.diff(slip)) > _LARGEST_DIFFERENCE_OF_SAME_SLIP
     if is_other_slip.mean() < _SHARE_OF_READINGS:
         return None
     return base.Refusal(
         "settled_readings",
-        f"rows come every {interval:.3g} s, each at another slide-roll ratio: these look like "
+        f"rows come every {interval_s:.3g} s, each at another slide-roll ratio: these look like "
         "settled readings, and the log is read as a signal against time",
     )
 
 
-def _quantities_without_column(set_points: base.Nominal) -> dict[str, float]:
+def _value_of_unneeded_quantity(set_points: base.SetPoints) -> dict[str, float]:
     """Quantities for which settled readings need no column, and their values: time is NaN."""
-    values = {"time": np.nan}
-    for name, value in set_points.items():
+    value_of_quantity = {"time": np.nan}
+    for set_point_key, value in set_points.items():
         # the load follows from the pressure
-        if name != "max_hertz_pressure_gpa":
-            quantity, _ = base.SET_POINT_UNITS[name]
-            values[quantity] = value
-    return values
+        if set_point_key != "max_hertz_pressure_gpa":
+            quantity, _ = base.SET_POINT_UNITS[set_point_key]
+            value_of_quantity[quantity] = value
+    return value_of_quantity
 
 
-def _not_needed(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
+def _unneeded_quantities(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
     """Quantities for which a log needs no column: of settled readings time and set points."""
     if keys.get("log_kind") != "steps":
         return frozenset()
-    return frozenset(_quantities_without_column(nominal(keys, settings)))
+    return frozenset(_value_of_unneeded_quantity(stated_set_points(keys, settings)))
 
 
-def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
+def stated_set_points(keys: Mapping[str, str], settings: Settings) -> base.SetPoints:
     """Set points of a run; those of its header replace those of the campaign file.
 
     The load follows from the pressure where the contact of the rig is known.
     """
     from_header: dict[str, float] = {}
-    for name in base.SET_POINT_KEYS:
-        value = base.parse_set_point(name, keys[name]) if name in keys else None
+    for set_point_key in base.SET_POINT_KEYS:
+        value = (
+            base.parse_set_point(set_point_key, keys[set_point_key])
+            if set_point_key in keys
+            else None
+        )
         if value is not None:
-            from_header[name] = value
+            from_header[set_point_key] = value
     # the load has one set point, as force or as pressure
-    replaced = base.LOAD_KEYS if from_header.keys() & base.LOAD_KEYS else frozenset()
+    replaced_keys = base.LOAD_KEYS if from_header.keys() & base.LOAD_KEYS else frozenset()
     from_campaign: dict[str, float] = settings.campaign.set_points.model_dump(
-        include=set(base.SET_POINT_KEYS) - replaced, exclude_none=True
+        include=set(base.SET_POINT_KEYS) - replaced_keys, exclude_none=True
     )
     set_points = from_campaign | from_header
     rig = settings.rigs.get(keys.get("rig", ""))
@@ -284,24 +311,27 @@ def nominal(keys: Mapping[str, str], settings: Settings) -> base.Nominal:
 
 
 def _surface_speeds(
-    values: Mapping[str, FloatArray], units: Mapping[str, str], rig: Rig, semantics: Semantics
+    values_of_quantity: Mapping[str, FloatArray],
+    unit_of_quantity: Mapping[str, str],
+    rig: Rig,
+    semantics: Semantics,
 ) -> tuple[FloatArray, FloatArray]:
     """Surface speeds of ball and disc in m/s, each of shape (rows,).
 
     They are logged, or follow from entrainment speed and slide-roll ratio.
     """
-    if "ball_speed" in values:
-        ball, disc = values["ball_speed"], values["disc_speed"]
-        if units["ball_speed"] == "rpm" and rig.ball_track_radius_m is not None:
-            ball = rpm_to_surface_speed(ball, rig.ball_track_radius_m)
-        if units["disc_speed"] == "rpm" and rig.disc_track_radius_m is not None:
-            disc = rpm_to_surface_speed(disc, rig.disc_track_radius_m)
-        return ball, disc
-    entrainment = values["entrainment_speed"]
+    if "ball_speed" in values_of_quantity:
+        ball_m_s, disc_m_s = values_of_quantity["ball_speed"], values_of_quantity["disc_speed"]
+        if unit_of_quantity["ball_speed"] == "rpm" and rig.ball_track_radius_m is not None:
+            ball_m_s = rpm_to_surface_speed(ball_m_s, rig.ball_track_radius_m)
+        if unit_of_quantity["disc_speed"] == "rpm" and rig.disc_track_radius_m is not None:
+            disc_m_s = rpm_to_surface_speed(disc_m_s, rig.disc_track_radius_m)
+        return ball_m_s, disc_m_s
+    entrainment_m_s = values_of_quantity["entrainment_speed"]
     # a logged ratio is positive with the slower body slowed
-    slip = semantics.direction * semantics.over_mean(values["slide_roll_ratio"])
-    sliding = slip * entrainment
-    return entrainment - sliding / 2, entrainment + sliding / 2
+    slip = semantics.direction * semantics.over_mean(values_of_quantity["slide_roll_ratio"])
+    sliding_m_s = slip * entrainment_m_s
+    return entrainment_m_s - sliding_m_s / 2, entrainment_m_s + sliding_m_s / 2
 
 
 class _LoggedTwice(NamedTuple):
@@ -309,118 +339,138 @@ class _LoggedTwice(NamedTuple):
 
     Attributes:
         quantity: The quantity.
-        logged: Its column, shape (n,).
-        expected: The values that follow from the other columns, shape (n,).
+        logged_values: Its column, shape (n,).
+        expected_values: The values that follow from the other columns, shape (n,).
         scale: Divisor of the differences, shape (n,).
-        allowed: Largest median of the scaled differences.
+        largest_median: Largest median of the scaled differences.
         other_columns: The other columns in words.
     """
 
     quantity: str
-    logged: FloatArray
-    expected: FloatArray
+    logged_values: FloatArray
+    expected_values: FloatArray
     scale: FloatArray
-    allowed: float
+    largest_median: float
     other_columns: str
 
 
-def _contradiction(
-    rows: IndexArray,
-    values: Mapping[str, FloatArray],
-    ball: FloatArray,
-    disc: FloatArray,
+def _contradiction_flaw(
+    row_numbers: IndexArray,
+    values_of_quantity: Mapping[str, FloatArray],
+    ball_m_s: FloatArray,
+    disc_m_s: FloatArray,
     semantics: Semantics,
     limits: LoggedTwiceSettings,
 ) -> base.Refusal | None:
     """A flaw where the logged entrainment speed, slip or force contradicts the other columns.
 
     Args:
-        rows: Row numbers, shape (rows,).
-        values: Quantity -> values, each of shape (rows,).
-        ball: Surface speed of the ball in m/s, shape (rows,).
-        disc: Surface speed of the disc in m/s, shape (rows,).
+        row_numbers: Row numbers, shape (rows,).
+        values_of_quantity: Quantity -> values, each of shape (rows,).
+        ball_m_s: Surface speed of the ball in m/s, shape (rows,).
+        disc_m_s: Surface speed of the disc in m/s, shape (rows,).
         semantics: Definitions of the logged signals.
         limits: Largest differences.
     """
-    if not values.keys() & {"entrainment_speed", "slide_roll_ratio", "traction_force_1"}:
+    if not values_of_quantity.keys() & {
+        "entrainment_speed",
+        "slide_roll_ratio",
+        "traction_force_1",
+    }:
         # nothing is logged twice
         return None
-    turning_rows = np.arange(len(rows))
-    if "ball_speed" in values:
+    turning_index = np.arange(len(row_numbers))
+    if "ball_speed" in values_of_quantity:
         # near standstill a slip is noise
-        entrainment = np.abs(ball + disc) / 2
-        fast_m_s = np.quantile(entrainment, 0.9) if len(rows) else 0.0
-        turning_rows = np.flatnonzero(entrainment > fast_m_s / 2)
-    turning_values = {quantity: column[turning_rows] for quantity, column in values.items()}
-    quantities = _logged_twice(
-        turning_values, ball[turning_rows], disc[turning_rows], semantics, limits
+        entrainment_m_s = np.abs(ball_m_s + disc_m_s) / 2
+        fast_m_s = np.quantile(entrainment_m_s, 0.9) if len(row_numbers) else 0.0
+        turning_index = np.flatnonzero(entrainment_m_s > fast_m_s / 2)
+    turning_values = {
+        quantity: column[turning_index] for quantity, column in values_of_quantity.items()
+    }
+    quantities_logged_twice = _logged_twice(
+        turning_values, ball_m_s[turning_index], disc_m_s[turning_index], semantics, limits
     )
-    for twice in quantities:
+    for twice in quantities_logged_twice:
         with np.errstate(divide="ignore", invalid="ignore"):  # no force in either direction
-            scaled_difference = np.abs(twice.logged - twice.expected) / twice.scale
-        compared_rows = np.flatnonzero(np.isfinite(scaled_difference))
-        if len(compared_rows) == 0:
+            scaled_difference = np.abs(twice.logged_values - twice.expected_values) / twice.scale
+        compared_index = np.flatnonzero(np.isfinite(scaled_difference))
+        if len(compared_index) == 0:
             continue
         # the median row decides: a logged set point jumps before the rig follows
-        median = float(np.median(scaled_difference[compared_rows]))
-        if median > twice.allowed:
-            worst_row = compared_rows[np.argmax(scaled_difference[compared_rows])]
+        median_difference = float(np.median(scaled_difference[compared_index]))
+        if median_difference > twice.largest_median:
+            worst_index = compared_index[np.argmax(scaled_difference[compared_index])]
             return base.Refusal(
                 "columns_disagree",
-                f"{twice.quantity} is {twice.logged[worst_row]:.4g} in row "
-                f"{rows[turning_rows][worst_row]}, but "
-                f"{twice.other_columns} give {twice.expected[worst_row]:.4g}; the median "
+                f"{twice.quantity} is {twice.logged_values[worst_index]:.4g} in row "
+                f"{row_numbers[turning_index][worst_index]}, but "
+                f"{twice.other_columns} give {twice.expected_values[worst_index]:.4g}; the median "
                 "difference is "
-                f"{median:.2g}, allowed {twice.allowed:g}",
+                f"{median_difference:.2g}, allowed {twice.largest_median:g}",
             )
     return None
 
 
 def _logged_twice(
-    values: Mapping[str, FloatArray],
-    ball: FloatArray,
-    disc: FloatArray,
+    values_of_quantity: Mapping[str, FloatArray],
+    ball_m_s: FloatArray,
+    disc_m_s: FloatArray,
     semantics: Semantics,
     limits: LoggedTwiceSettings,
 ) -> list[_LoggedTwice]:
     """The quantities of a log that also follow from other columns."""
-    logged_twice: list[_LoggedTwice] = []
-    if "ball_speed" in values:
-        entrainment = (ball + disc) / 2
-        sliding = semantics.direction * (disc - ball)
-        speeds = "the speeds of ball and disc"
-        if "entrainment_speed" in values:
-            logged = values["entrainment_speed"]
-            allowed = limits.entrainment_speed
-            logged_twice.append(
+    quantities_logged_twice: list[_LoggedTwice] = []
+    if "ball_speed" in values_of_quantity:
+        entrainment_m_s = (ball_m_s + disc_m_s) / 2
+        sliding_m_s = semantics.direction * (disc_m_s - ball_m_s)
+        speeds_in_words = "the speeds of ball and disc"
+        if "entrainment_speed" in values_of_quantity:
+            logged_values = values_of_quantity["entrainment_speed"]
+            largest_median = limits.entrainment_speed
+            quantities_logged_twice.append(
                 _LoggedTwice(
-                    "entrainment_speed", logged, entrainment, np.abs(entrainment), allowed, speeds
+                    "entrainment_speed",
+                    logged_values,
+                    entrainment_m_s,
+                    np.abs(entrainment_m_s),
+                    largest_median,
+                    speeds_in_words,
                 )
             )
-        if "slide_roll_ratio" in values:
-            logged = semantics.over_mean(values["slide_roll_ratio"])
-            allowed = limits.slide_roll_ratio
-            slip = sliding / entrainment
-            logged_twice.append(
-                _LoggedTwice("slide_roll_ratio", logged, slip, np.ones_like(slip), allowed, speeds)
+        if "slide_roll_ratio" in values_of_quantity:
+            logged_values = semantics.over_mean(values_of_quantity["slide_roll_ratio"])
+            largest_median = limits.slide_roll_ratio
+            slip = sliding_m_s / entrainment_m_s
+            quantities_logged_twice.append(
+                _LoggedTwice(
+                    "slide_roll_ratio",
+                    logged_values,
+                    slip,
+                    np.ones_like(slip),
+                    largest_median,
+                    speeds_in_words,
+                )
             )
-    if "traction_force" in values and values.keys() >= set(_FORCES_OF_DIRECTIONS):
-        disc_faster = values["traction_force_1"]
-        ball_faster = values["traction_force_2"]
-        logged_twice.append(
+    if "traction_force" in values_of_quantity and values_of_quantity.keys() >= set(
+        _FORCES_OF_DIRECTIONS
+    ):
+        force_disc_faster = values_of_quantity["traction_force_1"]
+        force_ball_faster = values_of_quantity["traction_force_2"]
+        quantities_logged_twice.append(
             _LoggedTwice(
                 "traction_force",
-                logged=values["traction_force"],
-                expected=(disc_faster - ball_faster) / 2,
-                scale=(np.abs(disc_faster) + np.abs(ball_faster)) / 2,
-                allowed=limits.traction_force,
+                logged_values=values_of_quantity["traction_force"],
+                expected_values=(force_disc_faster - force_ball_faster) / 2,
+                scale=(np.abs(force_disc_faster) + np.abs(force_ball_faster)) / 2,
+                largest_median=limits.traction_force,
                 other_columns="the forces of both directions of the slip",
             )
         )
-    return logged_twice
+    return quantities_logged_twice
 
 
-def _listed_columns(campaign: Campaign) -> Renamed:
+def _listed_columns(campaign: Campaign) -> ListedColumns:
     return campaign.columns
 
 
@@ -439,6 +489,6 @@ TRACTION = LogKind(
     _header_problems,
     _run,
     sheet_keys=("rig", "log_kind", *base.SET_POINT_KEYS),
-    not_needed=_not_needed,
-    rows_of_set_points=rows_of_set_points,
+    unneeded_quantities=_unneeded_quantities,
+    row_indices_of_set_points=row_indices_of_set_points,
 )

@@ -95,7 +95,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     import openpyxl  # noqa: PLC0415
 
     texts: list[tuple[str, bytes]] = []
-    letters = 0
+    letter_count = 0
     with closing(
         openpyxl.load_workbook(checked_workbook(content), read_only=True, data_only=True)
     ) as workbook:
@@ -109,21 +109,21 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
                 line = line_of_cells(cells, columns_in_percent)
                 if line:
                     lines.append(line)
-                    letters += len(line)
+                    letter_count += len(line)
                 # many cells may share one long text
-                check_letters(letters)
+                check_letter_count(letter_count)
             if lines:
                 texts.append((sheet.title, text_of_lines(lines)))
     return texts
 
 
-def check_letters(letters: int) -> None:
+def check_letter_count(letter_count: int) -> None:
     """Refuse a workbook whose cells have too many letters.
 
     Raises:
         ValueError: They have more than 64 MiB.
     """
-    if letters > LARGEST_UNPACKED:
+    if letter_count > LARGEST_UNPACKED:
         raise ValueError(f"its cells hold more than {LARGEST_UNPACKED // _MIB} MiB")
 
 
@@ -142,8 +142,8 @@ def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: set[int
         if isinstance(value, str) and "%" in value:
             columns_in_percent.add(index)
         if isinstance(value, (int, float)) and is_in_percent:
-            shown = 100 * value if index in columns_in_percent else value
-            texts.append(f"{shown:.12g}")
+            shown_number = 100 * value if index in columns_in_percent else value
+            texts.append(f"{shown_number:.12g}")
         else:
             texts.append(_text(value))
     return "\t".join(texts).rstrip("\t")
@@ -152,8 +152,8 @@ def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: set[int
 def text_of_lines(lines: Sequence[str]) -> bytes:
     """Lines of cells as a text: each line is filled to the same number of cells."""
     most_tabs = max(line.count("\t") for line in lines)
-    filled = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
-    return ("\n".join(filled) + "\n").encode()
+    filled_lines = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
+    return ("\n".join(filled_lines) + "\n").encode()
 
 
 def _text(value: Any) -> str:
@@ -179,16 +179,17 @@ def checked_workbook(content: bytes) -> io.BytesIO:
             than ten million cells.
     """
     archive = zipfile.ZipFile(io.BytesIO(content))
-    size = sum(member.file_size for member in archive.infolist())
-    if size > LARGEST_UNPACKED:
+    unpacked_size = sum(member.file_size for member in archive.infolist())
+    if unpacked_size > LARGEST_UNPACKED:
         raise ValueError(
-            f"unpacked it has {size // _MIB} MiB; expected at most {LARGEST_UNPACKED // _MIB}"
+            f"unpacked it has {unpacked_size // _MIB} MiB; expected at most "
+            f"{LARGEST_UNPACKED // _MIB}"
         )
-    cells = 0
+    cell_count = 0
     for member in archive.infolist():
         # any part may be a sheet; what is no XML, as a picture, ends at its first bytes
         with suppress(expat.ExpatError):
-            cells += _count_cells(archive, member, MOST_CELLS - cells)
+            cell_count += _count_cells(archive, member, MOST_CELLS - cell_count)
     return io.BytesIO(content)
 
 
@@ -198,22 +199,24 @@ def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most_cells: 
     Raises:
         ValueError: A row is beyond the last one of any sheet, or there are too many cells.
     """
-    row = column = cells = 0
+    row_number = filled_column_count = cell_count = 0
 
     def start_element(name: str, attributes: dict[str, str]) -> None:
-        nonlocal row, column, cells
+        nonlocal row_number, filled_column_count, cell_count
         tag = name.rpartition(":")[2]
         if tag == "row":
-            row = int(attributes.get("r", row + 1))
-            column = 0
-            if row > LAST_ROW:
-                raise ValueError(f"it has a row {row}; expected at most {LAST_ROW}")
+            row_number = int(attributes.get("r", row_number + 1))
+            filled_column_count = 0
+            if row_number > LAST_ROW:
+                raise ValueError(f"it has a row {row_number}; expected at most {LAST_ROW}")
         elif tag == "c":
-            letters = attributes.get("r", "").rstrip("0123456789")
-            last_column = _number_of_column(letters) if letters else column + 1
-            cells += max(last_column - column, 0)
-            column = max(last_column, column)
-            if cells > most_cells:
+            column_letters = attributes.get("r", "").rstrip("0123456789")
+            column_number = (
+                _number_of_column(column_letters) if column_letters else filled_column_count + 1
+            )
+            cell_count += max(column_number - filled_column_count, 0)
+            filled_column_count = max(column_number, filled_column_count)
+            if cell_count > most_cells:
                 raise ValueError(f"it has more than {MOST_CELLS} cells, with empty ones between")
 
     def refuse_entity(*_: object) -> None:
@@ -226,7 +229,7 @@ def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most_cells: 
         for chunk in chunks_of(sheet):
             parser.Parse(chunk, False)
         parser.Parse(b"", True)
-    return cells
+    return cell_count
 
 
 def chunks_of(sheet: IO[bytes]) -> Iterator[bytes]:

@@ -77,7 +77,7 @@ def judged_torque_logs(
         settings: Settings of the campaign.
         run_sheet: Run sheet of the torque logs.
     """
-    ingested = ingest_logs(logs, settings, TorqueRig.logs, run_sheet)
+    ingested = ingest_logs(logs, settings, TorqueRig.kind_of_logs, run_sheet)
     samples = ingested.all_samples()
     curated = curate(samples, ingested.runs, TorqueRig(settings))
     samples_of_run = samples.groupby("run_id").get_group
@@ -219,7 +219,7 @@ def draw_page(
     has_times = bool(np.isfinite(signals.time_s).all())
     # readings without a clock are drawn over their rows
     if not has_times:
-        signals = replace(signals, time_s=signals.row.astype(float))
+        signals = replace(signals, time_s=signals.row_numbers.astype(float))
     abscissa = signals.time_s
     head = _heading_lines(entry, run)
     panel_count = len(kind.shown_signals)
@@ -332,11 +332,11 @@ def _time_range(signals: Signals, first_row: int, last_row: int) -> tuple[float,
 
     From 0 to 0 means all rows. Where no row of the range was read, the nearest one is taken.
     """
-    is_inside = (signals.row >= first_row) & (signals.row <= last_row)
+    is_inside = (signals.row_numbers >= first_row) & (signals.row_numbers <= last_row)
     if last_row == 0:
         is_inside[:] = True
     if not is_inside.any():
-        nearest_index = np.abs(signals.row - first_row).argmin()
+        nearest_index = np.abs(signals.row_numbers - first_row).argmin()
         is_inside[nearest_index] = True
     times = signals.time_s[is_inside]
     return float(times.min()), float(times.max())
