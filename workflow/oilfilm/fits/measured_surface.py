@@ -244,7 +244,7 @@ class OilSurface:
             share = normal_factor(self.level(level)) / normal_factor(self.factors.level)
             mu[has_value] = predicted.mu
             lower[has_value], upper[has_value] = predicted.interval(factor * share)
-            support[has_value] = predicted.support
+            support[has_value] = predicted.support_codes
         return SurfaceAnswer(mu, lower, upper, support)
 
 
@@ -326,7 +326,7 @@ def free_law(law: Law, constants: FloatArray, followed: BoolArray, contact: Cont
     return FreeLaw(
         law=law,
         constants=to_internal(law, constants),
-        free=np.array(free),
+        is_free=np.array(free),
         conditions_of_law=partial(contact.to_law, law),
     )
 
@@ -360,14 +360,14 @@ def usable_measurements(
     slip = data.slip[points_used]
     measurements = Measurements(
         conditions=conditions[rows],
-        curve=curve,
+        curve_of_point=curve,
         slip=slip,
         mu=data.mu[points_used],
         noise_ratio=_noise_ratio(
             data.mu_se[points_used] / mu_of_law[carries], data.slip_se[points_used] / slip
         ),
         level_widths=assumptions.level_widths,
-        rig=None if rig is None else rig[rows],
+        rig_of_curve=None if rig is None else rig[rows],
     )
     return tuple(data.runs[row] for row in rows.tolist()), measurements
 

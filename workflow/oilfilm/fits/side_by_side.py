@@ -198,12 +198,12 @@ def _ratio_by_runs(
     columns = {"ratio": predicted.ratio, "ratio_lower": lower, "ratio_upper": upper}
     frame = pd.DataFrame(columns)
     frame[is_rolling] = np.nan
-    is_known = ~predicted.outside
+    is_known = ~predicted.is_outside
     higher = is_known & (frame["ratio_lower"] > 1)
     lower_than_base = is_known & (frame["ratio_upper"] < 1)
     return frame.assign(
         ratio_of="runs",
-        ratio_support=np.where(is_rolling, Support.SUPPORTED, predicted.support),
-        ratio_outside=predicted.outside & ~is_rolling,
+        ratio_support=np.where(is_rolling, Support.SUPPORTED, predicted.support_codes),
+        ratio_outside=predicted.is_outside & ~is_rolling,
         certain=np.select([higher, lower_than_base], ["higher", "lower"], ""),
     )

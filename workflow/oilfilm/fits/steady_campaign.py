@@ -191,17 +191,19 @@ NO_CHANGE: dict[str, Any] = {
 
 def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any]:
     """The columns of a change of the rig."""
-    size = -change.size if change.effect in _READS_OPPOSITE else change.size
-    if change.effect in _IN_LOGARITHMS:
+    size = -change.size if change.effect_name in _READS_OPPOSITE else change.size
+    if change.effect_name in _IN_LOGARITHMS:
         size = float(np.expm1(size))
     is_suspect = change.pattern > 0.5
     in_all_runs = change.kind in ("trend", "season")
-    number = EFFECTS.index(change.effect)
+    number = EFFECTS.index(change.effect_name)
     measured = campaign.surface.measurements
-    log_mu_change = campaign.design()[:, number] * change.size * change.pattern[measured.curve]
+    log_mu_change = (
+        campaign.design()[:, number] * change.size * change.pattern[measured.curve_of_point]
+    )
     return {
         "campaign_verdict": "changed",
-        "change": CAUSES[change.effect],
+        "change": CAUSES[change.effect_name],
         "change_course": _course(change.kind, is_suspect, campaign.order),
         "change_group": change.label,
         "changed_runs": () if in_all_runs else _names_in_time(campaign, is_suspect),
@@ -226,11 +228,11 @@ def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]
     surface = campaign.surface
     measured = surface.measurements
     conditions = measured.conditions.copy()
-    conditions[swap.rows, 2] = swap.temperatures_c
+    conditions[swap.curve_indices, 2] = swap.temperatures_c
     differences = conditions[:, 2] - measured.conditions[:, 2]
     as_labelled = surface.log_mu(measured.point_conditions, measured.slip)
-    as_exchanged = surface.log_mu(conditions[measured.curve], measured.slip)
-    is_suspect = np.isin(np.arange(len(conditions)), swap.rows)
+    as_exchanged = surface.log_mu(conditions[measured.curve_of_point], measured.slip)
+    is_suspect = np.isin(np.arange(len(conditions)), swap.curve_indices)
     return {
         "campaign_verdict": "changed",
         "change": SWAPPED_LABELS,
@@ -244,7 +246,7 @@ def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]
 def _misreading_columns(campaign: MeasuredCampaign, misreading: Misreading) -> dict[str, Any]:
     """The columns of a quantity that is read too large by a factor."""
     surface = campaign.surface
-    measured, corrected = surface.measurements, misreading.put_right(surface.measurements)
+    measured, corrected = surface.measurements, misreading.corrected(surface.measurements)
     as_read = surface.log_mu(measured.point_conditions, measured.slip)
     put_right = surface.log_mu(corrected.point_conditions, corrected.slip)
     return {
@@ -252,7 +254,7 @@ def _misreading_columns(campaign: MeasuredCampaign, misreading: Misreading) -> d
         "change": FACTORS[misreading.quantity],
         "change_course": "group" if misreading.label else "some runs",
         "change_group": misreading.label,
-        "changed_runs": _names_in_time(campaign, misreading.members),
+        "changed_runs": _names_in_time(campaign, misreading.is_misread),
         "change_size": misreading.factor,
         "change_relative_rms": campaign.relative_rms(put_right - as_read),
     }

@@ -173,7 +173,7 @@ def searched_surface(
     row = {
         "oil": oil,
         "law": law_name,
-        "n_conditions": int(measurements.condition_numbers().max()) + 1,
+        "n_conditions": int(measurements.condition_of_curve().max()) + 1,
         "interval_level": factors.level,
         "point_factor": factors.point,
         "curve_factor": factors.curve,
@@ -205,11 +205,13 @@ def searched_surface(
 def _sd_on_own_rigs(surface: Surface) -> FloatArray:
     """Standard deviation of ln mu in the next run at the measured points, on the rig of each."""
     measurements = surface.measurements
-    if measurements.rig is None:
+    if measurements.rig_of_curve is None:
         return surface.predict(measurements.point_conditions, measurements.slip).next_run_sd
     deviations = []
-    for rig in np.unique(measurements.rig).tolist():
-        points_of_rig = measurements.select_points(measurements.rig[measurements.curve] == rig)
+    for rig in np.unique(measurements.rig_of_curve).tolist():
+        points_of_rig = measurements.select_points(
+            measurements.rig_of_curve[measurements.curve_of_point] == rig
+        )
         on_rig = surface.predict(points_of_rig.point_conditions, points_of_rig.slip, rig)
         deviations.append(on_rig.next_run_sd)
     return np.concatenate(deviations)
@@ -234,11 +236,11 @@ def _constant_rows(
     Constants of a law that does not fit describe the plan of the tests, and have no errors.
     """
     internal = surface_law.constants.copy()
-    internal[surface_law.free] = verdict.constants
+    internal[surface_law.is_free] = verdict.constants
     constants = to_constants(surface_law.law, internal)
     errors = np.full(len(constants), np.nan)
     if law_fits:
-        errors[surface_law.free] = verdict.standard_errors
+        errors[surface_law.is_free] = verdict.standard_errors
     rows = []
     for constant, value, error in zip(surface_law.law.constants, constants, errors, strict=True):
         # the internal form of a factor is its logarithm
@@ -246,4 +248,4 @@ def _constant_rows(
         standard_error = float(error_factor * error)
         row = {"oil": oil, "law": law_name, "constant": constant.name, "value": float(value)}
         rows.append({**row, "standard_error": standard_error})
-    return [row for row, is_free in zip(rows, surface_law.free, strict=True) if is_free]
+    return [row for row, is_free in zip(rows, surface_law.is_free, strict=True) if is_free]

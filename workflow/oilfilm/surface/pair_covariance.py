@@ -49,11 +49,11 @@ _NOISE = _ERROR_SIZES - 1
 
 @dataclass(frozen=True)
 class PairSizes:
-    """All sizes of a pair.
+    """All sizes of the description of two oils.
 
     Attributes:
-        common: Sizes of the effects of runs, of the noise and of c.
-        ratio: The same effects and noise, and the sizes of r.
+        common: Sizes of the effects of runs, of the noise and of c, the common departure.
+        ratio: Sizes of r, the ratio, with the same effects and noise.
         law_difference: Standard deviation of the difference of the constants of the law, over that
             of a constant in a surface.
     """
@@ -96,7 +96,7 @@ class PairCovariance:
     """Covariance of the coordinates of the curves of both oils.
 
     Attributes:
-        common: Covariance of what has no oil: law, c, effects of runs and noise.
+        common: Covariance of what does not depend on the oil: law, c, effects of runs and noise.
         ratio: Covariance of r at the same coordinates. Its effects and noise are not used.
         half_sign: -1/2 for the first oil and 1/2 for the second, shape (coordinates,).
         law_difference: See `PairSizes`.
@@ -109,67 +109,73 @@ class PairCovariance:
 
     @classmethod
     def from_curves(
-        cls, curves: ReducedCurves, box: ConditionBox, oil: IndexArray, sizes: PairSizes
+        cls, curves: ReducedCurves, box: ConditionBox, oil_of_curve: IndexArray, sizes: PairSizes
     ) -> "PairCovariance":
         """The covariance of curves.
 
         Args:
             curves: The curves of both oils.
             box: The box of the tested conditions.
-            oil: 0 for curves of the first oil and 1 for those of the second, shape (curves,).
+            oil_of_curve: 0 for curves of the first oil, 1 for those of the second, shape (curves,).
             sizes: The sizes.
         """
-        slopes = _slopes_of_ratio(curves.to_slips, curves.law_slopes, sizes.law_difference)
+        slopes = _slopes_of_ratio(
+            curves.slip_weights_of_coordinates, curves.law_slopes, sizes.law_difference
+        )
         # between two levels the ratio bends by its own size: what laws miss there, both oils share
         ratio_box = replace(box, level_counts=np.maximum(box.level_counts, 3))
         return cls(
             common=CurveCovariance(curves, box, sizes.common),
             ratio=CurveCovariance(replace(curves, law_slopes=slopes), ratio_box, sizes.ratio),
-            half_sign=oil[curves.curve].astype(float) - 0.5,
+            half_sign=oil_of_curve[curves.curve_of_coordinate].astype(float) - 0.5,
             law_difference=sizes.law_difference,
         )
 
     @cached_property
-    def measured(self) -> Coordinates:
-        """All coordinates, as values of ln mu."""
-        return self.common.curves.select(np.arange(len(self.half_sign)))
+    def all_coordinates(self) -> Coordinates:
+        """All measured coordinates, as values of ln mu."""
+        return self.common.curves.select_coordinates(np.arange(len(self.half_sign)))
 
     def matrix(self) -> FloatArray:
         """The covariance, shape (coordinates, coordinates)."""
         return self.common.matrix() + self.half_sign[:, np.newaxis] * self.ratio_covariance(
-            self.measured
+            self.all_coordinates
         )
 
     def ratio_covariance(self, targets: Coordinates) -> FloatArray:
         """Covariance of r at the targets with the coordinates, shape (targets, coordinates)."""
-        across = smooth_covariance(self.ratio, self.as_ratio(targets), self.as_ratio(self.measured))
+        across = smooth_covariance(
+            self.ratio, self.as_ratio(targets), self.as_ratio(self.all_coordinates)
+        )
         return across * self.half_sign
 
-    def oil_covariance(self, targets: Coordinates, oil: int) -> FloatArray:
+    def oil_covariance(self, targets: Coordinates, oil_index: int) -> FloatArray:
         """Covariance of ln mu of an oil with the coordinates, shape (targets, coordinates).
 
         Args:
             targets: Where ln mu is wanted.
-            oil: 0 or 1.
+            oil_index: 0 for the first oil, 1 for the second.
         """
-        common_covariance = smooth_covariance(self.common, targets, self.measured)
-        return common_covariance + (oil - 0.5) * self.ratio_covariance(targets)
+        common_covariance = smooth_covariance(self.common, targets, self.all_coordinates)
+        return common_covariance + (oil_index - 0.5) * self.ratio_covariance(targets)
 
     def as_ratio(self, targets: Coordinates) -> Coordinates:
-        """Values of r where the targets are values of ln mu."""
+        """The values of r at the points at which the targets are values of ln mu."""
         slopes = _slopes_of_ratio(targets.weights, targets.law_slopes, self.law_difference)
         return replace(targets, law_slopes=slopes)
 
     def slopes(self, weight: FloatArray) -> FloatArray:
-        """Sums of `weight` times the derivative by each logarithm, in the order of `PairSizes`.
+        """Sum of `weight` times the derivative of the covariance by the logarithm of each size.
+
+        The order is that of `PairSizes.from_logarithms`.
 
         Args:
             weight: Symmetric, shape (coordinates, coordinates).
         """
         weight_of_ratio = weight * np.outer(self.half_sign, self.half_sign)
         ratio_slopes = self.ratio.slopes(weight_of_ratio)[_ERROR_SIZES:]
-        by_law = self.law_difference * self.common.curves.law_slopes
-        law_slope = 2 * np.sum(by_law * (weight_of_ratio @ by_law))
+        law_slopes = self.law_difference * self.common.curves.law_slopes
+        law_slope = 2 * np.sum(law_slopes * (weight_of_ratio @ law_slopes))
         return np.concatenate([self.common.slopes(weight), ratio_slopes, [law_slope]])
 
 
@@ -182,7 +188,7 @@ def objective(
 
     Args:
         logarithms: Logarithms of the sizes, in the order of `PairSizes`.
-        covariance_of: The covariance with some sizes.
+        covariance_of: Makes the covariance with some sizes.
         size_priors: The priors of the sizes.
     """
     covariance = covariance_of(PairSizes.from_logarithms(logarithms))
@@ -209,7 +215,7 @@ def most_likely_pair(
     """The most likely sizes of a pair, as logarithms in the order of `PairSizes`.
 
     Args:
-        covariance_of: The covariance with some sizes.
+        covariance_of: Makes the covariance with some sizes.
         size_priors: The priors of the sizes.
     """
     return most_likely_logarithms(
