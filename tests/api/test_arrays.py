@@ -252,7 +252,7 @@ def test_constants_have_the_level_of_their_intervals_and_their_correlations(
     correlations = fit.correlations
     np.testing.assert_allclose(np.diag(correlations), 1)
     # of A0 and A1 by the definition, over the constants of the refits
-    first, second = fit.law.coefficients.spread[:, :2].T
+    first, second = fit.law.coefficients.refits[:, :2].T
     expected = np.cov(first, second)[0, 1] / (first.std(ddof=1) * second.std(ddof=1))
     assert correlations.loc["A0", "A1"] == pytest.approx(expected)
     # by the residuals that the table of points has

@@ -92,8 +92,8 @@ def test_a_certificate_is_one_whatever_the_last_digits_of_the_searches(quick: Se
     problem, best = polished(make_points("4102", matrix(), noise=1e-4), printed()["4102"])
     doubts = set()
     for bits in BITS:
-        ends = [best, Optimum(best.values * (1 + bits), best.sse * (1 + abs(bits)))]
-        made = certify(problem, ends, np.full(len(best.values), 0.01), quick.fit)
+        ends = [best, Optimum(best.constants * (1 + bits), best.sse * (1 + abs(bits)))]
+        made = certify(problem, ends, np.full(len(best.constants), 0.01), quick.fit)
         assert made["certified"]
         doubts.add(made["doubts"])
     assert doubts == {()}
@@ -191,4 +191,4 @@ def test_of_tests_that_tell_the_same_the_first_is_planned(bits: float) -> None:
     new[3] *= 1 - bits
     # a slope is as well known by either end
     plan = choose(np.diag([4.0, 10.0]), new, np.array([[0.0, 1.0]]), 3)
-    assert plan.chosen == [0, 2, 3]
+    assert plan.chosen_indices == [0, 2, 3]

@@ -34,7 +34,7 @@ def oil(factor: float, conditions: np.ndarray, seed: int, rig: str = "one") -> M
 def test_a_planted_ratio_is_found_by_pairs_of_runs_whatever_their_names_are() -> None:
     first, second = oil(1.0, CORNERS, 61), oil(1.2, CORNERS, 62)
     pair = oil_pair(first, second)
-    assert (pair.paired, pair.unpaired) == (8, 0)
+    assert (pair.paired_count, pair.unpaired_count) == (8, 0)
     assert isinstance(pair.ratio, RatioSurface)
     at, slip = np.array([[1.2, 32.0, 70.0]]), np.array([0.05])
     # the mean of 8 gains of 0.5 % of each oil has an error of 0.25 %
@@ -53,7 +53,7 @@ def test_few_common_conditions_give_no_ratio() -> None:
     other[3:, 2] -= np.where(other[3:, 2] > 50, 20, -20)
     pair = oil_pair(oil(1.0, CORNERS, 64), oil(1.2, other, 65))
     assert pair.ratio is Obstacle.FEW_PAIRS
-    assert (pair.paired, pair.unpaired) == (3, 10)
+    assert (pair.paired_count, pair.unpaired_count) == (3, 10)
 
 
 def test_runs_whose_speed_is_not_known_give_no_ratio() -> None:

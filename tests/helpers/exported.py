@@ -91,7 +91,7 @@ def arguments_of(fit: Description, rows: pd.DataFrame) -> np.ndarray:
 
 def expected(fit: Description, rows: pd.DataFrame) -> np.ndarray:
     """mu by the library's own prediction, not by anything of the exports."""
-    fixed = [each.condition for each in fit.fitted.coefficients.fixed]
+    fixed = [each.condition for each in fit.fitted.coefficients.fixed_conditions]
     conditions = rows.assign(**dict.fromkeys(fixed, np.nan))[list(fit.law.conditions)].to_numpy()
     return fit.fitted.predict(conditions, rows[SLIP].to_numpy()).traction_coefficient
 

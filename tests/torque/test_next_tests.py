@@ -117,7 +117,9 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     gradients = information.gradients(of_torque.gradients, by_form_error, of_torque.coordinates)
     of_each = information.precision_of_curves(feasible.curves, feasible.form_error)
     design = choose(information.precision, of_each, gradients, 4)
-    added = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen]]
+    added = [
+        tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen_indices]
+    ]
     promised = uncertainties(design.final_precision, gradients)
     ratio = np.sqrt(np.mean(actual_errors(added) ** 2, axis=0)) / promised
     low, high = np.sqrt(chi2.ppf([0.0005, 0.9995], REPEATS) / REPEATS)
@@ -160,7 +162,7 @@ def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Reque
         places = plan.information.form_coordinates(plan.candidates.curves)
         span = np.ptp(places, axis=0)
         contacts = plan.wanted.coordinates.reshape(-1, 3)
-        far = (places[plan.design.chosen][:, np.newaxis] - contacts) / span
+        far = (places[plan.design.chosen_indices][:, np.newaxis] - contacts) / span
         away.append(np.linalg.norm(far, axis=-1).min(axis=1).mean())
     assert away[1] < 0.7 * away[0]
 
@@ -185,16 +187,18 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
         assert table["uncertainty_now"].iloc[0] == pytest.approx(expected, rel=0.1)
         without_law = table["uncertainty_without_law"].iloc[0]
         assert (table["uncertainty_with_test"] >= without_law).all()
-    assert of_torque.irreducible > 0.9 * of_torque.with_irreducible(of_torque.design.before)
-    assert not of_torque.design.chosen
-    assert len(of_slip.design.chosen) == request_for.count
+    assert of_torque.irreducible > 0.9 * of_torque.with_irreducible(
+        of_torque.design.uncertainty_before
+    )
+    assert not of_torque.design.chosen_indices
+    assert len(of_slip.design.chosen_indices) == request_for.count
 
 
 def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
     """Stated 3 GPa, 50 m/s; lambda > 3; the first test of the table is the best one alone."""
     of_exact_bearing = replace(request_for, bearing=LAW_ALONE.tested_bearing())
     for plan in plan_oil(results, LAW_ALONE, OIL, of_exact_bearing):
-        assert (plan.design.with_one_candidate <= plan.design.before).all()
+        assert (plan.design.uncertainty_with_one <= plan.design.uncertainty_before).all()
         table = plan.table()
         # 3 GPa of this ball by Hertz; the assumed full scale of 200 N bounds nothing
         assert table["load_n"].max() == pytest.approx(1136, abs=1)
@@ -343,7 +347,7 @@ def test_a_plan_is_for_one_rig_and_contact(results: CampaignTables, request_for:
     with pytest.raises(OilfilmError, match="different contacts"):
         plan_oil(results, settings, OIL, request_for)
     (plan,) = plan_oil(results, settings, OIL, replace(request_for, targets=("traction",)))
-    assert len(plan.design.chosen) == request_for.count
+    assert len(plan.design.chosen_indices) == request_for.count
     settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):
         plan_oil(results, settings, OIL, request_for)

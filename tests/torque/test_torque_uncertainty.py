@@ -72,7 +72,7 @@ def oil(
         internal = law.internal[0]
         spread, shifted = (to_constants(law.fitted.law, internal + off) for off in (refits, shifts))
         coefficients = replace(
-            law.fitted.coefficients, spread=spread, shifted=shifted, run_sd=run_sd
+            law.fitted.coefficients, refits=spread, shifted_refits=shifted, run_sd=run_sd
         )
         return replace(law, fitted=replace(law.fitted, coefficients=coefficients))
 

@@ -194,7 +194,7 @@ def _laws_of_series(
     refit_constants = refit.coefficients
     if (
         law.conditions != CONDITIONS
-        or not refit_constants.followed.all()
+        or not refit_constants.is_followed_group.all()
         or np.isnan(refit_constants.constants).any()
     ):
         return {}

@@ -172,12 +172,13 @@ def _basis_of_ratio(pair: OilPair) -> str:
         )
     level = pair.ratio.interval_factors.level
     sentences = [
-        f"ratio by the runs at {pair.paired} conditions of both oils; they allow an interval of "
-        f"{level:.0%}."
+        f"ratio by the runs at {pair.paired_count} conditions of both oils; they allow an "
+        f"interval of {level:.0%}."
     ]
-    if pair.unpaired:
+    if pair.unpaired_count:
         sentences.append(
-            f"{pair.unpaired} conditions of one oil alone count with what both oils have in common."
+            f"{pair.unpaired_count} conditions of one oil alone count with what both oils have in "
+            "common."
         )
     two_levels = box_of(pair.ratio.runs.stacked).has_two_levels
     for name in np.array(CONDITIONS)[two_levels]:
@@ -185,7 +186,7 @@ def _basis_of_ratio(pair: OilPair) -> str:
         sentences.append(f"The {meaning} has two levels: a bend of the ratio between is not seen.")
     if not pair.ratio.converged:
         sentences.append("The search of the sizes of errors found no maximum: do not rely on it.")
-    sentences.append(_rigs_text(*pair.rigs))
+    sentences.append(_rigs_text(*pair.rig_names))
     return " ".join(sentences)
 
 

@@ -283,7 +283,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
     yield (
         f"{plan.oil}{in_bearing}: standard uncertainty of the {name} from the law, root mean "
         f"square over {len(plan.wanted.labels)} operating points: "
-        f"{_with_unit(target, plan.design.before)}; largest "
+        f"{_with_unit(target, plan.design.uncertainty_before)}; largest "
         f"{_largest_with_point(plan, information.precision)}."
     )
     if information.calibration.any():
@@ -303,7 +303,9 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
     tests = plan.table().query("test_order > 0").sort_values("test_order")
     if len(tests):
         columns = {
-            "law_uncertainty_then": [_with_unit(target, by_law) for by_law in plan.design.after]
+            "law_uncertainty_then": [
+                _with_unit(target, by_law) for by_law in plan.design.uncertainty_after
+            ]
         }
         if plan.irreducible:
             columns["uncertainty_then"] = [

@@ -96,7 +96,7 @@ def prediction(
         sentences += next_rig_sentences(fit.surface, rig)
     sentences += fit.remarks(evaluated_conditions, slip)
     sentences += [f"NOT SOUND: {reason}" for reason in fit.warnings]
-    for condition in fit.coefficients.fixed:
+    for condition in fit.coefficients.fixed_conditions:
         sentences.append(
             f"mu and its interval are those where it was tested: {condition.sentence()}"
         )
@@ -193,7 +193,7 @@ def _refuse_other_conditions(
             "It takes "
             f"{', '.join(option_by_condition.get(name, name) for name in fit.law.conditions)}."
         )
-    not_followed = {fixed.condition for fixed in fit.coefficients.fixed}
+    not_followed = {fixed.condition for fixed in fit.coefficients.fixed_conditions}
     missing = conditions - not_followed - operating_point.keys()
     for option, (name, _, example) in CONDITION_OPTIONS.items():
         if name in missing:

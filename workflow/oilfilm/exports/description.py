@@ -199,7 +199,7 @@ class Description:
     @property
     def where_known(self) -> str:
         """The tested level or line of each condition that is no argument; empty without one."""
-        return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed)
+        return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed_conditions)
 
     @property
     def limiting_stress_ratio(self) -> float:
@@ -295,7 +295,7 @@ class Description:
             groups: One row of the law's groups, shape (groups,).
         """
         law = self.law
-        is_followed = self.fitted.coefficients.followed
+        is_followed = self.fitted.coefficients.is_followed_group
         terms = np.where(is_followed, law.terms(groups), 0.0)
         design = np.concatenate([[1.0], terms])[np.newaxis]
         sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
@@ -307,7 +307,7 @@ class Description:
         # an unknown end is NaN: every comparison with it is false
         tested_ends = np.array([condition.tested for condition in self.conditions], dtype=float)
         is_inside = (tested_ends[:, 0] <= groups) & (groups <= tested_ends[:, 1])
-        return not is_inside[self.fitted.coefficients.followed].all()
+        return not is_inside[self.fitted.coefficients.is_followed_group].all()
 
     # ------------------------------------------------------------ sentences
 
@@ -454,12 +454,12 @@ def _conditions(fitted: FittedLaw, accepted: pd.DataFrame) -> Iterator[Condition
         accepted: Accepted rows of the table of points, of the oil.
     """
     law = fitted.law
-    in_step = {fixed.condition for fixed in fitted.coefficients.fixed if fixed.in_step}
+    in_step = {fixed.condition for fixed in fitted.coefficients.fixed_conditions if fixed.in_step}
     groups = law.group_values(accepted[list(law.conditions)].to_numpy(dtype=float))
     tested = pd.DataFrame(groups, columns=list(law.groups), index=accepted.index)
     # every run counts once; unknown where a run lacks the condition
     run_means = tested.groupby(accepted["run_id"]).mean().mean(skipna=False)
-    is_followed = fitted.coefficients.followed
+    is_followed = fitted.coefficients.is_followed_group
     for name, reference, is_argument in zip(law.groups, law.reference, is_followed, strict=True):
         quantity = QUANTITIES[name]
         has_level = not is_argument and name not in in_step

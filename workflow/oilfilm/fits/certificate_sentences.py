@@ -44,8 +44,10 @@ def certificate(quality: Mapping[str, Any]) -> str:
         quality: A row of the table `fit_quality`.
     """
     if quality["no_fit"]:
-        fixed = ", ".join(fixed.condition for fixed in fixed_from_text(quality["fixed_conditions"]))
-        return f"not fitted: {_NO_FIT[quality['no_fit']].format(fixed=fixed, **quality)}"
+        fixed_names = ", ".join(
+            fixed.condition for fixed in fixed_from_text(quality["fixed_conditions"])
+        )
+        return f"not fitted: {_NO_FIT[quality['no_fit']].format(fixed=fixed_names, **quality)}"
     if quality["certified"]:
         agreeing, searches = quality["searches_agreeing"], quality["searches"]
         return f"certified: {agreeing} of {searches} searches agree"

@@ -1,4 +1,4 @@
-"""Two oils by their runs: which runs make pairs, and whether a ratio of the oils follows from them.
+"""The ratio of two oils by their runs, or the reason why the runs give none.
 
 Decides: how many conditions two oils must have in common for a ratio by their runs.
 """
@@ -19,7 +19,7 @@ from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
-# With fewer, left-out conditions allow less than 80 %.
+# Fewest conditions of both oils. With fewer, the level of an interval is below 80 %.
 _FEWEST_PAIRED = 4
 
 
@@ -38,13 +38,13 @@ class MeasuredOil:
 
     Attributes:
         fit: The fitted law.
-        points: Its rows of the table of points.
-        rigs: Names of the rigs of its accepted runs.
+        points: Rows of the table of points of the oil.
+        rig_names: Names of the rigs of its accepted runs.
     """
 
     fit: FittedLaw
     points: pd.DataFrame
-    rigs: frozenset[str]
+    rig_names: frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -53,15 +53,15 @@ class OilPair:
 
     Attributes:
         ratio: The ratio over slip and conditions, or why there is none.
-        paired: Number of conditions that both oils have.
-        unpaired: Number of conditions that only one oil has.
-        rigs: Names of the rigs of the first and of the second oil.
+        paired_count: Number of conditions that both oils have.
+        unpaired_count: Number of conditions that only one oil has.
+        rig_names: Names of the rigs of the first and of the second oil.
     """
 
     ratio: RatioSurface | Obstacle
-    paired: int
-    unpaired: int
-    rigs: tuple[frozenset[str], frozenset[str]]
+    paired_count: int
+    unpaired_count: int
+    rig_names: tuple[frozenset[str], frozenset[str]]
 
 
 def read_oil(folder: Path, oil: str) -> MeasuredOil:
@@ -81,28 +81,28 @@ def read_oil(folder: Path, oil: str) -> MeasuredOil:
 
 def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
     """What the runs of two oils say of mu of the second one over that of the first."""
-    rigs = (first.rigs, second.rigs)
+    rig_names = (first.rig_names, second.rig_names)
     if any(oil.fit.law.conditions != CONDITIONS for oil in (first, second)):
-        return OilPair(Obstacle.OTHER_CONDITIONS, 0, 0, rigs)
+        return OilPair(Obstacle.OTHER_CONDITIONS, 0, 0, rig_names)
     if _has_unknown_condition(first) or _has_unknown_condition(second):
-        return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rigs)
+        return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rig_names)
     assumptions = assumptions_of_pair(first, second)
-    oils = (_oil_of_pair(first, assumptions), _oil_of_pair(second, assumptions))
-    runs = PairedRuns(oils[0].measurements, oils[1].measurements)
-    is_paired = runs.is_paired()
-    paired = int(np.count_nonzero(is_paired))
+    oils_of_pair = (_oil_of_pair(first, assumptions), _oil_of_pair(second, assumptions))
+    paired_runs = PairedRuns(oils_of_pair[0].measurements, oils_of_pair[1].measurements)
+    is_paired = paired_runs.is_paired()
+    paired_count = int(np.count_nonzero(is_paired))
     ratio: RatioSurface | Obstacle
-    if runs.share_runs():
+    if paired_runs.share_runs():
         ratio = Obstacle.SAME_RUNS
-    elif paired < _FEWEST_PAIRED:
+    elif paired_count < _FEWEST_PAIRED:
         ratio = Obstacle.FEW_PAIRS
     else:
-        ratio = _fitted_ratio(*oils, assumptions, limits_of_pair(first, second))
-    return OilPair(ratio, paired, len(is_paired) - paired, rigs)
+        ratio = _fitted_ratio(*oils_of_pair, assumptions, limits_of_pair(first, second))
+    return OilPair(ratio, paired_count, len(is_paired) - paired_count, rig_names)
 
 
 def limits_of_pair(first: MeasuredOil, second: MeasuredOil) -> SurfaceLimits:
-    """What is asked of an answer: as of the surface of the first oil that has one."""
+    """What an answer must fulfil: the limits of the first of both oils that has a surface."""
     for oil in (first, second):
         if oil.fit.surface is not None:
             return oil.fit.surface.limits
@@ -110,7 +110,7 @@ def limits_of_pair(first: MeasuredOil, second: MeasuredOil) -> SurfaceLimits:
 
 
 def assumptions_of_pair(first: MeasuredOil, second: MeasuredOil) -> RunAssumptions:
-    """What is known of the runs: as of the surface of the first oil that has one."""
+    """What is known of the runs: that of the first of both oils that has a surface."""
     for oil in (first, second):
         if oil.fit.surface is not None:
             return oil.fit.surface.assumptions
@@ -134,13 +134,13 @@ def _fitted_ratio(
 def _oil_of_pair(oil: MeasuredOil, assumptions: RunAssumptions) -> OilOfPair:
     """The oil as a surface takes it."""
     contact = Contact.from_points(oil.points[oil.points["accepted"]])
-    fitted = oil.fit.coefficients
-    law = free_law(oil.fit.law, fitted.constants, fitted.followed, contact)
+    coefficients = oil.fit.coefficients
+    law = free_law(oil.fit.law, coefficients.constants, coefficients.is_followed_group, contact)
     _, measurements = usable_measurements(oil.points, law, contact, assumptions)
     return OilOfPair(measurements, law)
 
 
 def _has_unknown_condition(oil: MeasuredOil) -> bool:
-    """Whether a condition is not known of any accepted run: it may be another one in each oil."""
+    """Whether a condition is unknown in all accepted runs: it may differ between the oils."""
     accepted = oil.points[oil.points["accepted"]]
     return bool(accepted[list(CONDITIONS)].isna().all().any())

@@ -117,7 +117,7 @@ def explorer(results: CampaignTables, settings: Settings) -> dict[str, Any]:
         oil_as_json = {
             "name": oil,
             "colour": oil_colour(oil, list(settings.oils)),
-            "where": [fixed.sentence() for fixed in fit.coefficients.fixed],
+            "where": [fixed.sentence() for fixed in fit.coefficients.fixed_conditions],
         }
         oil_as_json.update(law_as_json(fit, load_n_at_1_gpa))
         oils.append(oil_as_json)
@@ -198,7 +198,7 @@ def sliders(
         start = float(np.clip(start_point.get(name, low), low, high))
         # every law depends on the slide-roll ratio
         idle = name != "slide_roll_ratio" and not any(
-            fit.coefficients.followed[index] for fit in fits.values()
+            fit.coefficients.is_followed_group[index] for fit in fits.values()
         )
         axes.append(Axis.over(name, low, high, start, idle))
     return axes
@@ -257,7 +257,7 @@ def law_as_json(fit: FittedLaw, load_at_1_gpa: float | None = None) -> dict[str,
         "reference": law.reference,
         "exponential": [group in law.exponential for group in law.groups],
         "internal": to_internal(law, coefficients.constants),
-        "known": coefficients.followed,
+        "known": coefficients.is_followed_group,
         "fixed": _fixed_conditions(fit),
         "level": fit.interval_level(CONFIDENCE),
         "limit": coefficients.limiting_stress_ratio,
@@ -280,7 +280,7 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
     surface = fit.surface
     if surface is None:
         return None
-    tested = surface.contact.to_law(fit.law, surface.measurements.conditions)
+    tested = surface.contact.law_conditions(fit.law, surface.measurements.conditions)
     axes = [*_axes_of_conditions(fit, tested), _axis_of_slip(surface.measurements.slip)]
     meshes = np.meshgrid(*[axis["values"] for axis in axes], indexing="ij")
     conditions = np.full((meshes[0].size, len(fit.law.conditions)), np.nan)
@@ -309,7 +309,7 @@ def _axes_of_conditions(fit: FittedLaw, tested: FloatArray) -> list[dict[str, An
         fit: The fit.
         tested: Conditions of the law in each curve, shape (curves, conditions).
     """
-    fixed_names = {fixed.condition for fixed in fit.coefficients.fixed}
+    fixed_names = {fixed.condition for fixed in fit.coefficients.fixed_conditions}
     axes = []
     for column, name in enumerate(fit.law.conditions):
         if name in fixed_names:
@@ -355,7 +355,7 @@ def _axis_of_slip(tested: FloatArray) -> dict[str, Any]:
 def _fixed_conditions(fit: FittedLaw) -> list[dict[str, Any]]:
     """The conditions on which the fit does not depend, each with its tested level or line."""
     conditions = []
-    for fixed in fit.coefficients.fixed:
+    for fixed in fit.coefficients.fixed_conditions:
         condition = asdict(fixed)
         condition["least_size"] = LEAST_MAGNITUDE.get(fixed.condition, 0.0)
         conditions.append(condition)
@@ -370,10 +370,10 @@ def _tested_lattice(fit: FittedLaw) -> list[dict[str, Any]]:
     coefficients = fit.coefficients
     if not len(coefficients.tested):
         return []
-    fixed_names = {fixed.condition for fixed in coefficients.fixed}
+    fixed_names = {fixed.condition for fixed in coefficients.fixed_conditions}
     followed = [name for name in fit.law.conditions if name not in fixed_names]
     lattice = []
-    for name, step in zip(followed, fit.lattice.steps, strict=True):
+    for name, step in zip(followed, fit.lattice.largest_steps, strict=True):
         if np.isfinite(step):
             tested = coefficients.tested[:, fit.law.conditions.index(name)]
             is_logarithmic = name not in LEAST_MAGNITUDE

@@ -402,7 +402,7 @@ def _laws_in_bearing(
     laws = {}
     for load_variable, law_name in law_names.items():
         coefficients = fit_by_law[law_name].coefficients
-        if coefficients.followed.all() and not np.isnan(coefficients.constants).any():
+        if coefficients.is_followed_group.all() and not np.isnan(coefficients.constants).any():
             laws[load_variable] = LawInBearing.from_fit(
                 fit_by_law[law_name], load_variable, rig_contact, smallest_levels
             )

@@ -99,7 +99,7 @@ def random_factor(settings: BearingSettings, term: str, normal: FloatArray) -> F
 def has_draws(fitted: FittedLaw) -> bool:
     """Whether a law has the refits that its draws are made of."""
     coefficients = fitted.coefficients
-    return len(coefficients.spread) >= 2 and not np.isnan(coefficients.constants).any()
+    return len(coefficients.refits) >= 2 and not np.isnan(coefficients.constants).any()
 
 
 def law_error(
@@ -410,9 +410,11 @@ class Drawing:
 def _drawn_constants(fitted: FittedLaw, numbers: Numbers) -> FloatArray:
     """Constants of the draws: refits that sensors move, shape (draws, constants)."""
     law, coefficients = fitted.law, fitted.coefficients
-    refits = coefficients.spread
+    refits = coefficients.refits
     refit_index = (scipy.special.ndtr(numbers["refit"]) * len(refits)).astype(np.intp)
-    shifts = to_internal(law, coefficients.shifted) - to_internal(law, coefficients.constants)
+    shifts = to_internal(law, coefficients.shifted_refits) - to_internal(
+        law, coefficients.constants
+    )
     sensors = np.column_stack([numbers[name] for name in _SENSORS])
     internal = to_internal(law, refits[refit_index]) + sensors[:, : len(shifts)] @ shifts
     return np.asarray(to_constants(law, internal))

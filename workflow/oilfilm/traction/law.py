@@ -116,12 +116,12 @@ class Observations:
 
     Attributes:
         design: Rows of `Law.design`, one row per curve.
-        curve: Row of `design` for each point, shape (points,).
+        curve_of_point: Row of `design` for each point, shape (points,).
         slip: Slide-roll ratio of each point, 0 or more, shape (points,).
     """
 
     design: FloatArray
-    curve: IndexArray
+    curve_of_point: IndexArray
     slip: FloatArray
 
 
@@ -259,7 +259,7 @@ class Law:
         return _graphs(self.equation, self.parts, signs)
 
     @cached_property
-    def linear_in(self) -> BoolArray:
+    def is_linear_x0(self) -> BoolArray:
         """For each constant, whether it is the X0 of a coefficient in which mu is linear."""
         is_linear_coefficient = []
         for name, slope in zip(self.coefficient_names, self.graphs[1:], strict=True):
@@ -271,7 +271,7 @@ class Law:
         return is_linear_constant
 
     @cached_property
-    def slip_scale(self) -> FloatArray:
+    def slip_direction(self) -> FloatArray:
         """Direction of the internal constants in which mu changes by S dmu/dS: (constants,)."""
         direction = np.zeros((len(self.coefficients), 1 + len(self.groups)))
         direction[:, 0] = [coefficient.per_slip for coefficient in self.coefficients]
@@ -378,15 +378,15 @@ class Law:
 
     def traction(self, internal: FloatArray, observations: Observations) -> FloatArray:
         """mu at each point, shape (points,) or (points, population)."""
-        sizes = self.sizes(internal, observations.design)[:, observations.curve]
+        sizes = self.sizes(internal, observations.design)[:, observations.curve_of_point]
         slip = observations.slip
         return self.mu_of_sizes(sizes, slip if internal.ndim == 1 else slip[:, np.newaxis])
 
     def jacobian(self, internal: FloatArray, observations: Observations) -> FloatArray:
         """Derivatives of mu by each internal constant, shape (points, constants)."""
-        sizes = self.sizes(internal, observations.design)[:, observations.curve]
+        sizes = self.sizes(internal, observations.design)[:, observations.curve_of_point]
         _, slopes = self.mu_and_slopes(sizes, observations.slip)
-        rows = observations.design[observations.curve]
+        rows = observations.design[observations.curve_of_point]
         return np.hstack([slope[:, np.newaxis] * rows for slope in slopes])
 
     @cached_property
