@@ -177,8 +177,10 @@ def test_load_and_stress_are_one_law_for_one_ball(config: Settings) -> None:
         for law, seed in ((of_load, "load"), (of_stress, "stress"))
     )
     assert on_stress.sse == pytest.approx(on_load.sse, rel=1e-9)
-    np.testing.assert_allclose(on_stress.constants[1::4], 3 * on_load.values[1::4], rtol=1e-5)
-    np.testing.assert_allclose(on_stress.values[2::4], on_load.values[2::4], rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(on_stress.constants[1::4], 3 * on_load.constants[1::4], rtol=1e-5)
+    np.testing.assert_allclose(
+        on_stress.constants[2::4], on_load.constants[2::4], rtol=1e-5, atol=1e-7
+    )
 
 
 def test_critical_load_far_above_is_the_law_without_it() -> None:
