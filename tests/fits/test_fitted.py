@@ -86,7 +86,7 @@ def test_traction_is_odd_in_slip_and_its_interval_too(
 
 
 def test_distance_from_the_tested_box_is_in_tested_ranges(law: FittedLaw) -> None:
-    low, high = law.coefficients.box.T
+    low, high = law.coefficients.tested_box.T
     # the matrix's own ends, give or take control errors of 1 % and 0.5 K, a few of them
     assert low == pytest.approx([1.0, 25, 25, 0], rel=0.01, abs=1.5)
     assert high == pytest.approx([1.5, 40, 120, 0.3], rel=0.01, abs=1.5)
@@ -107,9 +107,9 @@ def test_arguments_broadcast(law: FittedLaw) -> None:
 
 
 def test_beyond_one_range_is_outside_whatever_is_unknown_of_another(law: FittedLaw) -> None:
-    box = law.coefficients.box.copy()
+    box = law.coefficients.tested_box.copy()
     box[0] = np.nan
-    unknown = replace(law.coefficients, box=box)
+    unknown = replace(law.coefficients, tested_box=box)
     low, high = box.T
     result = predict("deng2026", unknown, 1.2, [(low[1] + high[1]) / 2, 2 * high[1]], 70.0, 0.05)
     assert result.outside.tolist() == [False, True]

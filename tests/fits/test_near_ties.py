@@ -133,7 +133,9 @@ def test_the_missing_corner_of_a_grid_is_just_one_step_away_and_not_outside(bits
     grid = np.array(matrix([1.0, 1.25, 1.5625], [25.0, 30.0, 36.0], [30.0, 60.0, 90.0]))
     corner, tested = grid[-1] * (1 + bits), grid[:-1]
     box = np.array([*zip(grid.min(axis=0), grid.max(axis=0), strict=True), (0.0, 0.3)])
-    known = replace(Coefficients.bare(LAW, printed()["4102"]), box=box, tested=tested)
+    known = replace(
+        Coefficients.bare(LAW, printed()["4102"]), tested_box=box, tested_conditions=tested
+    )
     found = FittedLaw(LAW, known).predict(corner[np.newaxis], np.array([0.05]))
     assert found.spacings == pytest.approx([1.0], rel=1e-9)
     assert not found.outside.any()

@@ -22,7 +22,7 @@ from surface_campaigns import grid, simulated
 ONLY_NOISE = Sizes(
     effects=np.zeros(4),
     noise=0.01,
-    departure=DepartureSizes(1e-4, np.ones(3), 1.0, 1.0, np.ones(3), 1.0),
+    departure_sizes=DepartureSizes(1e-4, np.ones(3), 1.0, 1.0, np.ones(3), 1.0),
 )
 
 

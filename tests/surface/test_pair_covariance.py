@@ -56,7 +56,7 @@ def test_in_pairs_the_ratio_depends_on_differences_only(runs, curves):
     sizes = PairSizes.from_logarithms(INDEX_OF_FIT)
     pair = PairCovariance.from_curves(same, box_of(runs.stacked), runs.oil_of_curve, sizes)
     covariance = pair.matrix()
-    across = pair.ratio_covariance(pair.all_coordinates)[:half]
+    across = pair.ratio_covariance_at(pair.all_coordinates)[:half]
     ratio = across @ np.linalg.solve(covariance, curves.departure)
 
     # the textbook formula on the differences alone, whatever both share
@@ -75,5 +75,5 @@ def test_in_pairs_the_ratio_depends_on_differences_only(runs, curves):
 def test_caution_never_makes_a_departure_smaller():
     sizes = PairSizes.from_logarithms(INDEX_OF_FIT)
     cautious = sizes.with_caution()
-    assert cautious.ratio.departure.kappa > sizes.ratio.departure.kappa
-    assert cautious.common is sizes.common
+    assert cautious.ratio_sizes.departure_sizes.kappa > sizes.ratio_sizes.departure_sizes.kappa
+    assert cautious.common_sizes is sizes.common_sizes

@@ -30,7 +30,7 @@ LAW = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
 SIZES = Sizes(
     effects=np.array([0.008, 4e-5, 0.004, 0.5]),
     noise=0.003,
-    departure=DepartureSizes(
+    departure_sizes=DepartureSizes(
         kappa=0.2,
         main=np.array([0.5, 0.7, 0.9]),
         interaction=0.3,
@@ -73,7 +73,7 @@ def with_speed(points, speed):
 
 def plain_covariance(measured, left, right, law):
     """Smooth covariance between points (conditions, slip), term by term as the recipe states it."""
-    box, of = box_of(measured), SIZES.departure
+    box, of = box_of(measured), SIZES.departure_sizes
     middle, half = (box.lowest + box.highest) / 2, (box.highest - box.lowest) / 2
     x, y = (scaled_conditions(conditions) - middle for conditions, _ in (left, right))
     over_slip = plain_matern(scaled_slip(left[1]), scaled_slip(right[1]), of.slip_length)

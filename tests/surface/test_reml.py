@@ -75,7 +75,7 @@ def test_misfit_tells_a_true_law_from_a_wrong_one():
     kappa = {}
     for name in ("own", "sol"):
         measured = simulated(TRUTHS[name], CUBE, np.random.default_rng(7))
-        kappa[name] = _most_likely(fitted_law(measured), measured).departure.kappa
+        kappa[name] = _most_likely(fitted_law(measured), measured).departure_sizes.kappa
     # the limit below which constants of a law have standard errors
     assert kappa["own"] < 0.02 < kappa["sol"]
 

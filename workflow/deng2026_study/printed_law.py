@@ -91,7 +91,7 @@ def printed_law(printed: PrintedCoefficients, oil: str, tested: Box) -> PrintedL
     ends_by_name = tested.model_dump()
     names = [*DENG2026.conditions, "slide_roll_ratio"]
     box = np.array([ends_by_name[name] for name in names], dtype=float)
-    coefficients = replace(Coefficients.bare(DENG2026, printed.constants()[oil]), box=box)
+    coefficients = replace(Coefficients.bare(DENG2026, printed.constants()[oil]), tested_box=box)
     law = PrintedLaw(DENG2026, coefficients, sign_certainty=printed.sign_certainties(oil))
     open_signs = law.names_of_open_signs()
     if not open_signs:

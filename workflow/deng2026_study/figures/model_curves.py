@@ -238,7 +238,7 @@ def _draw_refit(
         conditions = np.ascontiguousarray(points[:, :-1])
         slip = points[:, -1]
         # a level counts as tested only where every curve is tested
-        box = law.coefficients.box
+        box = law.coefficients.tested_box
         is_beyond_tests |= is_beyond(points, box, settings.same_set_point.relative).any(axis=1)
         refit_mu = law.without_interval().predict(conditions, slip).traction_coefficient
         # a run measures one curve over the slip, but not one over another condition

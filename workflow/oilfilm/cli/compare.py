@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     named_fits = read_fits(options.folders, options.oil)
     fits = {name: named.oil.fit for name, named in named_fits.items()}
     conditions = middle_of_tested(fits, typed_conditions(options))
-    largest_slip = min(float(fit.coefficients.box[-1, 1]) for fit in fits.values())
+    largest_slip = min(float(fit.coefficients.tested_box[-1, 1]) for fit in fits.values())
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     if not slips:
         slips = [slip for slip in _DEFAULT_SLIPS if slip <= largest_slip] or [largest_slip]
@@ -149,7 +149,7 @@ def _lines_of_ratios(
         yield "!: outside the tested conditions of one of the two; nothing is certain there"
     for name in other_names:
         yield f"{name}: {_basis_of_ratio(pairs[name])}"
-        ratio = pairs[name].ratio
+        ratio = pairs[name].ratio_or_obstacle
         if isinstance(ratio, Obstacle):
             continue
         for code in np.unique(rows_of_others.loc[rows_of_others["fit"] == name, "ratio_support"]):
@@ -165,12 +165,12 @@ def _lines_of_ratios(
 
 def _basis_of_ratio(pair: OilPair) -> str:
     """What a ratio stands on, and what is not in its interval, in sentences."""
-    if isinstance(pair.ratio, Obstacle):
+    if isinstance(pair.ratio_or_obstacle, Obstacle):
         return (
-            f"{_OBSTACLES[pair.ratio]}. This is the ratio of the two laws. Its interval takes "
-            "both as independent and their forms as true, so nothing is certain."
+            f"{_OBSTACLES[pair.ratio_or_obstacle]}. This is the ratio of the two laws. Its "
+            "interval takes both as independent and their forms as true, so nothing is certain."
         )
-    level = pair.ratio.interval_factors.level
+    level = pair.ratio_or_obstacle.interval_factors.level
     sentences = [
         f"ratio by the runs at {pair.paired_count} conditions of both oils; they allow an "
         f"interval of {level:.0%}."
@@ -180,11 +180,11 @@ def _basis_of_ratio(pair: OilPair) -> str:
             f"{pair.unpaired_count} conditions of one oil alone count with what both oils have in "
             "common."
         )
-    two_levels = box_of(pair.ratio.runs.stacked).has_two_levels
+    two_levels = box_of(pair.ratio_or_obstacle.runs.stacked).has_two_levels
     for name in np.array(CONDITIONS)[two_levels]:
         meaning = QUANTITIES[str(name)].short_meaning
         sentences.append(f"The {meaning} has two levels: a bend of the ratio between is not seen.")
-    if not pair.ratio.converged:
+    if not pair.ratio_or_obstacle.converged:
         sentences.append("The search of the sizes of errors found no maximum: do not rely on it.")
     sentences.append(_rigs_text(*pair.rig_names))
     return " ".join(sentences)

@@ -209,7 +209,7 @@ class Description:
     @property
     def slip(self) -> Condition:
         """S; |S| counts as tested from 0, because traction is odd in S."""
-        tested = (0.0, number_or_none(self.fitted.coefficients.box[-1, 1]))
+        tested = (0.0, number_or_none(self.fitted.coefficients.tested_box[-1, 1]))
         meaning = f"{SLIP_MEANING}, of either sign"
         return Condition(SLIP, "S", meaning, "1", "argument", None, None, tested)
 

@@ -329,23 +329,23 @@ def _relative_distance(
 
 
 def condition_level_numbers(
-    condition_name: str, values: FloatArray, level_widths: SameConditionSettings
+    condition_name: str, values: FloatArray, same_condition: SameConditionSettings
 ) -> IndexArray:
     """Index of the level of each measured value of a condition, from 1, shape of the values.
 
     Args:
         condition_name: Column of the condition.
         values: Measured values. Unknown ones have the level 0.
-        level_widths: Largest range of the values of one level, for each condition.
+        same_condition: Largest range of the values of one level, for each condition.
     """
     relative_width = {
-        "max_hertz_pressure_gpa": level_widths.max_hertz_pressure,
-        "load_n": level_widths.load,
-        "entrainment_speed_m_s": level_widths.entrainment_speed,
+        "max_hertz_pressure_gpa": same_condition.max_hertz_pressure,
+        "load_n": same_condition.load,
+        "entrainment_speed_m_s": same_condition.entrainment_speed,
     }
     if condition_name in relative_width:
         return clusters(np.log(values), relative_width[condition_name])
-    return clusters(values, level_widths.inlet_temperature_c)
+    return clusters(values, same_condition.inlet_temperature_c)
 
 
 def level_numbers_by_gap(values: FloatArray, gap: float) -> IndexArray:

@@ -76,8 +76,13 @@ def fit_law(points: pd.DataFrame, oil: str, law_name: str, settings: Settings) -
         # a law that needs properties of the oil
         law = laws_of(oil, settings).get(law_name)
     if law is None:
-        quality = {"oil": oil, "law": law_name, "configured": True, "no_fit": "properties unknown"}
-        return tables_without_fit([], quality)
+        quality_row = {
+            "oil": oil,
+            "law": law_name,
+            "configured": True,
+            "no_fit": "properties unknown",
+        }
+        return tables_without_fit([], quality_row)
     return fit_oil(points, oil, settings.fit, settings.seed, law)
 
 
@@ -111,7 +116,7 @@ def fit_oil(
         data = curve_data(points, law.conditions)
     is_followed = followed_conditions(law.conditions, data.conditions, settings)
     fixed = fixed_conditions(law.conditions, data.conditions, is_followed, settings)
-    quality: dict[str, Any] = {
+    quality_row: dict[str, Any] = {
         "oil": oil,
         "law": law.name,
         "configured": True,
@@ -124,15 +129,15 @@ def fit_oil(
     smallest = accepted.min()
     largest = accepted.max()
     for name in BOX_COLUMNS:
-        quality[f"tested_min_{name}"] = float(smallest[name])
-        quality[f"tested_max_{name}"] = float(largest[name])
+        quality_row[f"tested_min_{name}"] = float(smallest[name])
+        quality_row[f"tested_max_{name}"] = float(largest[name])
     obstacle = _obstacle(law, data, is_followed)
     if obstacle:
-        return tables_without_fit(fitted_names(law), {**quality, **obstacle})
+        return tables_without_fit(fitted_names(law), {**quality_row, **obstacle})
     problem = build_problem(law, data, is_followed)
     solution = _solve(problem, oil, points, settings, seed)
-    quality.update(_errors_at_end_levels(solution, points, settings))
-    return tables_of_fit(solution, points, quality, settings)
+    quality_row.update(_errors_at_end_levels(solution, points, settings))
+    return tables_of_fit(solution, points, quality_row, settings)
 
 
 def _obstacle(law: Law, data: CurveData, is_followed: BoolArray) -> dict[str, Any]:
@@ -230,7 +235,7 @@ def _from_nested(
 
 
 def _refits(
-    problem: Problem, best: Optimum, settings: FitSettings, random: np.random.Generator
+    problem: Problem, optimum: Optimum, settings: FitSettings, random: np.random.Generator
 ) -> FloatArray:
     """Constants as other campaigns of such runs would give them, shape (refits, free).
 
@@ -238,10 +243,10 @@ def _refits(
     from the cluster-robust covariance. There are none where the curves are too few for both.
     """
     if problem.curve_count < settings.min_curves_for_errors:
-        return np.empty((0, len(best.constants)))
+        return np.empty((0, len(optimum.constants)))
     if problem.curve_count < settings.min_curves_to_resample:
-        return robust_draws(problem, best, settings.bootstrap, random)
-    return curve_bootstrap(problem, best, settings.bootstrap, random)
+        return robust_draws(problem, optimum, settings.bootstrap, random)
+    return curve_bootstrap(problem, optimum, settings.bootstrap, random)
 
 
 def _with_bounds_held(problem: Problem, optima: list[Optimum]) -> tuple[Problem, list[Optimum]]:

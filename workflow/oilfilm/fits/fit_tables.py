@@ -65,19 +65,19 @@ class Solution:
 
 
 def tables_of_fit(
-    solution: Solution, points: pd.DataFrame, quality: Mapping[str, Any], settings: FitSettings
+    solution: Solution, points: pd.DataFrame, quality_row: Mapping[str, Any], settings: FitSettings
 ) -> CampaignTables:
     """The tables of a fit.
 
     Args:
         solution: The fit.
         points: The oil's rows of the table of points, without those of incomplete curves.
-        quality: Oil, law, counts and tested box: the first columns of the row of `fit_quality`.
+        quality_row: Oil, law, counts and tested box: the first columns of the row of `fit_quality`.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
     return _with_oil_and_law(
-        {**quality, **_quality(solution)},
-        coefficients=_coefficients(solution, settings, quality["fixed_conditions"]),
+        {**quality_row, **_quality(solution)},
+        coefficients=_coefficients(solution, settings, quality_row["fixed_conditions"]),
         refits=_refits(solution),
         correlations=_correlations(solution),
         profiles=_profiles(solution),
@@ -86,30 +86,32 @@ def tables_of_fit(
     )
 
 
-def tables_without_fit(constant_names: Sequence[str], quality: Mapping[str, Any]) -> CampaignTables:
+def tables_without_fit(
+    constant_names: Sequence[str], quality_row: Mapping[str, Any]
+) -> CampaignTables:
     """The tables of data that cannot be fitted: no values, and the reason.
 
     Args:
         constant_names: Names of the constants that the law would have fitted.
-        quality: As in `tables_of_fit`, with the reason as `no_fit`.
+        quality_row: As in `tables_of_fit`, with the reason as `no_fit`.
     """
     rows = pd.DataFrame({"constant": constant_names}).assign(verdict="not identifiable")
-    return _with_oil_and_law(quality, coefficients=rows)
+    return _with_oil_and_law(quality_row, coefficients=rows)
 
 
-def _with_oil_and_law(quality: Mapping[str, Any], **frames: pd.DataFrame) -> CampaignTables:
+def _with_oil_and_law(quality_row: Mapping[str, Any], **frames: pd.DataFrame) -> CampaignTables:
     """The tables of a fit, with oil and law in every row; tables without rows are empty.
 
     Args:
-        quality: The row of `fit_quality`.
+        quality_row: The row of `fit_quality`.
         frames: The other tables by name.
     """
-    frames["fit_quality"] = pd.DataFrame([quality])
-    oil = quality["oil"]
+    frames["fit_quality"] = pd.DataFrame([quality_row])
+    oil = quality_row["oil"]
     finished = {name: tables.empty(name) for name in FIT_TABLES}
     for name, frame in frames.items():
         if len(frame):
-            rows = frame.assign(oil=oil, law=quality["law"])
+            rows = frame.assign(oil=oil, law=quality_row["law"])
             finished[name] = tables.filled(rows, name, f"fit of {oil}")
     return CampaignTables.in_memory(**finished)
 
@@ -336,25 +338,27 @@ def certify(
         naive_errors: Naive standard errors of the free constants.
         settings: Limits of config's fit.
     """
-    best = min(optima, key=lambda optimum: optimum.sse)
+    best_optimum = min(optima, key=lambda optimum: optimum.sse)
     # the residuals of an exact fit of exact points are rounding, on which searches do not agree
     rounding = _ROUNDING * float(np.sum(problem.mu**2))
     errors = np.maximum(naive_errors, _LEAST_ERROR)
     sse = np.array([optimum.sse for optimum in optima])
     constants = np.array([optimum.constants for optimum in optima])
-    sse_spread = (sse - best.sse) / max(best.sse, rounding)
-    constant_spread = np.max(np.abs(constants - best.constants) / errors, axis=1)
+    sse_spread = (sse - best_optimum.sse) / max(best_optimum.sse, rounding)
+    constant_spread = np.max(np.abs(constants - best_optimum.constants) / errors, axis=1)
     agrees_in_sse = sse_spread <= settings.agreement_sse
     agrees_in_constants = constant_spread <= settings.agreement_constants
     design_rows, slips = tested_grid(problem)
-    mu = traction_on(problem, best, design_rows, slips)
-    hessian_smallest, hessian_largest, condition_number = spectrum(problem, best)
+    mu = traction_on(problem, best_optimum, design_rows, slips)
+    hessian_smallest, hessian_largest, condition_number = spectrum(problem, best_optimum)
     columns = {
         "searches": len(optima),
         "searches_agreeing": int(np.sum(agrees_in_sse & agrees_in_constants)),
         "sse_spread": float(sse_spread.max()),
         "constant_spread": float(constant_spread.max()),
-        "gradient_cosine": gradient_cosine(problem, best) if best.sse > rounding else 0.0,
+        "gradient_cosine": gradient_cosine(problem, best_optimum)
+        if best_optimum.sse > rounding
+        else 0.0,
         "min_traction": float(mu.min()),
         "condition_number": condition_number,
         "hessian_smallest": hessian_smallest,

@@ -74,27 +74,28 @@ class Coefficients:
         refits: Constants of each refit of the bootstrap over curves, shape (refits, constants).
         shifted_refits: Constants refitted with one sensor off by its calibration's uncertainty, one
             row per sensor, shape (sensors, constants).
-        box: Smallest and largest tested value of each of the law's conditions and of the slip,
-            shape (conditions + 1, 2); NaN where unknown.
+        tested_box: Smallest and largest tested value of each of the law's conditions and of the
+            slip, shape (conditions + 1, 2); NaN where unknown.
         fixed_conditions: The conditions that the fit does not follow, with the tested level or
             line; empty where that is unknown.
         run_sd: Standard deviation of ln mu in the next run, near the tested points; NaN where that
             is unknown.
         degrees: Degrees of freedom of the spread of the refits, as `degrees_of_spread` gives them.
         limiting_stress_ratio: Limiting shear stress of the oil over the pressure.
-        tested: Conditions of each curve, shape (curves, conditions); no rows where unknown.
+        tested_conditions: Conditions of each curve, shape (curves, conditions); no rows where
+            unknown.
     """
 
     constants: FloatArray
     is_followed_group: npt.NDArray[np.bool_]
     refits: FloatArray
     shifted_refits: FloatArray
-    box: FloatArray
+    tested_box: FloatArray
     fixed_conditions: tuple[FixedCondition, ...] = ()
     run_sd: float = float("nan")
     degrees: float = np.inf
     limiting_stress_ratio: float = LIMITING_STRESS_RATIO
-    tested: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    tested_conditions: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     @classmethod
     def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
@@ -105,7 +106,7 @@ class Coefficients:
             is_followed_group=np.ones(len(law.groups), dtype=bool),
             refits=no_refits,
             shifted_refits=no_refits,
-            box=np.full((len(law.conditions) + 1, 2), np.nan),
+            tested_box=np.full((len(law.conditions) + 1, 2), np.nan),
         )
 
     def covariance(self, law: Law) -> FloatArray:
@@ -365,12 +366,12 @@ class FittedLaw:
                 coefficients_of_fit, law, _rows_of_fit(refits, oil, law)
             )
         if quality is not None:
-            (row,) = tables.rows(_rows_of_fit(quality, oil, law))
-            coefficients_of_fit = _with_quality(coefficients_of_fit, law, row)
+            (quality_row,) = tables.rows(_rows_of_fit(quality, oil, law))
+            coefficients_of_fit = _with_quality(coefficients_of_fit, law, quality_row)
         if curves is not None:
             mean_columns = [f"mean_{law_name}" for law_name in law.conditions]
-            tested = _rows_of_fit(curves, oil, law)[mean_columns].to_numpy(float)
-            coefficients_of_fit = replace(coefficients_of_fit, tested=tested)
+            tested_conditions = _rows_of_fit(curves, oil, law)[mean_columns].to_numpy(float)
+            coefficients_of_fit = replace(coefficients_of_fit, tested_conditions=tested_conditions)
         if surfaces is not None:
             coefficients_of_fit = replace(
                 coefficients_of_fit, run_sd=_error_of_next_run(surfaces, oil)
@@ -615,7 +616,7 @@ class FittedLaw:
     def widened_box(self) -> FloatArray:
         """The tested box, wider by `within` for conditions that the fit does not follow.
 
-        Shape (conditions + 1, 2), as `Coefficients.box`.
+        Shape (conditions + 1, 2), as `Coefficients.tested_box`.
         """
         within_by_name = {
             fixed.condition: fixed.within for fixed in self.coefficients.fixed_conditions
@@ -623,9 +624,9 @@ class FittedLaw:
         names = (*self.law.conditions, SLIP)
         within = np.array([[within_by_name.get(name, 0.0)] for name in names])
         least_magnitude = np.array([[LEAST_MAGNITUDE.get(name, 0.0)] for name in names])
-        box = self.coefficients.box
-        margin = within * np.maximum(np.abs(box), least_magnitude)
-        return box + margin * [-1.0, 1.0]
+        tested_box = self.coefficients.tested_box
+        margin = within * np.maximum(np.abs(tested_box), least_magnitude)
+        return tested_box + margin * [-1.0, 1.0]
 
     def off_tested_levels(
         self, conditions: FloatArray
@@ -667,7 +668,7 @@ class FittedLaw:
     @cached_property
     def lattice(self) -> Lattice:
         """The tested values of the followed conditions, and the largest steps between them."""
-        values_of_curves = self._coordinates(self.coefficients.tested)
+        values_of_curves = self._coordinates(self.coefficients.tested_conditions)
         largest_steps = np.array(
             [np.diff(np.sort(values)).max(initial=0.0) for values in values_of_curves.T]
         )
@@ -697,7 +698,10 @@ class FittedLaw:
         Returns:
             Shape (points,).
         """
-        if not len(self.coefficients.tested) or np.isnan(self.coefficients.constants).any():
+        if (
+            not len(self.coefficients.tested_conditions)
+            or np.isnan(self.coefficients.constants).any()
+        ):
             return np.full(len(conditions), np.nan)
         values_of_curves, largest_steps = self.lattice
         coordinates = self._coordinates(conditions)
@@ -736,14 +740,14 @@ def read_surface(results: CampaignTables, oil: str) -> OilSurface | None:
         results: Tables `surfaces`, `surface_sizes`, `points` and `coefficients`.
         oil: The oil.
     """
-    rows = list(tables.rows(results.surfaces[results.surfaces["oil"] == oil]))
-    if not rows:
+    surface_rows = list(tables.rows(results.surfaces[results.surfaces["oil"] == oil]))
+    if not surface_rows:
         return None
-    (row,) = rows
-    fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[row["law"]])
+    (surface_row,) = surface_rows
+    fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[surface_row["law"]])
     sizes = results.surface_sizes
     return surface_from_tables(
-        row,
+        surface_row,
         sizes[sizes["oil"] == oil],
         results.table("points", CURVE_POINTS, oil=oil),
         LawConstants(fit.law, fit.coefficients.constants, fit.coefficients.is_followed_group),
@@ -752,11 +756,15 @@ def read_surface(results: CampaignTables, oil: str) -> OilSurface | None:
 
 def _error_of_next_run(surfaces: pd.DataFrame, oil: str) -> float:
     """Standard deviation of ln mu in the next run, which its interval has; NaN if unknown."""
-    rows = list(tables.rows(surfaces[surfaces["oil"] == oil]))
-    if not rows:
+    surface_rows = list(tables.rows(surfaces[surfaces["oil"] == oil]))
+    if not surface_rows:
         return float("nan")
-    (row,) = rows
-    return float(row["next_run_sd"] * row["point_factor"] / normal_quantile(row["interval_level"]))
+    (surface_row,) = surface_rows
+    return float(
+        surface_row["next_run_sd"]
+        * surface_row["point_factor"]
+        / normal_quantile(surface_row["interval_level"])
+    )
 
 
 def _with_refits(coefficients: Coefficients, law: Law, refits: pd.DataFrame) -> Coefficients:
@@ -790,17 +798,17 @@ def _with_quality(coefficients: Coefficients, law: Law, row: Mapping[str, Any]) 
         row: The fit's row of the table `fit_quality`.
     """
     names = (*law.conditions, SLIP)
-    box = np.array(
+    tested_box = np.array(
         [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
     )
     # traction is zero without slip: this needs no test
-    box[-1, 0] = 0.0
+    tested_box[-1, 0] = 0.0
     limiting_stress_ratio = row["limiting_stress_ratio"]
     if not np.isfinite(limiting_stress_ratio):
         limiting_stress_ratio = coefficients.limiting_stress_ratio
     return replace(
         coefficients,
-        box=box,
+        tested_box=tested_box,
         fixed_conditions=fixed_from_text(row["fixed_conditions"]),
         degrees=degrees_of_spread(row["n_curves"], 1 + coefficients.is_followed_group.sum()),
         limiting_stress_ratio=float(limiting_stress_ratio),
@@ -882,10 +890,10 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
 
 def _compute_where_tested(fit: FittedLaw) -> None:
     """Compute mu with its interval at two tested conditions, so that wrong tables fail at once."""
-    if not len(fit.coefficients.tested):
+    if not len(fit.coefficients.tested_conditions):
         return
-    ends = fit.coefficients.tested[[0, -1]]
-    fit.predict(ends, np.full(len(ends), fit.coefficients.box[-1].mean()))
+    ends = fit.coefficients.tested_conditions[[0, -1]]
+    fit.predict(ends, np.full(len(ends), fit.coefficients.tested_box[-1].mean()))
 
 
 # Smallest and largest value of any traction test, and the most likely cause of a larger one, by

@@ -346,7 +346,7 @@ class Information:
         error_sizes: Variances of the errors of a curve, from the residuals of the fit.
         calibration: Standard uncertainty of each sensor's calibration, shape (sensors,).
         longest_curve_slips: Slide-roll ratios of the curve with the most points, ascending.
-        form_error: Gives the relative standard error of the law's form that the measured curves
+        form_error_at: Gives the relative standard error of the law's form that the measured curves
             leave. Its arguments are rows of the law's conditions, and the slip of each row.
         form_process: Error of the law's form, over its size.
     """
@@ -358,7 +358,7 @@ class Information:
     error_sizes: ErrorSizes
     calibration: FloatArray
     longest_curve_slips: FloatArray
-    form_error: Callable[[FloatArray, FloatArray], FloatArray]
+    form_error_at: Callable[[FloatArray, FloatArray], FloatArray]
     form_process: FormError = NO_FORM_ERROR
 
     def precision_of_curves(self, curves: Curves, form_error: FloatArray) -> FloatArray:
@@ -493,7 +493,7 @@ def measured_information(
         error_sizes=error_sizes(jacobian, error_slopes, residual, curves.curve_of_point),
         calibration=np.array([getattr(calibration, key, 0.0) for key in _CALIBRATION_KEYS]),
         longest_curve_slips=np.sort(curves.slip[curves.curve_of_point == longest_curve]),
-        form_error=partial(fitted.form_error, error_without_interval=law_error_beyond),
+        form_error_at=partial(fitted.form_error, error_without_interval=law_error_beyond),
     )
 
 

@@ -229,14 +229,14 @@ class Problem:
         return self.law.jacobian(self.expand(constants), self.observations)[:, self.is_free]
 
 
-def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> CurveData:
+def curve_data(points: pd.DataFrame, condition_columns: Sequence[str] = CONDITIONS) -> CurveData:
     """Accepted points of one oil, grouped by run.
 
     Args:
         points: Rows of the table of points.
-        conditions: Columns of the law's conditions.
+        condition_columns: Columns of the law's conditions.
     """
-    averaged_columns = list(dict.fromkeys([*conditions, "load_n"]))
+    averaged_columns = list(dict.fromkeys([*condition_columns, "load_n"]))
     error_columns = ["traction_coefficient_se", "slide_roll_ratio_se"]
     columns = [
         "first_row",
@@ -263,7 +263,7 @@ def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> 
     standard_errors = accepted.reindex(columns=error_columns)
     means = accepted.groupby("curve")[averaged_columns].mean()
     return CurveData(
-        conditions=means[list(conditions)].to_numpy(dtype=float),
+        conditions=means[list(condition_columns)].to_numpy(dtype=float),
         load_n=means["load_n"].to_numpy(dtype=float),
         curve_of_point=accepted["curve"].to_numpy(),
         slip=side * accepted["slide_roll_ratio"].to_numpy(),

@@ -104,7 +104,7 @@ def middle_of_tested(
 def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> float:
     """Middle of the range that all fits tested, to three digits."""
     ranges = {
-        label: fit.coefficients.box[fit.law.conditions.index(condition_name)]
+        label: fit.coefficients.tested_box[fit.law.conditions.index(condition_name)]
         for label, fit in fits.items()
         if condition_name in fit.law.conditions
     }
@@ -127,7 +127,7 @@ def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> 
 
 def side_by_side(
     fits: Mapping[str, FittedLaw],
-    conditions: Mapping[str, float],
+    value_by_condition: Mapping[str, float],
     slips: Sequence[float] | FloatArray,
     pairs: Mapping[str, OilPair] | None = None,
 ) -> pd.DataFrame:
@@ -138,7 +138,7 @@ def side_by_side(
 
     Args:
         fits: Fits by name.
-        conditions: Conditions of the operating point by their columns' names.
+        value_by_condition: Conditions of the operating point by their columns' names.
         slips: Slide-roll ratios.
         pairs: What the runs say of the ratio of a fit to the first one, by the name of the fit.
 
@@ -151,7 +151,7 @@ def side_by_side(
     slip = np.asarray(slips, dtype=float)
     frames = []
     for label, fit in fits.items():
-        operating_point = np.array([conditions[name] for name in fit.law.conditions])
+        operating_point = np.array([value_by_condition[name] for name in fit.law.conditions])
         prediction = fit.predict(
             np.broadcast_to(operating_point, (len(slip), len(operating_point))), slip
         )
@@ -161,8 +161,8 @@ def side_by_side(
         frames.append(frame)
     for label, frame in zip(fits, frames, strict=True):
         pair = (pairs or {}).get(label)
-        if pair is not None and isinstance(pair.ratio, RatioSurface):
-            ratio = _ratio_by_runs(pair.ratio, conditions, slip)
+        if pair is not None and isinstance(pair.ratio_or_obstacle, RatioSurface):
+            ratio = _ratio_by_runs(pair.ratio_or_obstacle, value_by_condition, slip)
         else:
             ratio = _ratio_by_laws(frame, frames[0])
         frame[ratio.columns] = ratio
@@ -197,14 +197,14 @@ def _ratio_by_laws(frame: pd.DataFrame, first_frame: pd.DataFrame) -> pd.DataFra
 
 
 def _ratio_by_runs(
-    surface: RatioSurface, conditions: Mapping[str, float], slip: FloatArray
+    ratio_surface: RatioSurface, value_by_condition: Mapping[str, float], slip: FloatArray
 ) -> pd.DataFrame:
     """The ratio by the runs with its interval, one row per slip; nan at rolling."""
-    rows = np.tile([conditions[name] for name in CONDITIONS], (len(slip), 1))
+    condition_rows = np.tile([value_by_condition[name] for name in CONDITIONS], (len(slip), 1))
     # traction is odd in slip, so that a ratio is even; at rolling both mu are 0
     is_rolling = slip == 0
-    prediction = surface.predict(rows, np.where(is_rolling, 1.0, np.abs(slip)))
-    lower, upper = prediction.interval(surface.interval_factors.point)
+    prediction = ratio_surface.predict(condition_rows, np.where(is_rolling, 1.0, np.abs(slip)))
+    lower, upper = prediction.interval(ratio_surface.interval_factors.point)
     columns = {"ratio": prediction.ratio, "ratio_lower": lower, "ratio_upper": upper}
     frame = pd.DataFrame(columns)
     frame[is_rolling] = np.nan

@@ -46,16 +46,18 @@ def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFram
     """
     condition_of_run = _condition_of_run(results, settings)
     rows = []
-    for quality in tables.rows(results.configured.fit_quality):
-        row = {"oil": quality["oil"], "law": quality["law"], "verdict": "no fit"}
-        if not np.isnan(quality["rmse"]):
-            row.update(_lack_of_one_fit(quality, results.configured, condition_of_run, settings))
+    for quality_row in tables.rows(results.configured.fit_quality):
+        row = {"oil": quality_row["oil"], "law": quality_row["law"], "verdict": "no fit"}
+        if not np.isnan(quality_row["rmse"]):
+            row.update(
+                _lack_of_one_fit(quality_row, results.configured, condition_of_run, settings)
+            )
         rows.append(row)
     return tables.filled(pd.DataFrame(rows), "lack_of_fit")
 
 
 def _lack_of_one_fit(
-    quality: dict[str, Any],
+    quality_row: dict[str, Any],
     results: CampaignTables,
     condition_of_run: "pd.Series[int]",
     settings: Settings,
@@ -63,12 +65,12 @@ def _lack_of_one_fit(
     """The columns of `lack_of_fit` of one fit.
 
     Args:
-        quality: The fit's row of `fit_quality`.
+        quality_row: The fit's row of `fit_quality`.
         results: Tables of the configured law.
         condition_of_run: As `_condition_of_run` returns it.
         settings: `same_condition`.
     """
-    oil = quality["oil"]
+    oil = quality_row["oil"]
     fit = FittedLaw.from_tables(results.coefficients, oil, quality=results.fit_quality)
     columns = ["run_id", "accepted", *fit.law.conditions, "slide_roll_ratio"]
     columns += ["traction_coefficient", "traction_coefficient_se"]
@@ -109,7 +111,7 @@ def _lack_of_one_fit(
     return {
         "n_repeats": test.repeat_count,
         "n_repeated_conditions": test.repeated_condition_count,
-        "relative_rms": quality["relative_rms"],
+        "relative_rms": quality_row["relative_rms"],
         "repeat_relative_rms": test.noise / rms_mu,
         "lack_of_fit_relative_rms": test.form_rms / rms_mu,
         "plateau_relative_rms": plateau_rms / rms_mu,
@@ -353,30 +355,30 @@ def judged_fits(
         settings: `fit`, `surface` and `steadiness`.
     """
     fits = results.configured
-    quality_of_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
-    lack_verdict = lack_of_fit.set_index("oil")["verdict"]
+    quality_row_by_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
+    lack_verdict_by_oil = lack_of_fit.set_index("oil")["verdict"]
     rows = []
-    for oil, quality in quality_of_oil.items():
+    for oil, quality_row in quality_row_by_oil.items():
         # of one oil at a time: a fit keeps its surface
         fitted = None
-        if np.isfinite(quality["rmse"]):
+        if np.isfinite(quality_row["rmse"]):
             fit = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
             fitted = replace(fit, read_surface=partial(read_surface, results, oil))
         points = results.table("points", ["run_id", "accepted", "slide_roll_ratio"], oil=oil)
         verdict = verdict_of_fit(
-            quality,
+            quality_row,
             fitted,
             points[points["accepted"]],
             settings,
             runs=results.runs,
-            lack_shown=lack_verdict.get(oil) == "shown",
+            lack_shown=lack_verdict_by_oil.get(oil) == "shown",
         )
-        rows.append({**verdict, "oil": oil, "law": quality["law"]})
+        rows.append({**verdict, "oil": oil, "law": quality_row["law"]})
     return tables.from_rows(rows, "soundness")
 
 
 def verdict_of_fit(
-    quality: Mapping[str, Any],
+    quality_row: Mapping[str, Any],
     fitted: FittedLaw | None,
     points: pd.DataFrame,
     settings: ConfigKeys,
@@ -386,15 +388,15 @@ def verdict_of_fit(
     """The row of the table `soundness` of one fit.
 
     Args:
-        quality: The fit's row of `fit_quality`.
+        quality_row: The fit's row of `fit_quality`.
         fitted: The fit; None where there is none.
         points: Its accepted points.
         settings: `fit`, `surface` and `steadiness`.
         runs: Table of runs; without it no groups of runs are known.
         lack_shown: Whether repeated runs show a lack of fit.
     """
-    no_fit = fitted is None or np.isnan(quality["rmse"])
-    fixed_conditions = fixed_from_text(quality["fixed_conditions"])
+    no_fit = fitted is None or np.isnan(quality_row["rmse"])
+    fixed_conditions = fixed_from_text(quality_row["fixed_conditions"])
     is_condition_missing = any(condition.level is None for condition in fixed_conditions)
     surface = None if fitted is None or no_fit else fitted.surface
     too_few_curves = surface is None or len(surface.run_ids) < settings.steadiness.curves_min
@@ -415,7 +417,8 @@ def verdict_of_fit(
             "condition missing": is_condition_missing,
             # what the surface explains is no scatter
             "none fits": surface is not None and surface.no_law_fits,
-            "misfit": quality["relative_rms"] > settings.fit.odd_scatter or misfit > largest_misfit,
+            "misfit": quality_row["relative_rms"] > settings.fit.odd_scatter
+            or misfit > largest_misfit,
             "lack of fit": lack_shown,
             "too few curves": too_few_curves,
             # the next run's interval is wide between them; the law's own interval is not
@@ -427,7 +430,7 @@ def verdict_of_fit(
         {"too few curves": no_fit or too_few_curves, "condition missing": is_condition_missing},
         otherwise=columns["campaign_verdict"],
     )
-    optimum_confirmed = bool(quality["certified"])
+    optimum_confirmed = bool(quality_row["certified"])
     is_steady = columns["campaign_verdict"] == "steady"
     return {
         "optimum_confirmed": optimum_confirmed,

@@ -27,25 +27,27 @@ _ERRORS = {
 }
 
 
-def surface_sentences(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
+def surface_sentences(
+    results: CampaignTables, oil: str, soundness_row: Mapping[str, Any]
+) -> list[str]:
     """Misfit, steadiness, search, errors of constants and what was assumed, in sentences.
 
     Args:
         results: Tables `surfaces`, `surface_constants` and `coefficients`.
         oil: The oil; without a surface there is nothing to say.
-        verdict: Its row of the table `soundness`.
+        soundness_row: Its row of the table `soundness`.
     """
     surfaces = tables.rows(results.surfaces[results.surfaces["oil"] == oil])
     if not surfaces:
         return []
-    (surface,) = surfaces
+    (surface_row,) = surfaces
     sentences = [
-        misfit_beside_scatter(verdict["misfit"], verdict["run_scatter"]),
-        smallest_visible_changes(verdict),
-        end_of_search(surface["search_converged"]),
+        misfit_beside_scatter(soundness_row["misfit"], soundness_row["run_scatter"]),
+        smallest_visible_changes(soundness_row),
+        end_of_search(surface_row["search_converged"]),
         _errors_of_constants(results, oil),
-        _assumed_errors(surface["usual_errors"]),
-        rigs_sentence(surface["rig_of_runs"], surface["rig_gain_sd"]),
+        _assumed_errors(surface_row["usual_errors"]),
+        rigs_sentence(surface_row["rig_of_runs"], surface_row["rig_gain_sd"]),
     ]
     return [sentence for sentence in sentences if sentence]
 
@@ -95,14 +97,14 @@ def spin_sentence(runs: pd.DataFrame, oil: str) -> str:
     )
 
 
-def next_rig_sentences(surface: OilSurface, rig_name: str | None) -> list[str]:
+def next_rig_sentences(oil_surface: OilSurface, rig_name: str | None) -> list[str]:
     """On which rig the next run is, where the runs are of several rigs: a sentence or none.
 
     Args:
-        surface: The surface of an oil.
+        oil_surface: The surface of an oil.
         rig_name: Name of the rig of the next run; None for one of the rigs of the runs.
     """
-    rig_names = surface.rig_names
+    rig_names = oil_surface.rig_names
     if not rig_names:
         return []
     if rig_name is None:

@@ -58,20 +58,22 @@ def refuse_contradictions(results: CampaignTables, folder: str, oil: str) -> Non
         OilfilmError: A row is missing or there twice, there is no such law, or a constant of the
             law is missing or has the wrong sign.
     """
-    fits = results.configured
-    for complaint in _complaints(results, fits, oil):
+    configured_tables = results.configured
+    for complaint in _complaints(results, configured_tables, oil):
         raise OilfilmError(f"{folder}: fit of oil {oil!r}: {complaint}. {_ADVICE}")
 
 
-def _complaints(results: CampaignTables, fits: CampaignTables, oil: str) -> Iterator[str]:
+def _complaints(
+    results: CampaignTables, configured_tables: CampaignTables, oil: str
+) -> Iterator[str]:
     """Each contradiction as a clause, in the order of the checks; nothing for a whole fit.
 
     Args:
         results: As in `refuse_contradictions`.
-        fits: The same with the configured law of each oil alone.
+        configured_tables: The same with the configured law of each oil alone.
         oil: The oil.
     """
-    quality = _rows_of_oil(fits.fit_quality, oil)
+    quality = _rows_of_oil(configured_tables.fit_quality, oil)
     if len(quality) != 1:
         yield f"fit_quality has {len(quality)} configured laws; expected one"
     verdict_count = len(_rows_of_oil(results.soundness, oil))
@@ -86,11 +88,11 @@ def _complaints(results: CampaignTables, fits: CampaignTables, oil: str) -> Iter
                 shown_name = cut(repr(law_name))
                 yield f"{table_name} names the law {shown_name}; the laws are {', '.join(LAWS)}"
     law = LAWS[quality["law"].iloc[0]]
-    coefficients = _rows_of_oil(fits.coefficients, oil)
+    coefficients = _rows_of_oil(configured_tables.coefficients, oil)
     yield from _missing_or_twice(coefficients["constant"], law)
     for table_name, rows_of_oil in (
         ("coefficients", coefficients),
-        ("refits", _rows_of_oil(fits.refits, oil)),
+        ("refits", _rows_of_oil(configured_tables.refits, oil)),
     ):
         yield from _wrong_signs(table_name, rows_of_oil, law)
 

@@ -321,7 +321,7 @@ def _largest_change(
         raise ValueError(f"{oil} is fitted in one release only")
     if before.law.conditions != after.law.conditions:
         raise ValueError(f"laws {before.law.name} and {after.law.name}")
-    grid = _comparison_grid(before.coefficients.box, drift)
+    grid = _comparison_grid(before.coefficients.tested_box, drift)
     slip = grid[:, -1]
     # where a condition is not followed, along its tested level or line
     conditions = before.at_tested_levels(grid[:, :-1])

@@ -180,7 +180,8 @@ def sliders(
     usual_ranges = settings.report.sliders
     start_point = _central_point(results)
     boxes = [
-        _box_over_axes(fit.coefficients.box, fit.law, load_n_at_1_gpa) for fit in fits.values()
+        _box_over_axes(fit.coefficients.tested_box, fit.law, load_n_at_1_gpa)
+        for fit in fits.values()
     ]
     axes = []
     for index, name in enumerate(AXES):
@@ -315,7 +316,7 @@ def _axes_of_conditions(fit: FittedLaw, tested: FloatArray) -> list[dict[str, An
         if name in fixed_names:
             continue
         is_linear = name in LEAST_MAGNITUDE
-        low, high = fit.coefficients.box[column]
+        low, high = fit.coefficients.tested_box[column]
         if is_linear:
             nodes = _nodes_of_levels(tested[:, column], low, high)
             values = nodes
@@ -368,14 +369,14 @@ def _tested_lattice(fit: FittedLaw) -> list[dict[str, Any]]:
     Empty where the tested conditions are not known.
     """
     coefficients = fit.coefficients
-    if not len(coefficients.tested):
+    if not len(coefficients.tested_conditions):
         return []
     fixed_names = {fixed.condition for fixed in coefficients.fixed_conditions}
     followed = [name for name in fit.law.conditions if name not in fixed_names]
     lattice = []
     for name, step in zip(followed, fit.lattice.largest_steps, strict=True):
         if np.isfinite(step):
-            tested = coefficients.tested[:, fit.law.conditions.index(name)]
+            tested = coefficients.tested_conditions[:, fit.law.conditions.index(name)]
             is_logarithmic = name not in LEAST_MAGNITUDE
             lattice.append(
                 {"condition": name, "step": step, "tested": tested, "log": is_logarithmic}

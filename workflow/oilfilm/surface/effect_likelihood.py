@@ -272,10 +272,10 @@ class _FeaturesAtVariance(NamedTuple):
 
     Attributes:
         variance_change: This variance less that of the fit.
-        factor: Lower Cholesky factor of the precision of the features.
+        precision_factor: Lower Cholesky factor of the precision of the features.
         pull: F' D^-1 y with this variance, shape (features,).
     """
 
     variance_change: float
-    factor: FloatArray
+    precision_factor: FloatArray
     pull: FloatArray

@@ -102,11 +102,13 @@ def curve_quantile(scores: FloatArray, condition_of_curve: IndexArray, level: fl
     Reference: V. Vovk, A. Gammerman, G. Shafer, Algorithmic Learning in a Random World (2005),
     with one group per condition.
     """
-    order = np.argsort(scores, kind="stable")
+    curves_by_score = np.argsort(scores, kind="stable")
     curve_counts = np.bincount(condition_of_curve)
-    reached = np.cumsum(1 / curve_counts[condition_of_curve[order]]) / (len(curve_counts) + 1)
+    reached = np.cumsum(1 / curve_counts[condition_of_curve[curves_by_score]]) / (
+        len(curve_counts) + 1
+    )
     position = int(np.searchsorted(reached, level - _ROUNDING))
-    return float(scores[order[min(position, len(order) - 1)]])
+    return float(scores[curves_by_score[min(position, len(curves_by_score) - 1)]])
 
 
 def interval_factors(

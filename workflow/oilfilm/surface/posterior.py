@@ -64,11 +64,11 @@ class FreedomOfLaw(NamedTuple):
     `oilfilm.surface.reduction.slopes_of_law`.
 
     Attributes:
-        change: Expected change of each, shape (slopes,).
+        expected_change: Expected change of each, shape (slopes,).
         covariance: Covariance of the changes, shape (slopes, slopes).
     """
 
-    change: FloatArray
+    expected_change: FloatArray
     covariance: FloatArray
 
 
@@ -161,14 +161,16 @@ def weighted_covariance(
 
 def _size_in_coordinates(covariance: CurveCovariance, targets: Coordinates) -> FloatArray:
     """Coordinates of w, the size of the departure over slip, shape (coordinates,)."""
-    return np.asarray(targets.weights @ covariance.sizes.departure.size_at_slips(targets.slips))
+    return np.asarray(
+        targets.weights @ covariance.sizes.departure_sizes.size_at_slips(targets.slips)
+    )
 
 
 def _slip_covariance(
     covariance: CurveCovariance, row_coordinates: Coordinates, column_coordinates: Coordinates
 ) -> FloatArray:
     """w M w' of `kernels` between the slips, shape (row slips, column slips)."""
-    departure = covariance.sizes.departure
+    departure = covariance.sizes.departure_sizes
     distance = np.subtract.outer(row_coordinates.slips, column_coordinates.slips)
     correlation = matern(distance / departure.slip_length)
     correlation *= departure.size_at_slips(row_coordinates.slips)[:, np.newaxis]
@@ -179,7 +181,7 @@ def _slip_covariance(
 def smooth_variance(covariance: CurveCovariance, targets: Coordinates) -> FloatArray:
     """Variance of the smooth part at points before the data, shape (points,)."""
     law_variance = np.sum(targets.law_slopes**2, axis=1)
-    size_over_slip = covariance.sizes.departure.size_at_slips(targets.slips)
+    size_over_slip = covariance.sizes.departure_sizes.size_at_slips(targets.slips)
     departure_variance = (
         size_over_slip**2
         * covariance.kernel.variances(targets.conditions)[targets.condition_of_coordinate]
@@ -200,9 +202,9 @@ def coordinates_by_group(
         group_of_curve: Index of the group of each curve, from 0, shape (curves,).
     """
     group_of_coordinate = group_of_curve[curve_of_coordinate]
-    order = np.argsort(group_of_coordinate, kind="stable")
+    coordinates_in_order = np.argsort(group_of_coordinate, kind="stable")
     counts = np.bincount(group_of_coordinate)
-    return np.split(order, np.cumsum(counts)[:-1])
+    return np.split(coordinates_in_order, np.cumsum(counts)[:-1])
 
 
 @dataclass(frozen=True)

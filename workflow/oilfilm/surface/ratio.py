@@ -241,12 +241,14 @@ class RatioSurface:
         if not np.all(slip > 0):
             raise ValueError("a slip is not above 0; at pure rolling both mu are 0")
         covariance = self.covariance
-        targets = coordinates_at_points(self.law, covariance.common.box, conditions, slip)
-        across = covariance.ratio_covariance(targets)
+        targets = coordinates_at_points(
+            self.law, covariance.common_covariance.box, conditions, slip
+        )
+        across = covariance.ratio_covariance_at(targets)
         whitened_across = scipy.linalg.solve_triangular(
             self.covariance_factor, across.T, lower=True
         )
-        variance = smooth_variance(covariance.ratio, covariance.as_ratio(targets))
+        variance = smooth_variance(covariance.ratio_covariance, covariance.as_ratio(targets))
         sd = np.sqrt(variance - np.sum(whitened_across**2, axis=0))
         return RatioPrediction(
             ratio=np.exp(self.sign * (across @ self.weights)),
@@ -279,7 +281,7 @@ class RatioSurface:
                 self.weights[coordinate_indices],
             )
             for coordinate_indices in coordinates_by_group(
-                self.covariance.common.curves.curve_of_coordinate, group_of_curve.ravel()
+                self.covariance.common_covariance.curves.curve_of_coordinate, group_of_curve.ravel()
             )
         ]
 
@@ -287,8 +289,10 @@ class RatioSurface:
         """ln mu of the first (0) or the second (1) oil of `runs`."""
 
         def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
-            targets = coordinates_at_points(self.law, self.covariance.common.box, conditions, slip)
-            departure = self.covariance.oil_covariance(targets, oil_index) @ self.weights
+            targets = coordinates_at_points(
+                self.law, self.covariance.common_covariance.box, conditions, slip
+            )
+            departure = self.covariance.oil_covariance_at(targets, oil_index) @ self.weights
             return self.law.log_mu(conditions, slip) + departure
 
         return log_mu
@@ -301,7 +305,7 @@ class RatioSurface:
     @cached_property
     def weights(self) -> FloatArray:
         """K^-1 y, shape (coordinates,)."""
-        return self._solved(self.covariance.common.curves.departure)
+        return self._solved(self.covariance.common_covariance.curves.departure)
 
     def _solved(self, vectors: FloatArray) -> FloatArray:
         """K^-1 times vectors."""
@@ -338,14 +342,14 @@ class RatioSurface:
 
 
 @with_one_blas_thread
-def _interval_factors(surface: RatioSurface) -> IntervalFactors:
+def _interval_factors(ratio_surface: RatioSurface) -> IntervalFactors:
     """See `RatioSurface.interval_factors`."""
-    runs, wanted_level = surface.runs, surface.limits.level
+    runs, wanted_level = ratio_surface.runs, ratio_surface.limits.level
     factors = interval_factors(
-        surface.covariance.common,
+        ratio_surface.covariance.common_covariance,
         runs.stacked.curve_of_point,
         runs.condition_of_curve,
-        surface.left_out(),
+        ratio_surface.left_out(),
         wanted_level,
     )
     paired_count = int(np.count_nonzero(runs.is_paired()))

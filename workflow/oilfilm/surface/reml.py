@@ -59,21 +59,21 @@ class Sizes:
     Attributes:
         effects: Standard deviation of each effect of runs, shape (effects,).
         noise: Standard deviation of the noise of points in ln mu.
-        departure: Sizes of the departure from the law.
+        departure_sizes: Sizes of the departure from the law.
         rig_gain: Standard deviation of the gain that the runs of a rig share; 0 where rigs are not
             told apart.
     """
 
     effects: FloatArray
     noise: float
-    departure: DepartureSizes
+    departure_sizes: DepartureSizes
     rig_gain: float = 0.0
 
     @classmethod
     def from_logarithms(cls, logarithms: FloatArray) -> "Sizes":
         """The sizes from their logarithms, in the order of `size_names`."""
         values = np.exp(logarithms)
-        departure = DepartureSizes(
+        departure_sizes = DepartureSizes(
             kappa=values[5],
             main=values[6:9],
             interaction=values[9],
@@ -82,11 +82,11 @@ class Sizes:
             slip_trend=values[14],
         )
         rig_gain = float(values[15]) if len(values) > _WITHOUT_RIGS else 0.0
-        return cls(values[:4], values[4], departure, rig_gain)
+        return cls(values[:4], values[4], departure_sizes, rig_gain)
 
     def logarithms(self) -> FloatArray:
         """Logarithms of the sizes, in the order of `size_names`."""
-        departure = self.departure
+        departure = self.departure_sizes
         condition_sizes = [departure.interaction, departure.slip_length, *departure.lengths]
         rig_sizes = [self.rig_gain] if self.rig_gain else []
         return np.log(
@@ -152,7 +152,7 @@ class CurveCovariance:
     @property
     def kernel(self) -> ConditionKernel:
         """Covariance over conditions."""
-        return ConditionKernel(self.box, self.sizes.departure)
+        return ConditionKernel(self.box, self.sizes.departure_sizes)
 
     @cached_property
     def factors(self) -> tuple[FloatArray, FloatArray]:
@@ -162,7 +162,7 @@ class CurveCovariance:
     @cached_property
     def size_at_slips(self) -> FloatArray:
         """w at each of the slips of the curves, shape (slips,)."""
-        return self.sizes.departure.size_at_slips(self.curves.slips)
+        return self.sizes.departure_sizes.size_at_slips(self.curves.slips)
 
     @cached_property
     def size_in_coordinates(self) -> FloatArray:
@@ -173,7 +173,7 @@ class CurveCovariance:
     def slip_distances(self) -> FloatArray:
         """Distances of the scaled slips over the length, shape (slips, slips)."""
         slips = self.curves.slips
-        return np.subtract.outer(slips, slips) / self.sizes.departure.slip_length
+        return np.subtract.outer(slips, slips) / self.sizes.departure_sizes.slip_length
 
     @cached_property
     def slip_covariance(self) -> FloatArray:

@@ -362,7 +362,7 @@ def curve_shapes(
 def _shape(
     curve_index: int,
     point_indices: IndexArray,
-    expected_mu: FloatArray,
+    expected_mu_of_points: FloatArray,
     predicted: PredictedCurve,
     largest_size: float,
 ) -> CurveShape:
@@ -371,7 +371,7 @@ def _shape(
     Args:
         curve_index: Index of the curve in the measurements.
         point_indices: Indices of its points in the measurements, shape (points,).
-        expected_mu: mu at its points, as the others say, shape (points,).
+        expected_mu_of_points: mu at its points, as the others say, shape (points,).
         predicted: The curve as the others predict it.
         largest_size: Largest size that is stated.
     """
@@ -380,7 +380,7 @@ def _shape(
     return CurveShape(
         curve_index=curve_index,
         point_index=int(point_indices[farthest_point]),
-        expected_mu=float(expected_mu[farthest_point]),
+        expected_mu=float(expected_mu_of_points[farthest_point]),
         spread=float(spreads[farthest_point]),
         usual_spread=float(np.median(spreads)),
         size=min(predicted.size, largest_size),

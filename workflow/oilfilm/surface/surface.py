@@ -475,7 +475,7 @@ def _verdict(law: FreeLaw, posterior: Posterior, covariance: CurveCovariance) ->
     standard_errors = (
         _ERROR_INFLATION * CONSTANT_SD * np.sqrt(np.diag(remaining_covariance)[:free_count])
     )
-    return LawVerdict(float(covariance.sizes.departure.kappa), constants, standard_errors)
+    return LawVerdict(float(covariance.sizes.departure_sizes.kappa), constants, standard_errors)
 
 
 def _sample(ordered: Measurements) -> Measurements:

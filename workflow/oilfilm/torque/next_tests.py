@@ -112,7 +112,7 @@ def feasible_candidates(
         curve_of_point=np.repeat(np.arange(len(feasible_tests)), is_reached.sum(axis=1)),
         slip=all_slips[is_reached],
     )
-    form_error = information.form_error(curves.conditions[curves.curve_of_point], curves.slip)
+    form_error = information.form_error_at(curves.conditions[curves.curve_of_point], curves.slip)
     return Candidates(feasible_tests, curves, form_error, judged.left_out)
 
 

@@ -284,7 +284,7 @@ def wanted_traction(
         points=np.arange(len(mu)),
         gradients=mu_slopes / mu[:, np.newaxis],
         lever=np.ones(len(mu)),
-        form_error=information.form_error(conditions, slip),
+        form_error=information.form_error_at(conditions, slip),
         coordinates=coordinates[:, np.newaxis],
         left_out=[],
     )
